@@ -1,0 +1,143 @@
+"""Findings about the user's files: collected as values, rendered with position, caret and help.
+
+Positions are byte offsets into the file; line and column are computed only when somebody reads them.
+Lines are counted by LF alone (``str.splitlines`` also splits on NEL, VT and FS, which shifts line numbers).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+Severity = Literal["error", "warning", "info"]
+Span = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file as it was read.
+
+    Args:
+        path: name shown to the user.
+        data: the bytes of the file.
+    """
+
+    path: str
+    data: bytes = field(repr=False)
+
+    @cached_property
+    def line_starts(self) -> list[int]:
+        starts = [0]
+        at = self.data.find(b"\n")
+        while at >= 0:
+            starts.append(at + 1)
+            at = self.data.find(b"\n", at + 1)
+        return starts
+
+    @cached_property
+    def encoding(self) -> str:
+        """UTF-8 where the bytes are valid UTF-8, else latin-1 (total; cp1252 rejects 0x81)."""
+        try:
+            self.data.decode("utf-8")
+        except UnicodeDecodeError:
+            return "latin-1"
+        return "utf-8"
+
+    def position(self, offset: int) -> tuple[int, int]:
+        """Line and column of a byte offset, both counted from 1, columns in characters."""
+        row = bisect_right(self.line_starts, offset) - 1
+        start = self.line_starts[row]
+        return row + 1, len(self.data[start:offset].decode(self.encoding, "replace")) + 1
+
+    def line(self, number: int) -> str:
+        start = self.line_starts[number - 1]
+        end = self.line_starts[number] if number < len(self.line_starts) else len(self.data)
+        return self.data[start:end].decode(self.encoding, "replace").rstrip("\r\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding.
+
+    Args:
+        code: stage and number, such as ``RAP012``; explained by ``postproc explain``.
+        severity: ``error`` stops the output, ``warning`` and ``info`` do not.
+        message: one sentence, names in backticks.
+        source: the file it stands in, if any.
+        span: byte offsets ``(start, end)`` in that file.
+        help: one action the user can take.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    source: Source | None = None
+    span: Span | None = None
+    help: str = ""
+
+    @property
+    def place(self) -> str:
+        """``file:line:col``, as far as it is known."""
+        if self.source is None:
+            return ""
+        if self.span is None:
+            return self.source.path
+        line, column = self.source.position(self.span[0])
+        return f"{self.source.path}:{line}:{column}"
+
+    def render(self) -> str:
+        """Text for a terminal: message, place, source line with caret, help."""
+        lines = [f"{self.severity}[{self.code}]: {self.message}"]
+        if self.place:
+            lines.append(f" --> {self.place}")
+        if self.source is not None and self.span is not None:
+            number, column = self.source.position(self.span[0])
+            text = self.source.line(number)
+            margin = " " * len(str(number))
+            # A caret under a tab must be moved by a tab.
+            lead = "".join("\t" if c == "\t" else " " for c in text[: column - 1])
+            width = min(max(1, self.span[1] - self.span[0]), max(1, len(text) - column + 1))
+            lines += [f"{margin} |", f"{number} | {text}", f"{margin} | {lead}{'^' * width}"]
+        if self.help:
+            lines.append(f"  = help: {self.help}")
+        return "\n".join(lines)
+
+    def as_json(self) -> dict[str, Any]:
+        result: dict[str, Any] = {
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            "path": self.source.path if self.source else None,
+            "line": None,
+            "column": None,
+            "offset": self.span[0] if self.span else None,
+            "help": self.help or None,
+        }
+        if self.source and self.span:
+            result["line"], result["column"] = self.source.position(self.span[0])
+        return result
+
+
+class PostprocError(Exception):
+    """Work cannot go on; carries the findings that say why.
+
+    Args:
+        diagnostics: at least one finding of severity ``error``.
+        exit_code: 1 not safe to compensate, 2 bad usage or bad input file.
+    """
+
+    def __init__(self, diagnostics: Diagnostic | Iterable[Diagnostic], exit_code: int = 2) -> None:
+        found = (diagnostics,) if isinstance(diagnostics, Diagnostic) else tuple(diagnostics)
+        super().__init__(found, exit_code)
+        self.diagnostics = found
+        self.exit_code = exit_code
+
+    def __str__(self) -> str:
+        return "\n".join(d.render() for d in self.diagnostics)
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    return any(d.severity == "error" for d in diagnostics)

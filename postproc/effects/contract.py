@@ -1,0 +1,85 @@
+"""What every effect is: parameters with units, and a load, a displacement, or both.
+
+State goes in, loads and displacements come out; contributions add, so no effect needs another effect's output.
+Every effect vanishes at the null value of its parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """n states of one arm. Channels that were not recorded are None.
+
+    Args:
+        q: (n, 6) commanded joint angles [rad].
+        v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2]; None = standing still.
+        approach: (n, 6) side from which each joint was approached, -1, 0, +1.
+        payload_mass: (n,) [kg] on the flange (tool included), payload_center: (n, 3) [m] in tool0.
+        wrench: (n, 6) external force [N] and moment [N m] on the TCP, base axes (a dead load).
+        temperature: (n,) [degC]; time: (n,) [s].
+        T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
+        session: (n,) index of the measuring session.
+        channels: further columns of the measurement table, by name, (n,).
+        T_base_body: (n, 7, 4, 4) poses of the body frames and joint_load (n, 6) [N m], body_load (n, 7, 6)
+            (force [N], moment [N m] at the distal end of each body, in its axes): the loads that deflect the springs.
+            Filled by the model before it asks for loads and displacements.
+    """
+
+    q: Array
+    v: Array | None = None
+    a: Array | None = None
+    approach: Array | None = None
+    payload_mass: Array | None = None
+    payload_center: Array | None = None
+    wrench: Array | None = None
+    temperature: Array | None = None
+    time: Array | None = None
+    T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
+    session: Array | None = None
+    channels: Mapping[str, Array] = field(default_factory=dict)
+    T_base_body: Array | None = None
+    joint_load: Array | None = None
+    body_load: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def with_(self, **changes: object) -> State:
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """Forces an effect adds.
+
+    Args:
+        joint: (n, 6) torques that act on the joints in the positive direction [N m].
+        body: wrench on a body by its number, (n, 6) force [N] and moment [N m] about the base origin, base axes.
+    """
+
+    joint: Array | None = None
+    body: Mapping[int, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Displacement:
+    """Where an effect moves the arm.
+
+    Args:
+        joint: (n, 6) joint angles [rad].
+        body: displacement at the distal end of a body by its number, (n, 6) translation [m] and rotation [rad], body axes.
+        tool: (n, 6) or (6,) at the TCP in tool axes; instrument: (n, 6) or (6,) of the base as the instrument sees it.
+    """
+
+    joint: Array | None = None
+    body: Mapping[int, Array] = field(default_factory=dict)
+    tool: Array | None = None
+    instrument: Array | None = None

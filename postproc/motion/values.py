@@ -1,0 +1,89 @@
+"""What the motion room gives: moves in SI units, dense paths, timed trajectories."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from postproc.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """One motion event in SI units, ready for geometry.
+
+    Args:
+        event: index of the MotionEvent it comes from.
+        kind: ``joint`` and ``absjoint`` in joint space, ``line`` and ``arc`` in space.
+        T_base_tcp: (4, 4) commanded goal pose of the TCP, work object and displacement resolved (None for absjoint).
+        T_base_via: (4, 4) circle point, arcs only.
+        confdata: (cf1, cf4, cf6, cfx) of the goal.
+        q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
+        T_flange_tcp: (4, 4) tool in force; payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
+        speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
+        fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation.
+        welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
+    """
+
+    event: int
+    kind: Literal["joint", "absjoint", "line", "arc"]
+    q: Array
+    T_flange_tcp: Array
+    T_base_tcp: Array | None = None
+    T_base_via: Array | None = None
+    confdata: tuple[int, int, int, int] = (0, 0, 0, 0)
+    payload_mass: float = 0.0
+    payload_center: Array = field(default_factory=lambda: np.zeros(3))
+    speed: float = 0.25
+    rotation_speed: float = 8.7
+    duration: float | None = None
+    fine: bool = False
+    zone: float = 0.0
+    zone_rotation: float = 0.0
+    welding: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Dense samples along consecutive moves; sample 0 is the first goal (how the arm gets there is unknown).
+
+    Args:
+        T_base_tcp: (n, 4, 4) commanded TCP poses; q: (n, 6) nominal joint angles [rad], continuous.
+        move: (n,) index into moves of the segment a sample belongs to (a goal belongs to the move that reaches it).
+        u: (n,) fraction along that move in [0, 1], 1 at the goal (zone corners are cut: u then runs through the corner).
+        s: (n,) arc length along the TCP path [m] (pure reorientations add nothing).
+        goal: (m,) sample index at which move i is reached (closest sample for a cut corner).
+        blend: (n,) True inside a zone corner.
+    """
+
+    moves: tuple[Move, ...]
+    T_base_tcp: Array
+    q: Array
+    move: Array
+    u: Array
+    s: Array
+    goal: Array
+    blend: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A path with time, on the jerk-limited profile.
+
+    Args:
+        path: samples the arrays below belong to.
+        t: (n,) time [s]; v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2] as they happen;
+        a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
+        torque: (n, 6) inertial joint torque M qdd + C qd [N m] at a_sustained (pinocchio, rigid arm with payload).
+        tcp_speed: (n,) [m/s].
+    """
+
+    path: Path
+    t: Array
+    v: Array
+    a: Array
+    a_sustained: Array
+    torque: Array
+    tcp_speed: Array

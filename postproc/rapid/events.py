@@ -1,0 +1,129 @@
+"""What a program makes the robot do: motion statements (text) and motion events (one execution of a statement).
+
+The contract between the reader and every room below it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.rapid.records import (
+    JointTarget,
+    LoadData,
+    Pose,
+    RobTarget,
+    SpeedData,
+    ToolData,
+    Weld,
+    WobjData,
+    ZoneData,
+)
+
+Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
+OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
+
+
+@dataclass(frozen=True, slots=True)
+class TargetSpans:
+    """Where the numbers of a target stand, byte spans in ``source``: trans (3), rot (4), robconf (4)."""
+
+    source: Source
+    trans: tuple[Span, ...]
+    rot: tuple[Span, ...]
+    robconf: tuple[Span, ...]
+    whole: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where the value of a target argument comes from.
+
+    Args:
+        kind: ``inline`` aggregate of literal numbers; ``declared`` name of a declaration with literal numbers;
+            ``element`` of an array with literal numbers; ``expression`` (Offs, RelTool, names inside an aggregate);
+            ``runtime`` not known before the program runs; ``star`` a hidden position.
+        spans: the literal numbers, where there are any.
+        declaration: canonical key of the declaration (lower case ``module.routine.name`` or ``module..name``).
+        storage: CONST, PERS or VAR of that declaration.
+    """
+
+    kind: OriginKind
+    spans: TargetSpans | None = None
+    declaration: str | None = None
+    storage: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a motion statement.
+
+    Args:
+        role: ``to``, ``via`` (CirPoint), ``speed``, ``zone``, ``tool``, ``seam``, ``weld``, ``signal``, ``value`` ...;
+            optional arguments carry their lower-case name with a backslash: ``\\wobj``, ``\\weave``, ``\\v``, ``\\t``, ``\\id``.
+        span: the argument's expression (without the comma; for an optional argument without ``\\Name:=``).
+        text: the expression as written.
+        whole: from the backslash or expression start to the expression's end.
+    """
+
+    role: str
+    span: Span
+    text: str
+    whole: Span
+
+
+@dataclass(frozen=True, slots=True)
+class MotionStatement:
+    """One motion statement as it stands in the file.
+
+    Args:
+        instruction: canonical spelling, ``MoveL``, ``ArcLStart``.
+        source: the file.
+        span: from the first byte of the instruction name to the byte after ``;``.
+        module: name of the module, routine: name of the routine.
+        arguments: in the order of the text.
+        interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
+    """
+
+    instruction: str
+    source: Source
+    span: Span
+    module: str
+    routine: str
+    arguments: tuple[Argument, ...]
+    interpolation: Interpolation
+
+    def argument(self, role: str) -> Argument | None:
+        return next((a for a in self.arguments if a.role == role), None)
+
+    @property
+    def line(self) -> int:
+        return self.source.position(self.span[0])[0]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionEvent:
+    """One execution of a motion statement, with everything that is in force at that moment.
+
+    ``target`` is None when it is known only at run time; ``reason`` then says why the statement is left alone.
+    """
+
+    statement: MotionStatement
+    target: RobTarget | JointTarget | None
+    via: RobTarget | None
+    target_origin: Origin
+    via_origin: Origin | None
+    tool: ToolData
+    wobj: WobjData
+    speed: SpeedData
+    zone: ZoneData
+    weld: Weld | None = None
+    duration: float | None = None  # \T [s]
+    gripload: LoadData = LoadData()  # GripLoad, in the tool frame
+    displacement: Pose = Pose()  # PDispSet / PDispOn, applied in the object frame
+    conditional: bool = False  # on a branch whose condition is not known
+    reason: str | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
+    options: Mapping[str, bool] = field(default_factory=dict)  # conf_l, conf_j, ... as far as known

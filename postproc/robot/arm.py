@@ -1,0 +1,64 @@
+"""One arm as its maker describes it: the values only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from postproc.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Opw:
+    """Parameters of an ortho-parallel arm with a spherical wrist (Brandstoetter et al. 2014), lengths [m], offsets [rad]."""
+
+    a1: float
+    a2: float
+    b: float
+    c1: float
+    c2: float
+    c3: float
+    c4: float
+    offsets: tuple[float, ...] = (0.0,) * 6
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A serial six-axis arm.
+
+    Body b (0 pedestal .. 6 flange) ends at its distal end: joint b + 1, or the flange for body 6. The nominal chain is
+
+        T_base_flange = link[0] * Rot(axis[0], q1) * link[1] * ... * Rot(axis[5], q6) * link[6]
+
+    and body frames are the frames right after each joint rotation (for body 0: the base).
+
+    Args:
+        name: library name.
+        link: (7, 4, 4) constant transforms of the chain above, lengths in m.
+        axis: (6, 3) unit joint axes, in the frame right before the rotation.
+        lower, upper: (6,) joint limits [rad]; speed (6,) [rad/s]; acceleration (6,) [rad/s^2]; jerk (6,) [rad/s^3].
+        torque: (6,) joint torque limits [N m] or None where nobody publishes them.
+        mass: (7,) body masses [kg]; center: (7, 3) centres of mass in body frames [m];
+        inertia: (7, 3, 3) about the centre of mass, body axes [kg m^2].
+        joint_compliance: (6,) shipped elasticity [rad/(N m)] or None where nothing is known.
+        opw: closed-form inverse kinematics, None for arms without spherical wrist.
+        payload: rated payload [kg] or None.
+        sources: where each number comes from, for ``robots show``.
+    """
+
+    name: str
+    link: Array
+    axis: Array
+    lower: Array
+    upper: Array
+    speed: Array
+    acceleration: Array
+    jerk: Array
+    mass: Array
+    center: Array
+    inertia: Array
+    torque: Array | None = None
+    joint_compliance: Array | None = None
+    opw: Opw | None = None
+    payload: float | None = None
+    sources: Mapping[str, str] = field(default_factory=dict)
