@@ -1,0 +1,356 @@
+"""An elastic serial arm in plain numpy: cross products for the loads, a fixed point for the equilibrium.
+
+Every array has n poses in front. SI and radians. Joint j (0..5) stands between body j and body j + 1; body 0 is the pedestal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+G = np.array([0.0, 0.0, -9.81])
+
+# Virtual-spring compliances of the seed paper's Table 2 [rad/(N m)].
+TABLE_2 = 1.0 / np.array([0.237e6, 3.32e6, 2.79e6, 0.486e6, 0.521e6, 0.38e6])
+
+
+def rotation(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) turns about one axis (3,) by n angles: I + sin K + (1 - cos) K^2."""
+    x, y, z = axis
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=float)
+    a = np.asarray(angle, float)[..., None, None]
+    return np.eye(3) + np.sin(a) * k + (1 - np.cos(a)) * (k @ k)
+
+
+def rotation_vector(w: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) turns by rotation vectors (n, 3)."""
+    w = np.asarray(w, float)
+    k = np.zeros((*w.shape[:-1], 3, 3))
+    k[..., 0, 1], k[..., 0, 2], k[..., 1, 2] = -w[..., 2], w[..., 1], -w[..., 0]
+    k -= np.swapaxes(k, -1, -2)
+    t = np.linalg.norm(w, axis=-1)[..., None, None]
+    s = np.sinc(t / np.pi)
+    c = 0.5 * np.sinc(t / (2 * np.pi)) ** 2
+    return np.eye(3) + s * k + c * (k @ k)
+
+
+def transform(r: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """(..., 4, 4) from rotation (..., 3, 3) and place (..., 3)."""
+    shape = np.broadcast_shapes(r.shape[:-2], p.shape[:-1])
+    t = np.zeros((*shape, 4, 4))
+    t[..., :3, :3], t[..., :3, 3], t[..., 3, 3] = r, p, 1.0
+    return t
+
+
+def shift(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+    return transform(np.eye(3), np.array([x, y, z], float))
+
+
+def small(xi: np.ndarray) -> np.ndarray:
+    """(n, 4, 4) of small displacements (n, 6): translation, then rotation vector."""
+    return transform(rotation_vector(xi[..., 3:]), xi[..., :3])
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Where everything is in one state of n poses.
+
+    Args:
+        body: seven (n, 4, 4): body frames right after each joint's turn (0: base).
+        distal: seven (n, 4, 4): the distal end of each body before its small displacement, in the body's axes.
+        pivot: six (n, 3) points on the joint axes; axis: six (n, 3) directions.
+        flange, tcp: (n, 4, 4).
+    """
+
+    body: list[np.ndarray]
+    distal: list[np.ndarray]
+    pivot: list[np.ndarray]
+    axis: list[np.ndarray]
+    flange: np.ndarray
+    tcp: np.ndarray
+
+
+@dataclass(frozen=True)
+class Arm:
+    """T = link0 Exp(xi0) Rot(axis0, q0 + dq0) link1 Exp(xi1) ... link6 Exp(xi6); masses sit on bodies 1..6."""
+
+    name: str
+    link: np.ndarray
+    axis: np.ndarray
+    mass: np.ndarray
+    center: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    lengths: dict[str, float] = field(default_factory=dict)
+
+    def forward(self, q: np.ndarray, tool: np.ndarray, dq: np.ndarray | float = 0.0, xi: np.ndarray | None = None) -> Frames:
+        """Frames of n poses ``q`` (n, 6), deflected by ``dq`` (n, 6) and ``xi`` (n, 7, 6)."""
+        q = np.atleast_2d(q) + dq
+        t = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+        body, distal, pivot, axis = [t], [], [], []
+        for b in range(7):
+            # The small displacement acts at the distal point in the body's axes, before the link's own turn.
+            place = t @ transform(np.eye(3), self.link[b][:3, 3])
+            distal.append(place)
+            if xi is not None:
+                place = place @ small(xi[:, b])
+            t = place @ transform(self.link[b][:3, :3], np.zeros(3))
+            if b < 6:
+                pivot.append(t[:, :3, 3])
+                axis.append(t[:, :3, :3] @ self.axis[b])
+                t = t @ transform(rotation(self.axis[b], q[:, b]), np.zeros(3))
+                body.append(t)
+        return Frames(body, distal, pivot, axis, t, t @ tool)
+
+
+@dataclass(frozen=True)
+class Wrenches:
+    """Forces on bodies: each entry (body, point (n, 3), force (n, 3), moment (n, 3)) in base axes; plus joint torques."""
+
+    parts: list[tuple[int, np.ndarray, np.ndarray, np.ndarray]]
+    joint: np.ndarray | float = 0.0
+
+
+def point_load(body: int, point: np.ndarray, force: np.ndarray) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
+    return body, point, np.broadcast_to(force, point.shape), np.zeros_like(point)
+
+
+def spring_loads(f: Frames, w: Wrenches) -> tuple[np.ndarray, np.ndarray]:
+    """Joint torques (n, 6) and wrenches (n, 7, 6) at the distal ends in body axes, from the forces beyond each spring."""
+    n = len(f.flange)
+    tau = np.zeros((n, 6)) + w.joint
+    wrench = np.zeros((n, 7, 6))
+    for body, point, force, moment in w.parts:
+        for j in range(body):
+            about = np.cross(point - f.pivot[j], force) + moment
+            tau[:, j] += np.einsum("ni,ni->n", f.axis[j], about)
+        for b in range(body):
+            wrench[:, b] += _at_distal(f, b, point, force, moment)
+        if body == 6:
+            wrench[:, 6] += _at_distal(f, 6, point, force, moment)
+    return tau, wrench
+
+
+def _at_distal(f: Frames, b: int, point: np.ndarray, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    r = f.distal[b][:, :3, :3]
+    about = np.cross(point - f.distal[b][:, :3, 3], force) + moment
+    return np.concatenate([np.einsum("nji,nj->ni", r, force), np.einsum("nji,nj->ni", r, about)], axis=1)
+
+
+@dataclass(frozen=True)
+class Load:
+    """What hangs on the arm: payload (tool included) with its centre in tool0, dead wrench on the TCP in base axes."""
+
+    mass: np.ndarray | float = 0.0
+    center: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    force: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    moment: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    gravity: np.ndarray = field(default_factory=lambda: G)
+
+
+def dead_loads(arm: Arm, f: Frames, load: Load) -> Wrenches:
+    """Weight of the links and the payload, and the wrench on the TCP, where the deflected arm has them."""
+    n = len(f.flange)
+    parts = []
+    for b in range(1, 7):
+        c = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ arm.center[b]
+        parts.append(point_load(b, c, arm.mass[b] * load.gravity))
+    m = np.broadcast_to(np.asarray(load.mass, float), (n,))[:, None]
+    center = np.broadcast_to(load.center, (n, 3))
+    c = f.flange[:, :3, 3] + np.einsum("nij,nj->ni", f.flange[:, :3, :3], center)
+    parts.append(point_load(6, c, m * load.gravity))
+    tcp = f.tcp[:, :3, 3]
+    parts.append((6, tcp, np.broadcast_to(load.force, (n, 3)), np.broadcast_to(load.moment, (n, 3))))
+    return Wrenches(parts)
+
+
+Displace = Callable[[Frames, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+Extra = Callable[[Frames], Wrenches]
+
+
+def joint_springs(compliance: np.ndarray) -> Displace:
+    def displace(f: Frames, tau: np.ndarray, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return tau * compliance, np.zeros((len(tau), 7, 6))
+
+    return displace
+
+
+def body_springs(compliance: np.ndarray, bodies: dict[int, np.ndarray]) -> Displace:
+    """Joint compliances (6,) and 6x6 compliances at the distal ends of named bodies."""
+
+    def displace(f: Frames, tau: np.ndarray, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        xi = np.zeros((len(tau), 7, 6))
+        for b, c in bodies.items():
+            xi[:, b] = wrench[:, b] @ c.T
+        return tau * compliance, xi
+
+    return displace
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    frames: Frames
+    dq: np.ndarray
+    xi: np.ndarray
+    tau: np.ndarray
+    wrench: np.ndarray
+    change: float
+
+
+def equilibrium(
+    arm: Arm, q: np.ndarray, tool: np.ndarray, load: Load, displace: Displace, extra: Extra | None = None, sweeps: int = 12
+) -> Equilibrium:
+    """Fixed point: the loads in the deflected geometry cause just that deflection."""
+    q = np.atleast_2d(q)
+    dq, xi = np.zeros((len(q), 6)), np.zeros((len(q), 7, 6))
+    change = np.inf
+    for _ in range(sweeps):
+        f = arm.forward(q, tool, dq, xi)
+        w = dead_loads(arm, f, load)
+        if extra is not None:
+            more = extra(f)
+            w = replace(w, parts=w.parts + more.parts, joint=more.joint)
+        tau, wrench = spring_loads(f, w)
+        new_dq, new_xi = displace(f, tau, wrench)
+        change = max(float(np.abs(new_dq - dq).max()), float(np.abs(new_xi - xi).max()))
+        dq, xi = new_dq, new_xi
+        if change < 1e-15:
+            break
+    return Equilibrium(arm.forward(q, tool, dq, xi), dq, xi, tau, wrench, change)
+
+
+# Estimated centres of mass in base coordinates at the zero pose of the 60/2.05 (robots.md), bodies 0..6.
+_MASS = np.array([103.0, 128, 72, 86, 22, 11, 3])
+_CENTER_AT_ZERO = np.array(
+    [[0, 0, 0], [0.09, 0.01, 0.36], [0.185, 0.04, 0.90], [0.26, -0.01, 1.50], [0.78, 0, 1.57], [1.14, 0, 1.57], [1.24, 0, 1.57]]
+)
+_LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 120], [-400, 400]])
+
+
+def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str = "irb4600_60_205") -> Arm:
+    """ABB IRB 4600; zero pose: upper arm up, forearm forward; axes +z +y +y +x +y +x.
+
+    Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05.
+    """
+    a1, a3, d1 = 0.175, 0.175, 0.495
+    tool0 = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    link = np.stack(
+        [np.eye(4), shift(a1, 0, d1), shift(0, 0, a2), shift(0, 0, a3), shift(d4), np.eye(4), transform(tool0, np.array([d6, 0.0, 0.0]))]
+    )
+    origin = np.array([[0, 0, 0], [0, 0, 0], [0.175, 0, 0.495], [0.175, 0, 1.395], [0.175, 0, 1.57], [1.135, 0, 1.57], [1.135, 0, 1.57]])
+    axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
+    center = _CENTER_AT_ZERO - origin
+    lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
+    return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths)
+
+
+def _dh(name: str, rows: list[tuple[float, float, float]], mass: list[float], center: list[list[float]]) -> Arm:
+    link = [np.eye(4)]
+    for a, d, alpha in rows:
+        link.append(shift(a, 0, d) @ transform(rotation(np.array([1.0, 0, 0]), np.array(alpha)), np.zeros(3)))
+    body = [np.zeros(3)] + [t[:3, 3] + t[:3, :3] @ np.array(c) for t, c in zip(link[1:], center, strict=True)]
+    limit = np.full(6, 2 * np.pi)
+    return Arm(name, np.stack(link), np.tile([0.0, 0, 1], (6, 1)), np.array([0.0, *mass]), np.stack(body), -limit, limit)
+
+
+def ur10() -> Arm:
+    h = np.pi / 2
+    rows = [(0, 0.1273, h), (-0.612, 0, 0), (-0.5723, 0, 0), (0, 0.163941, h), (0, 0.1157, -h), (0, 0.0922, 0)]
+    center = [[0.021, 0, 0.027], [0.38, 0, 0.158], [0.24, 0, 0.068], [0, 0.007, 0.018], [0, 0.007, 0.018], [0, 0, -0.026]]
+    return _dh("ur10", rows, [7.778, 12.93, 3.87, 1.96, 1.96, 0.202], center)
+
+
+ARMS: dict[str, Callable[[], Arm]] = {
+    "irb4600_60_205": irb4600,
+    "irb4600_60_205_seed": lambda: irb4600(a2=1.075, name="irb4600_60_205_seed"),
+    "irb4600_20_250": lambda: irb4600(1.095, 1.2305, 0.085, "irb4600_20_250"),
+    "irb4600_40_255": lambda: irb4600(1.095, 1.270, 0.135, "irb4600_40_255"),
+    "ur10": ur10,
+}
+
+
+def inverse(arm: Arm, flange: np.ndarray) -> np.ndarray:
+    """(n, 8, 6) joint angles of a spherical-wrist arm in (-pi, pi], NaN where out of reach.
+
+    Branch 4 s + 2 e + w: s facing forward/backward, e elbow up/down, w wrist q5 >= 0 or < 0.
+    """
+    g = arm.lengths
+    r, p = flange[:, :3, :3], flange[:, :3, 3]
+    wrist = p - g["d6"] * r[:, :, 2]
+    forearm = np.hypot(g["a3"], g["d4"])
+    lean = np.arctan2(g["d4"], g["a3"])
+    out = np.full((len(flange), 8, 6), np.nan)
+    zero_tool = arm.link[6][:3, :3]
+    for s in (0, 1):
+        sign = 1.0 if s == 0 else -1.0
+        q1 = np.arctan2(sign * wrist[:, 1], sign * wrist[:, 0])
+        reach = sign * np.hypot(wrist[:, 0], wrist[:, 1]) - g["a1"]
+        height = wrist[:, 2] - g["d1"]
+        dist = np.hypot(reach, height)
+        cosine = (g["a2"] ** 2 + dist**2 - forearm**2) / (2 * g["a2"] * dist)
+        with np.errstate(invalid="ignore"):
+            inner = np.arccos(cosine)
+        for e in (0, 1):
+            q2 = np.arctan2(reach, height) - (inner if e == 0 else -inner)
+            q23 = np.arctan2(reach - g["a2"] * np.sin(q2), height - g["a2"] * np.cos(q2)) - lean
+            q3 = q23 - q2
+            base = rotation(np.array([0, 0, 1.0]), q1) @ rotation(np.array([0, 1.0, 0]), q23)
+            m = np.swapaxes(base, 1, 2) @ r @ zero_tool.T
+            bend = np.hypot(m[:, 1, 0], m[:, 2, 0])
+            for w in (0, 1):
+                f = 1.0 if w == 0 else -1.0
+                q4 = np.arctan2(f * m[:, 1, 0], -f * m[:, 2, 0])
+                q5 = np.arctan2(f * bend, m[:, 0, 0])
+                q6 = np.arctan2(f * m[:, 0, 1], f * m[:, 0, 2])
+                q = np.stack([q1, q2, q3, q4, q5, q6], axis=1)
+                out[:, 4 * s + 2 * e + w] = np.where(np.isfinite(inner)[:, None], _wrap(q), np.nan)
+    return out
+
+
+def _wrap(q: np.ndarray) -> np.ndarray:
+    return np.arctan2(np.sin(q), np.cos(q))
+
+
+def confdata(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """(n, 4) integers cf1, cf4, cf6, cfx as an ABB controller states them for a serial six-axis arm."""
+    q = np.atleast_2d(q)
+    g = arm.lengths
+    quarter = np.floor(q[:, [0, 3, 5]] / (np.pi / 2) + 1e-12).astype(int)
+    q2, q3 = q[:, 1], q[:, 2]
+    forward = g["d4"] * np.cos(q3) + g["a3"] * np.sin(q3)
+    reach = g["a1"] + g["a2"] * np.sin(q2) + g["d4"] * np.cos(q2 + q3) + g["a3"] * np.sin(q2 + q3)
+    cfx = 4 * (reach < 0) + 2 * (forward < 0) + (q[:, 4] < 0)
+    return np.column_stack([quarter, cfx])
+
+
+def solve_target(arm: Arm, flange: np.ndarray, conf: tuple[int, ...]) -> np.ndarray | None:
+    """(6,) joint angles of one flange pose (4, 4) in the stated configuration within the limits, None when there is none."""
+    best, misfit = None, np.inf
+    for q in inverse(arm, flange[None])[0]:
+        if not np.isfinite(q).all() or confdata(arm, q)[0, 3] != conf[3]:
+            continue
+        for k, c in ((0, conf[0]), (3, conf[1]), (5, conf[2])):
+            middle = (c + 0.5) * np.pi / 2
+            q[k] += 2 * np.pi * np.round((middle - q[k]) / (2 * np.pi))
+        if (q < arm.lower - 1e-6).any() or (q > arm.upper + 1e-6).any():
+            continue
+        # Near a quadrant boundary the stated index may be the neighbour's: the nearest such solution counts.
+        off = float(np.abs(q[[0, 3, 5]] - (np.array(conf[:3]) + 0.5) * np.pi / 2).max()) - np.pi / 4
+        if off < misfit:
+            best, misfit = q, off
+    return best if misfit < np.radians(5.0) else None
+
+
+def follow(arm: Arm, flange: np.ndarray, start: np.ndarray) -> np.ndarray | None:
+    """(n, 6) joint angles along n neighbouring flange poses, continuous from ``start`` (6,); None where out of reach."""
+    branches = inverse(arm, flange)
+    first = branches[0]
+    gap = np.abs(_wrap(first - start))
+    gap = np.where(np.isfinite(gap), gap, 9.0).max(axis=1)
+    q = branches[:, int(np.argmin(gap))]
+    if not np.isfinite(q).all():
+        return None
+    q = np.unwrap(np.vstack([start, q]), axis=0)[1:]
+    return q
