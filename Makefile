@@ -1,0 +1,43 @@
+# Needs python3 (3.11 or newer, with venv) and make; everything else goes into $(VENV).
+PYTHON ?= python3
+VENV ?= .venv
+OUT ?= out
+SAMPLE ?= samples/hull_seam.mod
+FORCE ?= 200,-200,-200
+
+BIN := $(VENV)/bin
+# One thread for linear algebra: the arrays are small and threads only get in each other's way.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: demo test lint clean
+
+demo: $(VENV)/.installed  ## Convert a sample and show the result.
+	@mkdir -p $(OUT)
+	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) --in-place-of-existing -o $(OUT)/$(notdir $(SAMPLE))
+	@$(BIN)/postproc diff $(SAMPLE) $(OUT)/$(notdir $(SAMPLE)) --tolerance 10
+	@echo "program:     $(SAMPLE)"
+	@echo "compensated: $(OUT)/$(notdir $(SAMPLE))"
+
+test: $(VENV)/.installed-dev lint  ## Lint, types and all tests.
+	$(BIN)/pytest -q -n auto
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+clean:
+	rm -rf $(VENV) $(OUT)
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "postproc needs Python 3.11 or newer; set PYTHON=python3.11")'
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	@touch $@ $(VENV)/.installed

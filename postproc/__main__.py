@@ -1,0 +1,5 @@
+"""``python -m postproc``."""
+
+from postproc.cli.app import main
+
+main()

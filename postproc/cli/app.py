@@ -1,0 +1,56 @@
+"""The command line: which commands there are. Each is imported only when it runs."""
+
+from __future__ import annotations
+
+import sys
+
+from cyclopts import App, Group, Parameter
+
+from postproc import __version__
+from postproc.cli.run import run
+
+CONVERT = Group("Convert programs", sort_key=1)
+IMPROVE = Group("Improve the model", sort_key=2)
+LOOK_UP = Group("Look up", sort_key=3)
+
+COMMANDS = (
+    ("compensate", CONVERT, "Correct a program so that the real arm goes where the program says."),
+    ("inspect", CONVERT, "List what a program moves, where, and what would be left alone and why."),
+    ("diff", CONVERT, "Compare two programs by meaning, statement by statement."),
+)
+SUBCOMMANDS = (
+    (
+        "robots",
+        "The arms in the library.",
+        {"list": "List the arms.", "show": "Show an arm's numbers, each with its source."},
+    ),
+)
+
+
+def build() -> App:
+    """The command-line application; no command module is imported."""
+    app = App(
+        name="postproc",
+        help="Correct ABB RAPID programs with a model of the real robot, and improve that model from measurements.",
+        version=f"postproc {__version__}",
+        default_parameter=Parameter(negative=()),
+        group_commands=LOOK_UP,
+        print_error=False,
+        exit_on_error=False,
+        result_action="return_value",
+    )
+    for name, group, text in COMMANDS:
+        app.command(f"postproc.cli.{name}:run", name=name, group=group, help=text)
+    for name, text, actions in SUBCOMMANDS:
+        part = App(name=name, help=text, group=LOOK_UP)
+        for action, action_text in actions.items():
+            part.command(f"postproc.cli.{name}:{action}_", name=action, help=action_text)
+        app.command(part)
+    app.command(
+        "postproc.cli.explain:run", name="explain", group=LOOK_UP, help="Explain a diagnostic by its code, RAP012."
+    )
+    return app
+
+
+def main() -> None:
+    sys.exit(run(build(), sys.argv[1:]))

@@ -1,0 +1,33 @@
+"""``postproc explain CODE``: what a diagnostic means and what to do."""
+
+from __future__ import annotations
+
+import difflib
+import re
+
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.resources import resource
+
+SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
+
+
+def sections() -> dict[str, str]:
+    """Every diagnostic's section of ``docs/diagnostics``, by code."""
+    pages = sorted(resource("docs", "diagnostics").glob("*.md"))
+    return {found[1]: found[0].strip() for page in pages for found in SECTION.finditer(page.read_text("utf-8"))}
+
+
+def run(code: str) -> int:
+    """Print what a diagnostic means and what to do about it.
+
+    Args:
+        code: as printed in brackets, such as RAP012.
+    """
+    known = sections()
+    wanted = code.strip("[]").upper()
+    if wanted not in known:
+        close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
+        help_ = f"did you mean {', '.join(f'`{c}`' for c in close)}?" if close else "codes look like `RAP012`"
+        raise PostprocError(Diagnostic("CLI009", "error", f"there is no diagnostic `{code}`", help=help_))
+    print(known[wanted].removeprefix("## "))
+    return 0

@@ -1,0 +1,86 @@
+"""Writing results: whole files or nothing, and never over the input."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from postproc.diagnostics import Diagnostic, PostprocError
+
+
+def output_path(source: str, output: Path | None, in_place: bool) -> Path | None:
+    """Where the result goes; None stands for stdout.
+
+    Raises:
+        PostprocError: the output is the input (CLI007) or its folder does not exist (CLI008).
+    """
+    if in_place:
+        if output is not None:
+            raise _error("CLI007", "`--in-place` and `-o` exclude each other", "leave one of them out")
+        return Path(source)
+    if output is None:
+        return None
+    if output.is_dir():
+        raise _error("CLI008", f"cannot write `{output}`: it is a folder", "name a file")
+    if not output.parent.is_dir():
+        raise _error(
+            "CLI008", f"cannot write `{output}`: there is no folder `{output.parent}`", "make the folder first"
+        )
+    if output.exists() and Path(source).exists() and output.samefile(source):
+        raise _error("CLI007", f"the output `{output}` is the input", "choose another `-o`, or ask for `--in-place`")
+    return output
+
+
+def write(path: Path | None, data: bytes) -> None:
+    """Write under a temporary name in the same folder, then rename: readers see the old file or the whole new one.
+
+    Raises:
+        PostprocError: the file cannot be written (CLI008).
+    """
+    if path is None:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    target = path.resolve()  # a link stays a link
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+        os.chmod(temporary, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+        os.replace(temporary, target)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise _error("CLI008", f"cannot write `{path}`: {error.strerror}", "check the folder and its rights") from None
+
+
+def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:
+    """The textual difference as ``diff -u`` prints it, bytes as they stand in the files."""
+    lines = difflib.diff_bytes(
+        difflib.unified_diff,
+        _lines(before),
+        _lines(after),
+        name_before.encode(),
+        name_after.encode(),
+    )
+    return b"".join(line if line.endswith(b"\n") else line + b"\n\\ No newline at end of file\n" for line in lines)
+
+
+def _lines(data: bytes) -> list[bytes]:
+    parts = data.split(b"\n")
+    return [part + b"\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _error(code: str, message: str, help_: str) -> PostprocError:
+    return PostprocError(Diagnostic(code, "error", message, help=help_))

@@ -1,0 +1,66 @@
+"""The boundary between commands and the shell: findings, usage errors and internal errors become exit codes."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from postproc.cli.report import print_json, show
+from postproc.diagnostics import Diagnostic, PostprocError
+
+if TYPE_CHECKING:
+    from cyclopts import App
+
+OK, FINDINGS, BAD_INPUT, INTERNAL = 0, 1, 2, 70
+
+
+def run(app: App, arguments: Sequence[str]) -> int:
+    """Run one command and return its exit code.
+
+    0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error.
+    """
+    try:
+        result = _call(app, arguments)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else OK
+    except PostprocError as error:
+        return _fail(arguments, error)
+    except BrokenPipeError:
+        # The reader of stdout has gone (``| head``); the interpreter must not complain at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FINDINGS
+    except Exception as error:
+        return internal_error(error)
+
+
+def _call(app: App, arguments: Sequence[str]) -> object:
+    from cyclopts import CycloptsError
+
+    try:
+        return app(arguments)
+    except CycloptsError as error:
+        text = " ".join(str(error).split())
+        help_ = "`postproc COMMAND --help` lists what is allowed"
+        raise PostprocError(Diagnostic("CLI001", "error", text, help=help_)) from None
+
+
+def internal_error(error: Exception) -> int:
+    """Write the traceback to a file and tell the user in one line where it is."""
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="postproc-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
+    ) as file:
+        file.write("".join(traceback.format_exception(error)))
+    what = f"{type(error).__name__}: {error}".splitlines()[0]
+    print(f"postproc: internal error ({what}); nothing was written; details in {file.name}", file=sys.stderr)
+    return INTERNAL
+
+
+def _fail(arguments: Sequence[str], error: PostprocError) -> int:
+    show(error.diagnostics)
+    if "--json" in arguments:
+        print_json({"schema": "postproc/error/1", "diagnostics": [d.as_json() for d in error.diagnostics]})
+    return error.exit_code

@@ -1,0 +1,95 @@
+"""The shape of the package: rooms import downward only, starting up is cheap, every diagnostic is explained."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "postproc"
+FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "resources"}
+ROOMS = (
+    "rapid",
+    "robot",
+    "effects",
+    "model",
+    "motion",
+    "compensate",
+    "measure",
+    "identify",
+    "render",
+    "report",
+    "batch",
+    "cli",
+)
+HEAVY = {"numpy", "scipy", "pinocchio", "toppra", "ruckig", "plotly", "pydantic", "jinja2", "tomlkit", "matplotlib"}
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+
+def imported(path: Path) -> set[str]:
+    """Names of the package's modules that a file imports, anywhere in it."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names.add(node.module or "")
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return {name for name in names if name.split(".")[0] == "postproc"}
+
+
+def room(name: str) -> str:
+    parts = name.split(".")
+    return parts[1] if len(parts) > 1 else ""
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_imports_point_downward(path: Path) -> None:
+    own = path.relative_to(PACKAGE).with_suffix("").parts[0]
+    for name in imported(path):
+        used = room(name)
+        if used in FOUNDATION or used not in ROOMS or own == "__main__":
+            continue
+        assert own in ROOMS, f"{own} is the foundation and imports {name}"
+        assert ROOMS.index(used) <= ROOMS.index(own), f"{own} imports {name}, which stands above it"
+
+
+def test_every_folder_is_a_known_room() -> None:
+    assert {p.name for p in PACKAGE.iterdir() if (p / "__init__.py").exists()} <= set(ROOMS)
+
+
+def test_package_inits_hold_nothing() -> None:
+    for path in PACKAGE.glob("*/__init__.py"):
+        body = ast.parse(path.read_text("utf-8")).body
+        assert all(isinstance(node, ast.Expr) for node in body), f"{path} does more than say what it is"
+
+
+def test_the_command_line_starts_without_heavy_libraries() -> None:
+    code = "import sys; from postproc.cli.app import build; build(); print(*{m.split('.')[0] for m in sys.modules})"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert not HEAVY & set(loaded.stdout.split())
+
+
+def test_every_diagnostic_is_explained() -> None:
+    """A code used in the package has a section in docs/diagnostics and the other way round, each code once."""
+    code = re.compile(r"[\"']([A-Z]{3}\d{3})[\"']")
+    used = {found for path in MODULES for found in code.findall(path.read_text("utf-8"))}
+    pages = sorted((ROOT / "docs" / "diagnostics").glob("*.md"))
+    explained = [(m, p.stem) for p in pages for m in re.findall(r"^## ([A-Z]{3}\d{3}) \S", p.read_text("utf-8"), re.M)]
+    codes = [found for found, _ in explained]
+    assert used - set(codes) == set(), "used but not explained"
+    assert set(codes) - used == set(), "explained but not used"
+    assert len(codes) == len(set(codes))
+    assert all(found.startswith(page) for found, page in explained)
+
+
+def test_modules_stay_small() -> None:
+    sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
+    assert {name: size for name, size in sizes.items() if size > 300} == {}
+    assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 100} == {}
