@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.robot.arm import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +29,11 @@ class State:
         T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
         session: (n,) index of the measuring session.
         channels: further columns of the measurement table, by name, (n,).
+        gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down).
+        robot: the nominal arm, for effects that need its lengths and axes. Filled by the model, as are:
         T_base_body: (n, 7, 4, 4) poses of the body frames and joint_load (n, 6) [N m], body_load (n, 7, 6)
             (force [N], moment [N m] at the distal end of each body, in its axes): the loads that deflect the springs.
-            Filled by the model before it asks for loads and displacements.
+            Loads are asked for first, with T_base_body alone.
     """
 
     q: Array
@@ -45,6 +48,8 @@ class State:
     T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
     session: Array | None = None
     channels: Mapping[str, Array] = field(default_factory=dict)
+    gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    robot: Robot | None = None
     T_base_body: Array | None = None
     joint_load: Array | None = None
     body_load: Array | None = None

@@ -1,0 +1,1 @@
+"""The library of physical effects, one file each, and the contract they share."""

@@ -1,0 +1,319 @@
+"""The class that every physical effect is derived from.
+
+An effect is a frozen value: its fields are its present parameters, a fit returns a new one. What a user writes:
+
+    class GearStep(Effect, reads=("q",)):
+        '''Joint 2 jumps beyond an angle. Source: own measurements.'''
+
+        step_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
+
+        def displacement(self, state):
+            dq = np.zeros((len(state), 6))
+            dq[:, 1] = self.step_rad * (state.q[:, 1] > 0.4)
+            return dq
+
+`displacement_of` and `load_of` are how the rest of the package asks: they fill in what an effect leaves out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.contract import Displacement, Load, State
+from postproc.effects.files import FieldProblem, check_table
+from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
+
+T = TypeVar("T")
+_STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load"}
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One form of an effect that a diagnosis tries.
+
+    Args:
+        effect: the effect with null amplitudes and starting values for what only forms it.
+        free: (p,) which entries of ``effect.vector()`` enter linearly and are screened.
+        refit: (p,) which entries a full fit of this form moves (those of ``free`` and the forming ones).
+        label: what tells it from the other forms, such as ``joint 3, order 12``.
+    """
+
+    effect: Effect
+    free: NDArray[np.bool_]
+    refit: NDArray[np.bool_]
+    label: str = ""
+
+    @property
+    def count(self) -> int:
+        """Number of parameters that a full fit of this form frees."""
+        return int(self.refit.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class JointBasis:
+    """Columns of an effect that is linear and moves one joint by each parameter: dq[:, joint[k]] += values[:, k] * x[k].
+
+    Args:
+        joint: (p,) joint index from 0; values: (n, p) [rad per unit of the parameter].
+    """
+
+    joint: NDArray[np.int_]
+    values: Array
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False, field_specifiers=(param, structure))
+class Effect:
+    """A physical effect: parameters with units, and a load, a displacement, or both.
+
+    Class keywords:
+        reads: channels of the state it needs: q, v, a, approach, load, temperature, time, payload, wrench, session,
+            or the name of a column of the measurement table.
+        linear: loads and displacement are linear in all amplitudes.
+        key: canonical name; the class name in lower case with underscores where none is given.
+        confused_with: key of another effect to the measurement that tells the two apart.
+        ambiguous: cannot be told from geometry or frames by any pose measurement; only held as a finding.
+    """
+
+    key: ClassVar[str]
+    title: ClassVar[str]
+    reads: ClassVar[tuple[str, ...]] = ("q",)
+    linear: ClassVar[bool] = True
+    confused_with: ClassVar[Mapping[str, str]] = {}
+    ambiguous: ClassVar[bool] = False
+
+    def __init_subclass__(
+        cls,
+        *,
+        reads: Sequence[str] = ("q",),
+        linear: bool = True,
+        key: str = "",
+        confused_with: Mapping[str, str] | None = None,
+        ambiguous: bool = False,
+        **rest: Any,
+    ) -> None:
+        super().__init_subclass__(**rest)
+        # dataclass() invents a docstring where there is none, so the title is taken before it runs.
+        doc = cls.__dict__.get("__doc__") or ""
+        cls.title = doc.strip().split("\n")[0]
+        cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.reads, cls.linear, cls.ambiguous = (reads,) if isinstance(reads, str) else tuple(reads), linear, ambiguous
+        cls.confused_with = dict(confused_with or {})
+        dataclass(frozen=True, eq=False, kw_only=True)(cls)
+
+    def __post_init__(self) -> None:
+        for name, meta in self.structures().items():
+            value = getattr(self, name)
+            if isinstance(value, (list, np.ndarray)):
+                object.__setattr__(self, name, tuple(np.asarray(value).tolist()))
+        for name, meta in self.parameters().items():
+            value, shape = getattr(self, name), self.shape(name)
+            array = np.array(np.broadcast_to(np.asarray(meta.null if value is None else value, dtype=float), shape))
+            array.setflags(write=False)
+            object.__setattr__(self, name, float(array) if shape == () else array)
+
+    def displacement(self, state: State) -> Displacement | Array | None:
+        """Where the effect moves the arm: a `Displacement`, or just (n, 6) joint angles [rad]; None for nothing."""
+        columns = self.basis(state)
+        if columns is None:
+            return None
+        dq = np.zeros((len(state), 6))
+        shares = columns.values * self.vector()
+        for j in range(6):
+            dq[:, j] = shares[:, columns.joint == j].sum(axis=1)
+        return dq
+
+    def load(self, state: State) -> Load | None:
+        """Which forces the effect adds; None for nothing."""
+        return None
+
+    def basis(self, state: State) -> JointBasis | None:
+        """Columns by parameter, for linear effects with many of them; then `displacement` need not be written."""
+        return None
+
+    def roughness(self) -> Array | None:
+        """(p,) weights w of the penalty |w x|^2 that keeps a free function smooth; None where nothing is penalised."""
+        return None
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """Declared parameters by name, in the order of the vector."""
+        return _declared(cls, Parameter)
+
+    @classmethod
+    def structures(cls) -> dict[str, Structure]:
+        """Declared structural choices by name."""
+        return _declared(cls, Structure)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Shape of a parameter, with the words of its declaration resolved by the structural fields."""
+
+        def length(word: int | str) -> int:
+            value = getattr(self, word) if isinstance(word, str) else word
+            return len(value) if isinstance(value, tuple) else int(value)
+
+        return tuple(length(word) for word in self.parameters()[name].shape)
+
+    @classmethod
+    def null(cls, **structures: Any) -> Self:
+        """The effect at which nothing happens."""
+        return cls(**structures)
+
+    def vector(self) -> Array:
+        """(p,) all parameters in the order of declaration, arrays row by row."""
+        return self._stack({name: getattr(self, name) for name in self.parameters()})
+
+    def with_vector(self, x: Array) -> Self:
+        """The same effect with other parameters."""
+        changes, at = {}, 0
+        for name in self.parameters():
+            shape = self.shape(name)
+            size = int(np.prod(shape))
+            changes[name] = np.asarray(x[at : at + size], dtype=float).reshape(shape)
+            at += size
+        return dataclasses.replace(self, **changes)
+
+    def names(self) -> tuple[str, ...]:
+        """(p,) ``half_gap_rad[2]``: entries count from 1, so that a joint's number stands there."""
+        result: list[str] = []
+        for name, meta in self.parameters().items():
+            for index in np.ndindex(self.shape(name)):
+                words = [str(i + 1) for i in index]
+                if meta.labels and words:
+                    words[-1] = meta.labels[index[-1]]
+                result.append(f"{name}[{','.join(words)}]" if words else name)
+        return tuple(result)
+
+    def bounds(self) -> tuple[Array, Array]:
+        """(p,) lowest and (p,) highest values."""
+        every = self.parameters().items()
+        return self._stack({n: m.low for n, m in every}), self._stack({n: m.high for n, m in every})
+
+    def scale(self) -> Array:
+        """(p,) ordinary size of every parameter."""
+        return self._stack({n: m.typical for n, m in self.parameters().items()})
+
+    def null_vector(self) -> Array:
+        """(p,) parameters at which the effect vanishes; those that only form it stay as they are."""
+        values = {n: m.null if m.amplitude else getattr(self, n) for n, m in self.parameters().items()}
+        return self._stack(values)
+
+    def amplitudes(self) -> NDArray[np.bool_]:
+        """(p,) True for amplitudes, False for parameters that only form the effect."""
+        return self._stack({n: float(m.amplitude) for n, m in self.parameters().items()}) > 0.5
+
+    @property
+    def is_null(self) -> bool:
+        return bool(np.all(self.vector() == self.null_vector()))
+
+    @classmethod
+    def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:
+        """What is wrong with the effect's table of a model file: by key, with a message and help."""
+        return check_table(cls, table)
+
+    @classmethod
+    def from_file(cls, table: Mapping[str, Any]) -> Self:
+        """The effect written in a model file as ``[effects.KEY]``.
+
+        Raises:
+            PostprocError: the table names an unknown key or holds a value of the wrong length, type or size.
+        """
+        found = cls.problems(table)
+        if found:
+            raise PostprocError([p.diagnostic() for p in found])
+        return cls(**table)
+
+    def to_file(self) -> dict[str, Any]:
+        """Plain numbers, words and lists for ``[effects.KEY]`` of a model file."""
+        return {name: _plain(getattr(self, name)) for name in (*self.structures(), *self.parameters())}
+
+    @classmethod
+    def missing(cls, state: State) -> tuple[str, ...]:
+        """Channels that the effect reads and the state lacks."""
+        return tuple(name for name in cls.reads if channel(state, name) is None)
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
+        return (variant(cls.null() if current is None else current),)
+
+    def _stack(self, values: Mapping[str, Any]) -> Array:
+        parts = [broadcast(value, self.shape(name)).ravel() for name, value in values.items()]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        module = sys.modules.get(type(self).__module__)
+        fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
+        return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
+
+
+def variant(effect: Effect, label: str = "", free: NDArray[np.bool_] | None = None, refit: Any = None) -> Variant:
+    """A form with all amplitudes screened and everything refitted, unless masks say otherwise."""
+    free = effect.amplitudes() if free is None else free
+    everything = free | ~effect.amplitudes() if refit is None else refit
+    return Variant(effect, free, np.asarray(everything, dtype=bool), label)
+
+
+def channel(state: State, name: str) -> Array | None:
+    """A channel of the state by the name that effects declare, or None where it was not recorded."""
+    if name in state.channels:
+        return state.channels[name]
+    return getattr(state, _STATE_FIELDS.get(name, name), None)
+
+
+def displacement_of(effect: Effect, state: State) -> Displacement:
+    """The displacement of an effect; nothing where a channel that it reads was not recorded."""
+    if effect.missing(state):
+        return Displacement()
+    result = effect.displacement(state)
+    if result is None:
+        return Displacement()
+    return result if isinstance(result, Displacement) else Displacement(joint=np.asarray(result, dtype=float))
+
+
+def load_of(effect: Effect, state: State) -> Load:
+    """The load of an effect; nothing where a channel that it reads was not recorded.
+
+    Loads come before the springs are loaded, so ``load`` itself is not asked for.
+    """
+    if set(effect.missing(state)) - {"load"}:
+        return Load()
+    return effect.load(state) or Load()
+
+
+def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Effect:
+    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not known yet."""
+    if module not in sys.modules:
+        import importlib
+
+        try:
+            importlib.import_module(module)
+        except ModuleNotFoundError:
+            if file is None:
+                raise
+            from postproc.effects.registry import load_effect_file
+
+            load_effect_file(file)
+    found: Any = sys.modules[module]
+    for part in name.split("."):
+        found = getattr(found, part)
+    result: Effect = found(**fields)
+    return result
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
+
+
+def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:
+    every = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    return {f.name: f.metadata[META] for f in every if isinstance(f.metadata.get(META), kind)}

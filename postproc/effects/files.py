@@ -1,0 +1,108 @@
+"""Checking an effect's table of a model file against its declaration, before the effect is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.effects.parameters import broadcast
+
+if TYPE_CHECKING:
+    from postproc.effects.base import Effect
+
+
+@dataclass(frozen=True, slots=True)
+class FieldProblem:
+    """One wrong entry of ``[effects.KEY]``.
+
+    Args:
+        code: EFF021 unknown key, EFF022 wrong length, EFF023 wrong type, EFF024 out of range.
+        field: the key in the table; message, help: for the diagnostic.
+    """
+
+    code: str
+    field: str
+    message: str
+    help: str = ""
+
+    def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
+        return Diagnostic(self.code, "error", self.message, source, span, self.help)
+
+
+def check_table(cls: type[Effect], table: Mapping[str, Any]) -> list[FieldProblem]:
+    """Everything wrong with a table, all at once."""
+    allowed = [*cls.structures(), *cls.parameters()]
+    found: list[FieldProblem] = []
+    for name in table:
+        if name not in allowed:
+            close = get_close_matches(name, allowed, n=1)
+            hint = f"did you mean `{close[0]}`?" if close else "allowed: " + ", ".join(f"`{a}`" for a in allowed)
+            found.append(FieldProblem("EFF021", name, f"`{cls.key}` has no parameter `{name}`", hint))
+    chosen = {name: table[name] for name in cls.structures() if name in table}
+    for name, value in chosen.items():
+        found += _check_structure(cls, name, value)
+    if found:
+        return found
+    like = cls(**chosen)
+    for name in cls.parameters():
+        if name in table:
+            found += _check_parameter(like, name, table[name])
+    return found
+
+
+def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProblem]:
+    meta = cls.structures()[name]
+    default = getattr(cls, name)
+    if meta.choices:
+        if value in meta.choices:
+            return []
+        allowed = ", ".join(f'"{c}"' for c in meta.choices)
+        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not one of its choices", f"allowed: {allowed}")]
+    many = isinstance(default, tuple)
+    numbers = value if isinstance(value, (list, tuple)) else [value]
+    if many != isinstance(value, (list, tuple)) or not all(_is_number(v) for v in numbers):
+        wanted = "a list of numbers" if many else "one number"
+        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}")]
+    whole = all(isinstance(v, int) for v in (default if many else [default]))
+    if whole and any(v != int(v) for v in numbers):
+        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not a whole number")]
+    return [
+        FieldProblem("EFF024", name, f"`{name}` of `{cls.key}` is {v:g}", f"allowed: {meta.low:g} to {meta.high:g}")
+        for v in numbers
+        if not meta.low <= v <= meta.high
+    ]
+
+
+def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
+    meta, shape = like.parameters()[name], like.shape(name)
+    wanted = f"a list of {' x '.join(map(str, shape))} numbers" if shape else "one number"
+    wanted += f" [{meta.unit}]"
+    if not _all_numbers(value):
+        return [FieldProblem("EFF023", name, f"`{name}` of `{like.key}` is not {wanted}")]
+    try:
+        array = np.asarray(value, dtype=float)
+    except ValueError:
+        return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has rows of different lengths", f"give {wanted}")]
+    if array.shape != shape:
+        has = " x ".join(map(str, array.shape)) or "one"
+        return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has {has} numbers", f"give {wanted}")]
+    low, high = broadcast(meta.low, shape), broadcast(meta.high, shape)
+    outside = ~((array >= low) & (array <= high))  # NaN is outside as well
+    if not outside.any():
+        return []
+    at = tuple(np.argwhere(outside)[0])
+    limits = f"allowed: {low[at]:g} to {high[at]:g} {meta.unit}"
+    return [FieldProblem("EFF024", name, f"`{name}` of `{like.key}` is {array[at]:g} {meta.unit}", limits)]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _all_numbers(value: Any) -> bool:
+    return all(map(_all_numbers, value)) if isinstance(value, (list, tuple)) else _is_number(value)

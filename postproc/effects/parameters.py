@@ -1,0 +1,87 @@
+"""Parameters of an effect declared as data: value, unit, bounds, ordinary size and the value at which it vanishes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+
+Number = float | Sequence[float]
+META = "postproc"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number or an array that a fit may move.
+
+    Args:
+        unit: SI unit, ``"rad/(N m)"``; ``"1"`` for a pure number. The name of the field ends in it: ``.._rad_per_Nm``.
+        shape: lengths; a word is the length (or the value) of the structural field of that name.
+        low, high: bounds; typical: ordinary size, which also scales the fit.
+        null: value at which the effect vanishes.
+        amplitude: False for a parameter that only forms the effect (a knee, a point): its value says nothing
+            while the amplitudes are null.
+        labels: names of the entries along the last axis; numbers from 1 where none are given.
+    """
+
+    unit: str = ""
+    shape: tuple[int | str, ...] = ()
+    low: Number = -np.inf
+    high: Number = np.inf
+    typical: Number = 1.0
+    null: Number = 0.0
+    amplitude: bool = True
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """A choice that is searched, not fitted: a harmonic order, a body, a law.
+
+    Args:
+        low, high: range of the number (of every number of a tuple).
+        choices: the allowed words, for a choice among words.
+    """
+
+    low: float = -np.inf
+    high: float = np.inf
+    choices: tuple[str, ...] = ()
+
+
+def param(
+    *,
+    unit: str = "",
+    shape: tuple[int | str, ...] = (),
+    low: Number = -np.inf,
+    high: Number = np.inf,
+    typical: Number = 1.0,
+    null: Number = 0.0,
+    amplitude: bool = True,
+    labels: tuple[str, ...] = (),
+    default: Any = None,
+) -> Any:
+    """Declare a parameter of an effect (see `Parameter`); its default value is the null value."""
+    meta = Parameter(unit, shape, low, high, typical, null, amplitude, labels)
+    return dataclasses.field(default=default, metadata={META: meta})
+
+
+def structure(default: Any, *, low: float = -np.inf, high: float = np.inf, choices: tuple[str, ...] = ()) -> Any:
+    """Declare a structural choice of an effect (see `Structure`): a number, a word, or a tuple of numbers."""
+    return dataclasses.field(default=default, metadata={META: Structure(low, high, choices)})
+
+
+def unit_suffix(unit: str) -> str:
+    """How a unit stands at the end of a name: ``rad/(N m)`` is ``_rad_per_Nm``, ``1/K`` is ``_per_K``, ``1`` nothing."""
+    over, _, under = unit.replace(" ", "").replace("^", "").replace("(", "").replace(")", "").partition("/")
+    words = [w for w in ("" if over == "1" else over, f"per_{under}" if under else "") if w]
+    return "".join(f"_{w}" for w in words)
+
+
+def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
+    """Spread one number, or numbers along the last axis, over a parameter's shape."""
+    return np.broadcast_to(np.asarray(value, dtype=float), shape)
