@@ -34,7 +34,8 @@ from postproc.effects.files import FieldProblem, check_table
 from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
 
 T = TypeVar("T")
-_STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load"}
+_STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
+FILLED_BY_MODEL = ("load", "pose", "robot")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +77,8 @@ class Effect:
     """A physical effect: parameters with units, and a load, a displacement, or both.
 
     Class keywords:
-        reads: channels of the state it needs: q, v, a, approach, load, temperature, time, payload, wrench, session,
-            or the name of a column of the measurement table.
+        reads: channels of the state it needs: q, v, a, approach, temperature, time, payload, wrench, session, a column
+            of the measurement table by its name; or what the model fills in: load, pose (of the bodies), robot.
         linear: loads and displacement are linear in all amplitudes.
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
@@ -238,8 +239,8 @@ class Effect:
 
     @classmethod
     def missing(cls, state: State) -> tuple[str, ...]:
-        """Channels that the effect reads and the state lacks."""
-        return tuple(name for name in cls.reads if channel(state, name) is None)
+        """Channels that the effect reads and nobody recorded (those that the model fills in do not count)."""
+        return tuple(n for n in cls.reads if n not in FILLED_BY_MODEL and channel(state, n) is None)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -272,7 +273,7 @@ def channel(state: State, name: str) -> Array | None:
 
 def displacement_of(effect: Effect, state: State) -> Displacement:
     """The displacement of an effect; nothing where a channel that it reads was not recorded."""
-    if effect.missing(state):
+    if any(channel(state, name) is None for name in effect.reads):
         return Displacement()
     result = effect.displacement(state)
     if result is None:
@@ -281,11 +282,8 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
 
 
 def load_of(effect: Effect, state: State) -> Load:
-    """The load of an effect; nothing where a channel that it reads was not recorded.
-
-    Loads come before the springs are loaded, so ``load`` itself is not asked for.
-    """
-    if set(effect.missing(state)) - {"load"}:
+    """The load of an effect; nothing where a channel that it reads is not there (``load`` itself comes later)."""
+    if any(channel(state, name) is None for name in effect.reads if name != "load"):
         return Load()
     return effect.load(state) or Load()
 
