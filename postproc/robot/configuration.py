@@ -1,0 +1,53 @@
+"""Confdata: which of the joint solutions of a pose a robtarget means (ABB RAPID reference, confdata, serial six-axis arms)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.robot.arm import Opw, Robot
+from postproc.robot.opw import wrist_place
+
+QUARTER = np.pi / 2
+TURNING = [0, 3, 5]  # axes that cf1, cf4 and cf6 speak of
+ON_BOUNDARY = 1e-9  # a joint this close below a quadrant's edge [rad] stands on it: rounding must not flip a confdata
+
+
+def closed_form(robot: Robot) -> Opw:
+    """The closed-form parameters of an arm.
+
+    Raises:
+        PostprocError: KIN005, the arm has no spherical wrist.
+    """
+    if robot.opw is None:
+        raise PostprocError(
+            Diagnostic(
+                "KIN005",
+                "error",
+                f"robot `{robot.name}` has no spherical wrist, so confdata and closed-form inverse kinematics are not defined for it",
+                help="give joint angles instead of poses, or choose an arm with a spherical wrist",
+            )
+        )
+    return robot.opw
+
+
+def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
+    """cfx 0..7 = 4 (wrist centre behind axis 1) + 2 (behind the lower arm) + (axis 5 negative), (..., 6) [rad] -> (...)."""
+    forward, above = wrist_place(opw, q)
+    result: NDArray[np.int64] = 4 * (forward < 0) + 2 * (above < 0) + (q[..., 4] < -ON_BOUNDARY)
+    return result
+
+
+def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
+    """[cf1, cf4, cf6, cfx] of joint angles, (n, 6) [rad] -> (n, 4).
+
+    cf is the quarter turn k with q in [90 k, 90 (k + 1)) degrees; cfx is given by `branch`.
+
+    Raises:
+        PostprocError: KIN005, the arm has no spherical wrist.
+    """
+    opw = closed_form(robot)
+    turns = np.floor((np.asarray(q)[..., TURNING] + ON_BOUNDARY) / QUARTER).astype(np.int64)
+    return np.concatenate([turns, branch(opw, q)[..., None]], axis=-1)

@@ -1,0 +1,273 @@
+"""Nominal inverse kinematics: all branches, the one a confdata means, and the continuous one along a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.robot.arm import Opw, Robot
+from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
+from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.pose import pose_error
+
+SINGULAR_WRIST = 1e-7  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning
+BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a pose has no joint angles.
+
+    Args:
+        index: which pose.
+        reason: ``unreachable``, ``configuration`` (no solution has it) or ``limit``.
+        message: one sentence; help: one action.
+        nearest: the nearest confdata that exists (``configuration``).
+        joint: 1..6, value and limit [rad] (``limit``).
+    """
+
+    index: int
+    reason: Literal["unreachable", "configuration", "limit"]
+    message: str
+    help: str
+    nearest: tuple[int, int, int, int] | None = None
+    joint: int | None = None
+    value: float | None = None
+    limit: float | None = None
+
+    def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
+        code = {"unreachable": "KIN001", "configuration": "KIN002", "limit": "KIN003"}[self.reason]
+        return Diagnostic(code, "error", self.message, source, span, self.help)
+
+
+@dataclass(frozen=True, slots=True)
+class JointSolution:
+    """Joint angles (n, 6) [rad], NaN where a failure says why."""
+
+    q: Array
+    failures: tuple[Failure, ...] = ()
+
+
+def _solver(opw: Opw) -> Any:
+    from py_opw_kinematics import KinematicModel, Robot as Solver
+
+    model = KinematicModel(opw.a1, opw.a2, opw.b, opw.c1, opw.c2, opw.c3, opw.c4, offsets=opw.offsets)
+    return Solver(model, degrees=False)
+
+
+def inverse(robot: Robot, T_base_flange: Array) -> Array:
+    """All closed-form solutions, (n, 4, 4) -> (n, 8, 6) [rad] in (-pi, pi], NaN rows where a branch does not exist.
+
+    Rotations are normalised. Slots are those of py-opw-kinematics; `branch` gives the cfx of each.
+
+    Raises:
+        PostprocError: KIN005, the arm has no spherical wrist.
+    """
+    from py_opw_kinematics import RigidTransform
+
+    solver = _solver(closed_form(robot))
+    poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
+    finite = np.isfinite(poses).all(axis=(1, 2))
+    poses = np.where(finite[:, None, None], poses, np.eye(4))
+    # Limits that nothing meets: skips the singular values that reach() would compute, four times faster.
+    joints = np.array(solver.reach(RigidTransform.from_matrix(poses), joint_limits=np.tile([10.0, 11.0], (6, 1))).joints)
+    joints[~finite] = np.nan
+    return joints
+
+
+def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
+    """The joint angles that a controller takes for poses with confdata, turns included.
+
+    Args:
+        T_base_flange: (n, 4, 4). conf: (n, 4) [cf1, cf4, cf6, cfx].
+
+    Raises:
+        PostprocError: KIN005, the arm has no spherical wrist.
+    """
+    opw = closed_form(robot)
+    poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
+    wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
+    solutions = inverse(robot, poses)
+    q, gap = _turned(solutions, wanted[:, None, :3])
+    bits = branch(opw, solutions)
+    # At a singular wrist both signs of axis 5 are the same arm.
+    same = (bits == wanted[:, None, 3]) | ((np.abs(np.sin(solutions[..., 4])) < BOUNDARY) & (bits ^ 1 == wanted[:, None, 3]))
+    exists = np.isfinite(solutions).all(axis=-1)
+    # Among branches that fit, one inside its quadrants and inside the limits wins.
+    outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
+    cost = np.where(exists & same & (gap <= BOUNDARY), gap + outside, np.inf)
+    best = np.argmin(cost, axis=1)
+    rows = np.arange(len(q))
+    found = np.isfinite(cost[rows, best])
+    result = np.where(found[:, None], q[rows, best], np.nan)
+    failures = [_missing(robot, i, solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
+    beyond = found & (outside[rows, best] > 0)
+    failures += [_beyond(robot, int(i), result[i]) for i in np.flatnonzero(beyond)]
+    result[beyond] = np.nan
+    return JointSolution(result, tuple(sorted(failures, key=lambda f: f.index)))
+
+
+def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Solutions (n, 8, 6) moved by whole turns as close to their quadrants as they get, and how far outside they stay [rad]."""
+    q = _shared_wrist(q, cf)
+    middle = (cf + 0.5) * QUARTER
+    turning = q[..., TURNING]
+    turning = turning + 2 * np.pi * np.round((middle - turning) / (2 * np.pi))
+    gap = np.maximum(np.abs(turning - middle) - QUARTER / 2, 0.0).max(axis=-1)
+    result = q.copy()
+    result[..., TURNING] = turning
+    return result, gap
+
+
+def _shared_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
+    """At a singular wrist, divide what axes 4 and 6 do together so that axis 4 stands in its quadrant, zero if it may."""
+    singular = np.abs(np.sin(q[..., 4])) < SINGULAR_WRIST
+    if not singular.any():
+        return q
+    sign = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
+    low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER
+    total = q[..., 3] + sign * q[..., 5]
+    q4 = np.broadcast_to(np.clip(0.0, low, high), total.shape)
+    # Axis 6 then has to be in its own quadrant: move axis 4 as little as that asks for.
+    q6 = sign * (total - q4)
+    middle = (cf[..., 2] + 0.5) * QUARTER
+    q6 = q6 + 2 * np.pi * np.round((middle - q6) / (2 * np.pi))
+    q6_inside = np.clip(q6, middle - QUARTER / 2, middle + QUARTER / 2)
+    q4 = np.clip(q4 + sign * (q6 - q6_inside), low, high)
+    result = q.copy()
+    result[..., 3] = np.where(singular, q4, q[..., 3])
+    result[..., 5] = np.where(singular, sign * (total - q4), q[..., 5])
+    return result
+
+
+def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> Failure:
+    solutions = solutions[np.isfinite(solutions).all(axis=-1)]
+    if not len(solutions):
+        return Failure(index, "unreachable", f"`{robot.name}` cannot reach the target", "move the target into the working range")
+    turned, _ = _turned(solutions[None], wanted[None, None, :3])
+    inside = ((turned[0] >= robot.lower) & (turned[0] <= robot.upper)).all(axis=-1)
+    confs = confdata(robot, turned[0])
+    # A branch that differs costs more than any turn; one beyond the limits is only named when nothing else exists.
+    distance = np.abs(confs[:, :3] - wanted[:3]).sum(axis=1) + 100 * (confs[:, 3] != wanted[3]) + 1000 * ~inside
+    nearest = confs[int(np.argmin(distance))]
+    named: tuple[int, int, int, int] = (int(nearest[0]), int(nearest[1]), int(nearest[2]), int(nearest[3]))
+    return Failure(
+        index,
+        "configuration",
+        f"no joint solution of the target has the configuration {[int(c) for c in wanted]}",
+        f"the nearest configuration that exists is {list(named)}",
+        nearest=named,
+    )
+
+
+def _beyond(robot: Robot, index: int, q: Array) -> Failure:
+    excess = np.maximum(robot.lower - q, q - robot.upper)
+    joint = int(np.argmax(excess))
+    value, limit = float(q[joint]), float(robot.lower[joint] if q[joint] < robot.lower[joint] else robot.upper[joint])
+    return Failure(
+        index,
+        "limit",
+        f"joint {joint + 1} reaches {np.degrees(value):.1f} deg, limit {np.degrees(limit):.0f} deg",
+        "move or turn the target, or give it another configuration",
+        joint=joint + 1,
+        value=value,
+        limit=limit,
+    )
+
+
+def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
+    """Joint angles along a path in the branch of its start: continuous, over several turns and through a singular wrist.
+
+    Args:
+        T_base_flange: (n, 4, 4) poses along the path, close enough that no joint turns by half a turn between two of them.
+        q_start: (6,) [rad] at or shortly before the first pose.
+
+    Returns:
+        (n, 6) [rad]; limits are not applied.
+
+    Raises:
+        PostprocError: KIN004, a pose cannot be reached in this branch.
+    """
+    poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
+    if not len(poses):
+        return np.zeros((0, 6))
+    if robot.opw is None:
+        return np.stack([q for q in _stepwise(robot, poses, q_start)])
+    solutions = inverse(robot, poses)
+    bits = branch(robot.opw, solutions)
+    # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity).
+    first = np.abs(_wrapped(solutions[0] - q_start)).max(axis=-1)
+    if np.isnan(first).all():
+        _left_branch(robot, 0)
+    arm = bits[0, int(np.nanargmin(first))] >> 1
+    pair = np.argsort(np.where((bits >> 1) == arm, bits, 99) + 50 * np.isnan(solutions[..., 0]), axis=1)[:, :2]
+    rows = np.arange(len(poses))[:, None]
+    options = solutions[rows, pair]
+    lost = ((bits[rows, pair] >> 1) != arm).any(axis=1) | np.isnan(options).any(axis=(1, 2))
+    if lost.any():
+        _left_branch(robot, int(np.argmax(lost)))
+    options = _wrist_pair(options, q_start)
+    # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on which
+    # one the arm is in, and the changes add up.
+    before = np.concatenate([np.repeat(np.asarray(q_start)[None, None], 2, axis=1), options[:-1]])
+    stay = np.abs(_wrapped(options[:, 0] - before[:, 0])).max(axis=-1)
+    change = np.abs(_wrapped(options[:, 1] - before[:, 0])).max(axis=-1)
+    chosen = np.cumsum(change < stay) % 2
+    q = options[np.arange(len(poses)), chosen]
+    unwrapped: Array = np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
+    return unwrapped
+
+
+def _wrist_pair(options: Array, q_start: Array) -> Array:
+    """The two wrists (n, 2, 6) of each pose; at a singular one axis 4 stays where it was and axis 6 takes the rest."""
+    first = options[:, 0].copy()
+    singular = np.abs(np.sin(first[:, 4])) < SINGULAR_WRIST
+    if singular.any():
+        known = np.where(singular, -1, np.arange(len(first)))
+        last = np.maximum.accumulate(known)
+        q4 = np.where(last < 0, q_start[3], first[last, 3])
+        sign = np.where(np.cos(first[:, 4]) > 0, 1.0, -1.0)
+        total = first[:, 3] + sign * first[:, 5]
+        first[:, 3] = np.where(singular, q4, first[:, 3])
+        first[:, 5] = np.where(singular, sign * (total - q4), first[:, 5])
+    second = first * np.array([1, 1, 1, 1, -1, 1]) + np.array([0, 0, 0, np.pi, 0, np.pi])
+    return np.stack([first, second], axis=1)
+
+
+def _wrapped(angle: Array) -> Array:
+    result: Array = (angle + np.pi) % (2 * np.pi) - np.pi
+    return result
+
+
+def _left_branch(robot: Robot, index: int) -> None:
+    raise PostprocError(
+        Diagnostic(
+            "KIN004",
+            "error",
+            f"`{robot.name}` cannot follow the path: pose {index} of it is out of reach in this configuration",
+            help="move the path into the working range, or pass the point with a joint move",
+        ),
+        exit_code=1,
+    )
+
+
+def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
+    """Newton steps from pose to pose, for arms without closed form."""
+    q, result = np.asarray(q_start, dtype=float), []
+    for index, T in enumerate(poses):
+        for _ in range(50):
+            error = pose_error(forward(robot, q)[0], T)
+            if np.abs(error).max() < 1e-12:
+                break
+            step = np.linalg.lstsq(jacobian(robot, q)[0], error, rcond=1e-9)[0]
+            q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+        else:
+            if np.abs(error).max() > 1e-9:
+                _left_branch(robot, index)
+        result.append(q)
+    return result

@@ -1,0 +1,207 @@
+"""Robots by library name, from a TOML file of the same form, or from a URDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import body_poses
+from postproc.robot.opw import derive
+from postproc.robot.pose import rpy, transform
+from postproc.tomlfile import check, parse_toml, read_source, span_of
+
+LIBRARY = Path(__file__).parent / "library"
+
+Vec3 = tuple[float, float, float]
+Six = Annotated[list[float], Field(min_length=6, max_length=6)]
+Positive = Annotated[float, Field(gt=0)]
+PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Chain(_Table):
+    origin_mm: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
+    axis: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
+    origin_rpy_deg: Annotated[list[Vec3], Field(min_length=6, max_length=6)] | None = None
+    flange_mm: Vec3 = (0.0, 0.0, 0.0)
+    flange_rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+
+class _Dh(_Table):
+    a_mm: Six
+    d_mm: Six
+    alpha_deg: Six
+    theta_offset_deg: Six = [0.0] * 6
+
+
+class _Joints(_Table):
+    limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)]
+    speed_deg_per_s: PositiveSix
+    acceleration_rad_per_s2: PositiveSix
+    jerk_rad_per_s3: PositiveSix
+    torque_Nm: PositiveSix | None = None
+    stiffness_Nm_per_rad: PositiveSix | None = None
+
+
+class _Body(_Table):
+    mass_kg: Annotated[float, Field(ge=0)]
+    center_mm: Vec3 = (0.0, 0.0, 0.0)
+    gyration_mm: Annotated[float, Field(ge=0)] = 0.0
+    inertia_kg_m2: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+
+
+class _Bodies(_Table):
+    center_frame: str = Field("body", pattern="^(body|base_at_zero|dh)$")
+    body: Annotated[list[_Body], Field(min_length=7, max_length=7)]
+
+
+class _File(_Table):
+    name: Annotated[str, Field(min_length=1)]
+    description: str = ""
+    payload_kg: Positive | None = None
+    repeatability_mm: Positive | None = None
+    chain: _Chain | None = None
+    dh: _Dh | None = None
+    joints: _Joints
+    bodies: _Bodies
+
+
+def list_robots() -> list[str]:
+    """Names of the robots in the library, sorted."""
+    return sorted(path.stem for path in LIBRARY.glob("*.toml"))
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """A robot by library name, or from a robot TOML or URDF file.
+
+    Raises:
+        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm.
+    """
+    path = LIBRARY / f"{name_or_path}.toml"
+    if not path.is_file() or Path(name_or_path).name != str(name_or_path):
+        path = Path(name_or_path)
+    if path.suffix.lower() in (".urdf", ".xml") and path.is_file():
+        from postproc.robot.urdf import read_urdf
+
+        return read_urdf(path)
+    if path.suffix.lower() != ".toml" or not path.is_file():
+        known = ", ".join(f"`{r}`" for r in list_robots())
+        raise PostprocError(
+            Diagnostic("KIN006", "error", f"there is no robot `{name_or_path}`", help=f"known: {known}; or the path of a robot TOML or URDF")
+        )
+    source = read_source(path, "KIN007")
+    return read_robot(source)
+
+
+def read_robot(source: Source) -> Robot:
+    """A robot from the text of a robot TOML file.
+
+    Raises:
+        PostprocError: KIN007, at the key that does not fit.
+    """
+    file = check(_File, parse_toml(source, "KIN007"), source, "KIN007")
+    link, axis = _geometry(file, source)
+    joints, bodies = file.joints, file.bodies.body
+    lower, upper = np.radians(np.array(joints.limits_deg, dtype=float)).T
+    if not (lower < upper).all():
+        raise _wrong("`joints.limits_deg`: a lower limit is not below its upper limit", source, ("joints", "limits_deg"))
+    center = _centers(file, link, axis)
+    inertia = np.array([_inertia(b) for b in bodies])
+    return Robot(
+        name=file.name,
+        link=link,
+        axis=axis,
+        lower=lower,
+        upper=upper,
+        speed=np.radians(joints.speed_deg_per_s),
+        acceleration=np.array(joints.acceleration_rad_per_s2),
+        jerk=np.array(joints.jerk_rad_per_s3),
+        mass=np.array([b.mass_kg for b in bodies]),
+        center=center,
+        inertia=inertia,
+        torque=None if joints.torque_Nm is None else np.array(joints.torque_Nm),
+        joint_compliance=None if joints.stiffness_Nm_per_rad is None else 1.0 / np.array(joints.stiffness_Nm_per_rad),
+        opw=derive(link, axis),
+        payload=file.payload_kg,
+        sources=_sources(source),
+    )
+
+
+def _geometry(file: _File, source: Source) -> tuple[Array, Array]:
+    if (file.chain is None) == (file.dh is None):
+        raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
+    if file.dh is not None:
+        return dh_chain(*(np.array(v) for v in (file.dh.a_mm, file.dh.d_mm, file.dh.alpha_deg, file.dh.theta_offset_deg)))
+    assert file.chain is not None
+    chain = file.chain
+    angles = np.radians(np.array([*(chain.origin_rpy_deg or [(0.0, 0.0, 0.0)] * 6), chain.flange_rpy_deg]))
+    origins = np.array([*chain.origin_mm, chain.flange_mm]) * 1e-3
+    axis = np.array(chain.axis, dtype=float)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    if (length < 1e-9).any():
+        raise _wrong("`chain.axis`: an axis has no direction", source, ("chain", "axis"))
+    return transform(origins, np.array([rpy(a) for a in angles])), axis / length
+
+
+def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> tuple[Array, Array]:
+    """Link transforms (7, 4, 4) and axes (6, 3) of a standard Denavit-Hartenberg table.
+
+    T_i = Rot_z(theta_i + offset_i) Trans_z(d_i) Trans_x(a_i) Rot_x(alpha_i) (seed paper, Eq. 2b corrected).
+    """
+    link = np.tile(np.eye(4), (7, 1, 1))
+    for i in range(6):
+        offset = transform(np.zeros(3), rpy(np.array([0.0, 0.0, np.radians(offset_deg[i])])))
+        twist = transform(np.array([a_mm[i], 0.0, d_mm[i]]) * 1e-3, rpy(np.array([np.radians(alpha_deg[i]), 0.0, 0.0])))
+        # A turn about z commutes with the joint, so the zero offset may stand before it or after it; after keeps origins.
+        link[i + 1] = offset @ twist
+    return link, np.tile([0.0, 0.0, 1.0], (6, 1))
+
+
+def _centers(file: _File, link: Array, axis: Array) -> Array:
+    """Centres of mass in body axes [m]."""
+    center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
+    if file.bodies.center_frame == "body":
+        return center
+    if file.bodies.center_frame == "dh":  # frame i stands at the far end of link i
+        return np.einsum("bij,bj->bi", link[:, :3, :3], center) + link[:, :3, 3]
+    zero = Robot("zero", link, axis, *[np.zeros(6)] * 5, *[np.zeros(7)] * 3)
+    T = body_poses(zero, np.zeros((1, 6)))[0]
+    return np.einsum("bji,bj->bi", T[:, :3, :3], center - T[:, :3, 3])
+
+
+def _inertia(body: _Body) -> Array:
+    if body.inertia_kg_m2 is not None:
+        xx, yy, zz, xy, xz, yz = body.inertia_kg_m2
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.eye(3) * body.mass_kg * (body.gyration_mm * 1e-3) ** 2
+
+
+def _sources(source: Source) -> dict[str, str]:
+    """The comment beside each number: where it comes from."""
+    import tomlkit
+
+    def walk(table: Any, path: tuple[str, ...]) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for key, item in table.items():
+            comment = getattr(getattr(item, "trivia", None), "comment", "").lstrip("# ").strip()
+            name = ".".join((*path, key))
+            if comment:
+                found[name] = comment
+            if hasattr(item, "items"):
+                found.update(walk(item, (*path, key)))
+        return found
+
+    return walk(tomlkit.parse(source.data.decode("utf-8-sig")), ())
+
+
+def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:
+    return PostprocError(Diagnostic("KIN007", "error", message, source, span_of(source, keys) if keys else None))

@@ -1,0 +1,165 @@
+"""TOML files at the boundary: read, check against a schema, and say at file:line:col what is wrong and what is allowed."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+
+Keys = tuple[str | int, ...]
+Schema = TypeVar("Schema", bound=BaseModel)
+
+_KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
+_HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
+_PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
+_TOKEN = re.compile(r"\"\"\".*?\"\"\"|'''.*?'''|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]", re.DOTALL)
+
+
+def read_source(path: Path, code: str) -> Source:
+    """The bytes of a file.
+
+    Raises:
+        PostprocError: the given code, the file cannot be read.
+    """
+    try:
+        return Source(str(path), path.read_bytes())
+    except OSError as error:
+        raise PostprocError(Diagnostic(code, "error", f"cannot read `{path}`: {error.strerror}", help="check the path")) from error
+
+
+def parse_toml(source: Source, code: str) -> dict[str, Any]:
+    """The content of a TOML file.
+
+    Raises:
+        PostprocError: the given code, at the place where the file is not TOML.
+    """
+    try:
+        return tomllib.loads(source.data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise PostprocError(Diagnostic(code, "error", "the file is not UTF-8 text", source, (error.start, error.start + 1))) from error
+    except tomllib.TOMLDecodeError as error:
+        raise PostprocError(Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)))) from error
+
+
+def _error_span(source: Source, message: str) -> Span:
+    found = re.search(r"at line (\d+), column (\d+)", message)
+    if not found:
+        return len(source.data), len(source.data)
+    at = source.line_starts[int(found[1]) - 1] + int(found[2]) - 1
+    return at, at + 1
+
+
+def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
+    """Spans of every key and of its value, in characters, by the path of keys; entries of [[tables]] carry their number."""
+    places: dict[Keys, tuple[Span, Span]] = {}
+    prefix: Keys = ()
+    counts: dict[Keys, int] = {}
+    at = 0
+    while at < len(text):
+        if header := _HEADER.match(text, at):
+            prefix = _numbered(_split(header[2]), counts, header[1] == "[[")
+            places[prefix] = (header.span(2), header.span(2))
+            at = header.end()
+        elif pair := _PAIR.match(text, at):
+            end = _value_end(text, pair.end())
+            value = text[pair.end() : end].split("#")[0] if "\n" not in text[pair.end() : end] else text[pair.end() : end]
+            places[prefix + _split(pair[1])] = (pair.span(1), (pair.end(), pair.end() + len(value.rstrip())))
+            at = end
+        at = text.find("\n", at) + 1
+        if at == 0:
+            break
+    return places
+
+
+def _split(dotted: str) -> Keys:
+    return tuple(part.strip("\"'") for part in re.findall(_KEY, dotted))
+
+
+def _numbered(keys: Keys, counts: dict[Keys, int], entry: bool) -> Keys:
+    """Path of a header, with the number of the [[entry]] it stands in after each array's name."""
+    path: Keys = ()
+    for position, key in enumerate(keys):
+        path = (*path, key)
+        if entry and position == len(keys) - 1:
+            counts[path] = counts.get(path, -1) + 1
+        if path in counts:
+            path = (*path, counts[path])
+    return path
+
+
+def _value_end(text: str, start: int) -> int:
+    """End of the value that starts here: its line's end outside brackets and strings."""
+    depth = 0
+    for token in _TOKEN.finditer(text, start):
+        if token[0] == "\n" and depth <= 0:
+            return token.start()
+        depth += (token[0] in ("[", "{")) - (token[0] in ("]", "}"))
+    return len(text)
+
+
+def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
+    """Byte span of a key (of its value, if asked), or of the innermost part of its path that stands in the file."""
+    text = source.data.decode("utf-8", "replace")
+    places = locate(text)
+    for length in range(len(keys), 0, -1):
+        if place := places.get(keys[:length]):
+            start, end = place[1 if value else 0]
+            before = len(text[:start].encode())
+            return before, before + len(text[start:end].encode())
+    return None
+
+
+def check(schema: type[Schema], content: dict[str, Any], source: Source, code: str, prefix: Keys = ()) -> Schema:
+    """The content as a value of the schema.
+
+    Raises:
+        PostprocError: the given code, one finding for each key or value that does not fit.
+    """
+    try:
+        return schema.model_validate(content)
+    except ValidationError as error:
+        raise PostprocError([_finding(schema, dict(e), source, code, prefix) for e in error.errors()]) from error
+
+
+def unknown_key(keys: Keys, allowed: list[str], source: Source, code: str) -> Diagnostic:
+    """Finding about a key that nothing reads, naming what is allowed."""
+    name = str(keys[-1])
+    close = get_close_matches(name, allowed, 1)
+    hint = f"did you mean `{close[0]}`? " if close else ""
+    listed = ", ".join(f"`{a}`" for a in allowed) or "nothing"
+    return Diagnostic(code, "error", f"unknown key `{name}`", source, span_of(source, keys), f"{hint}allowed here: {listed}")
+
+
+def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str, prefix: Keys) -> Diagnostic:
+    keys: Keys = prefix + tuple(error["loc"])
+    if error["type"] == "extra_forbidden":
+        return unknown_key(keys, _allowed(schema, tuple(error["loc"])[:-1]), source, code)
+    name = ".".join(str(k) for k in keys)
+    if error["type"] == "missing":
+        return Diagnostic(code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`")
+    message = error["msg"][0].lower() + error["msg"][1:]
+    return Diagnostic(code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error))
+
+
+def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
+    current: Any = schema
+    for key in loc:
+        if isinstance(key, str) and isinstance(current, type) and issubclass(current, BaseModel) and key in current.model_fields:
+            annotation = current.model_fields[key].annotation
+            candidates = [annotation, *getattr(annotation, "__args__", ())]
+            current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
+    return sorted(current.model_fields) if isinstance(current, type) and issubclass(current, BaseModel) else []
+
+
+def _expected(error: dict[str, Any]) -> str:
+    context = error.get("ctx", {})
+    if "min_length" in context or "max_length" in context:
+        length = context.get("min_length", context.get("max_length"))
+        return f"give {length} values; there are {context.get('actual_length', 'others')}"
+    return f"found `{str(error.get('input'))[:60]}`"
