@@ -14,7 +14,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 demo: $(VENV)/.installed  ## Convert a sample and show the result.
 	@mkdir -p $(OUT)
-	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) --in-place-of-existing -o $(OUT)/$(notdir $(SAMPLE))
+	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) -o $(OUT)/$(notdir $(SAMPLE))
 	@$(BIN)/postproc diff $(SAMPLE) $(OUT)/$(notdir $(SAMPLE)) --tolerance 10
 	@echo "program:     $(SAMPLE)"
 	@echo "compensated: $(OUT)/$(notdir $(SAMPLE))"
