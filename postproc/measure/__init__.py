@@ -1,0 +1,1 @@
+"""Measurement tables: reading, units, frames, repeats, ISO 9283 figures."""

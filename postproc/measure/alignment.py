@@ -1,0 +1,108 @@
+"""Instrument frame and tool from nominal flange poses and measured points, without a starting guess."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """How the instrument sees the arm.
+
+    Args:
+        T_instrument_base: (4, 4).
+        tool: (3,) the measured point in the flange frame [m].
+        scale: instrument length over nominal length; 1 where the units are right.
+        mirrored: the best linear map turns right hands into left ones (swapped columns, wrong sign).
+        residual: (n, 3) measured minus aligned [m].
+        typical: median length of the residual [m].
+    """
+
+    T_instrument_base: Array
+    tool: Array
+    scale: float
+    mirrored: bool
+    residual: Array
+    typical: float
+
+
+def align(T_base_flange: Array, position: Array) -> Alignment:
+    """Fit y = T_instrument_base (p + R t): first the linear problem p = A y - c - R t, then Gauss-Newton with Huber weights.
+
+    The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values give the scale.
+
+    Args:
+        T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
+    """
+    R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
+    p_mean, y_mean = np.median(p, axis=0), np.median(y, axis=0)
+    p0, y0 = p - p_mean, y - y_mean
+    spread = max(float(np.sqrt(np.median(np.sum(y0**2, axis=1)))), 1e-12)
+    n = len(p)
+    design = np.zeros((n, 3, 15))
+    for axis in range(3):
+        design[:, axis, 3 * axis : 3 * axis + 3] = y0 / spread
+        design[:, axis, 9 + axis] = -1.0
+    design[:, :, 12:] = -R
+    weight = np.ones(n)
+    for _ in range(12):
+        root = np.sqrt(weight)[:, None]
+        solution, *_ = np.linalg.lstsq((design * root[:, :, None]).reshape(-1, 15), (p0 * root).reshape(-1), rcond=1e-9)
+        error = np.linalg.norm(design @ solution - p0, axis=1)
+        weight = _weights(error)
+    A = solution[:9].reshape(3, 3) / spread
+    U, singular, Vt = np.linalg.svd(A)
+    mirrored = bool(np.linalg.det(A) < 0)
+    scale = 1.0 / max(float(np.exp(np.mean(np.log(np.maximum(singular, 1e-12))))), 1e-12)
+    if not 0.2 < scale < 5:
+        return Alignment(np.eye(4), solution[12:], scale, mirrored, np.full((n, 3), np.nan), np.inf)
+    rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
+    tool = solution[12:]
+    shift = y_mean - np.median((rotation @ (p + R @ tool)[:, :, None])[:, :, 0], axis=0) + np.median(y0, axis=0)
+    return _refine(R, p, y, rotation, shift, tool, scale, mirrored)
+
+
+def _refine(
+    R: Array, p: Array, y: Array, rotation: Array, shift: Array, tool: Array, scale: float, mirrored: bool
+) -> Alignment:
+    n = len(p)
+    weight = np.ones(n)
+    for _ in range(30):
+        base = (p + R @ tool) @ rotation.T
+        residual = y - base - shift
+        error = np.linalg.norm(residual, axis=1)
+        weight = _weights(error)
+        design = np.zeros((n, 3, 9))
+        design[:, :, :3] = np.eye(3)
+        design[:, 0, 4], design[:, 0, 5] = base[:, 2], -base[:, 1]
+        design[:, 1, 3], design[:, 1, 5] = -base[:, 2], base[:, 0]
+        design[:, 2, 3], design[:, 2, 4] = base[:, 1], -base[:, 0]
+        design[:, :, 6:] = rotation @ R
+        root = np.sqrt(weight)[:, None]
+        step, *_ = np.linalg.lstsq((design * root[:, :, None]).reshape(-1, 9), (residual * root).reshape(-1), rcond=1e-10)
+        rotation = _turn(step[3:6]) @ rotation
+        shift, tool = shift + step[:3], tool + step[6:]
+        if np.linalg.norm(step) < 1e-10:
+            break
+    residual = y - (p + R @ tool) @ rotation.T - shift
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, shift
+    typical = float(np.median(np.linalg.norm(residual, axis=1)))
+    return Alignment(T, tool, scale, mirrored, residual, typical)
+
+
+def _weights(error: Array) -> Array:
+    """Huber weights at twice the median error."""
+    limit = max(2.0 * float(np.median(error)), 1e-12)
+    return np.minimum(1.0, limit / np.maximum(error, 1e-300))
+
+
+def _turn(vector: Array) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    turned: Array = Rotation.from_rotvec(vector).as_matrix()
+    return turned

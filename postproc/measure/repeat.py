@@ -1,0 +1,110 @@
+"""What repeats say: the noise, and the accuracy and repeatability of ISO 9283."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.measure.measurements import Measurements
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """How far the measurement scatters by itself.
+
+    Args:
+        position: standard deviation per axis [m]; dof: degrees of freedom behind it.
+        rotation: standard deviation per axis [rad], None where no orientation was repeated; rotation_dof: behind it.
+        origin: where the figure comes from.
+    """
+
+    position: float | None
+    dof: float
+    rotation: float | None
+    rotation_dof: float
+    origin: Literal["repeats", "sigma_mm", "user", "none"]
+
+
+def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
+    """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group), else from column ``sigma_mm``."""
+    groups = data.repeats
+    rotation, rotation_dof = _rotation_scatter(data, groups)
+    if stated is not None:
+        return Noise(stated, np.inf, rotation, rotation_dof, "user")
+    square, dof = pooled_scatter(data.position, groups)
+    if dof >= 9 and square > 0:
+        return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
+    if data.sigma is not None:
+        return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, rotation_dof, "sigma_mm")
+    return Noise(None, 0.0, rotation, rotation_dof, "none")
+
+
+def pooled_scatter(values: Array, groups: Array) -> tuple[float, float]:
+    """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom; rows with NaN do not count."""
+    good = np.isfinite(values).all(axis=1)
+    if not good.any():
+        return 0.0, 0.0
+    values = values[good]
+    _, index, count = np.unique(groups[good], return_inverse=True, return_counts=True)
+    means = np.zeros((len(count), values.shape[1]))
+    np.add.at(means, index, values)
+    means /= count[:, None]
+    dof = float((count - 1).sum() * values.shape[1])
+    return (float(np.sum((values - means[index]) ** 2)) / dof if dof else 0.0), dof
+
+
+def _rotation_scatter(data: Measurements, groups: Array) -> tuple[float | None, float]:
+    if data.rotation is None:
+        return None, 0.0
+    from scipy.spatial.transform import Rotation
+
+    good = np.isfinite(data.rotation).all(axis=(1, 2))
+    if not good.any():
+        return None, 0.0
+    first = {int(g): i for i, g in reversed(list(enumerate(groups))) if good[i]}
+    rows = np.flatnonzero(good)
+    reference = np.array([data.rotation[first[int(groups[i])]] for i in rows])
+    turned = Rotation.from_matrix(np.swapaxes(reference, 1, 2) @ data.rotation[rows]).as_rotvec()
+    square, dof = pooled_scatter(turned, groups[rows])
+    return (float(np.sqrt(square)), dof) if dof >= 9 and square > 0 else (None, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Iso9283:
+    """Pose figures of ISO 9283 in mm.
+
+    Args:
+        accuracy: AP, distance of the mean of the attained positions from the commanded one: mean and maximum over the poses.
+        repeatability: RP = mean distance from the barycentre + 3 standard deviations of that distance, None without repeats:
+            median and maximum over the poses measured at least three times.
+        poses: number of poses behind the repeatability.
+    """
+
+    accuracy_mean: float
+    accuracy_max: float
+    repeatability_median: float | None
+    repeatability_max: float | None
+    poses: int
+
+
+def iso9283(error: Array, groups: Array) -> Iso9283:
+    """ISO 9283 figures from (n, 3) position errors (measured minus commanded) [m] and the group of repeats of each row."""
+    good = np.isfinite(error).all(axis=1)
+    accuracy, repeatability = [], []
+    for group in np.unique(groups[good]):
+        member = error[good & (groups == group)] * 1e3
+        mean = member.mean(axis=0)
+        accuracy.append(float(np.linalg.norm(mean)))
+        if len(member) >= 3:
+            distance = np.linalg.norm(member - mean, axis=1)
+            repeatability.append(float(distance.mean() + 3 * distance.std(ddof=1)))
+    return Iso9283(
+        accuracy_mean=float(np.mean(accuracy)) if accuracy else 0.0,
+        accuracy_max=float(np.max(accuracy)) if accuracy else 0.0,
+        repeatability_median=float(np.median(repeatability)) if repeatability else None,
+        repeatability_max=float(np.max(repeatability)) if repeatability else None,
+        poses=len(repeatability),
+    )
