@@ -85,7 +85,9 @@ class Arm:
     upper: np.ndarray
     lengths: dict[str, float] = field(default_factory=dict)
 
-    def forward(self, q: np.ndarray, tool: np.ndarray, dq: np.ndarray | float = 0.0, xi: np.ndarray | None = None) -> Frames:
+    def forward(
+        self, q: np.ndarray, tool: np.ndarray, dq: np.ndarray | float = 0.0, xi: np.ndarray | None = None
+    ) -> Frames:
         """Frames of n poses ``q`` (n, 6), deflected by ``dq`` (n, 6) and ``xi`` (n, 7, 6)."""
         q = np.atleast_2d(q) + dq
         t = np.broadcast_to(np.eye(4), (len(q), 4, 4))
@@ -200,7 +202,13 @@ class Equilibrium:
 
 
 def equilibrium(
-    arm: Arm, q: np.ndarray, tool: np.ndarray, load: Load, displace: Displace, extra: Extra | None = None, sweeps: int = 12
+    arm: Arm,
+    q: np.ndarray,
+    tool: np.ndarray,
+    load: Load,
+    displace: Displace,
+    extra: Extra | None = None,
+    sweeps: int = 12,
 ) -> Equilibrium:
     """Fixed point: the loads in the deflected geometry cause just that deflection."""
     q = np.atleast_2d(q)
@@ -224,7 +232,15 @@ def equilibrium(
 # Estimated centres of mass in base coordinates at the zero pose of the 60/2.05 (robots.md), bodies 0..6.
 _MASS = np.array([103.0, 128, 72, 86, 22, 11, 3])
 _CENTER_AT_ZERO = np.array(
-    [[0, 0, 0], [0.09, 0.01, 0.36], [0.185, 0.04, 0.90], [0.26, -0.01, 1.50], [0.78, 0, 1.57], [1.14, 0, 1.57], [1.24, 0, 1.57]]
+    [
+        [0, 0, 0],
+        [0.09, 0.01, 0.36],
+        [0.185, 0.04, 0.90],
+        [0.26, -0.01, 1.50],
+        [0.78, 0, 1.57],
+        [1.14, 0, 1.57],
+        [1.24, 0, 1.57],
+    ]
 )
 _LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 120], [-400, 400]])
 
@@ -237,9 +253,27 @@ def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str =
     a1, a3, d1 = 0.175, 0.175, 0.495
     tool0 = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     link = np.stack(
-        [np.eye(4), shift(a1, 0, d1), shift(0, 0, a2), shift(0, 0, a3), shift(d4), np.eye(4), transform(tool0, np.array([d6, 0.0, 0.0]))]
+        [
+            np.eye(4),
+            shift(a1, 0, d1),
+            shift(0, 0, a2),
+            shift(0, 0, a3),
+            shift(d4),
+            np.eye(4),
+            transform(tool0, np.array([d6, 0.0, 0.0])),
+        ]
     )
-    origin = np.array([[0, 0, 0], [0, 0, 0], [0.175, 0, 0.495], [0.175, 0, 1.395], [0.175, 0, 1.57], [1.135, 0, 1.57], [1.135, 0, 1.57]])
+    origin = np.array(
+        [
+            [0, 0, 0],
+            [0, 0, 0],
+            [0.175, 0, 0.495],
+            [0.175, 0, 1.395],
+            [0.175, 0, 1.57],
+            [1.135, 0, 1.57],
+            [1.135, 0, 1.57],
+        ]
+    )
     axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
     center = _CENTER_AT_ZERO - origin
     lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
@@ -252,13 +286,22 @@ def _dh(name: str, rows: list[tuple[float, float, float]], mass: list[float], ce
         link.append(shift(a, 0, d) @ transform(rotation(np.array([1.0, 0, 0]), np.array(alpha)), np.zeros(3)))
     body = [np.zeros(3)] + [t[:3, 3] + t[:3, :3] @ np.array(c) for t, c in zip(link[1:], center, strict=True)]
     limit = np.full(6, 2 * np.pi)
-    return Arm(name, np.stack(link), np.tile([0.0, 0, 1], (6, 1)), np.array([0.0, *mass]), np.stack(body), -limit, limit)
+    return Arm(
+        name, np.stack(link), np.tile([0.0, 0, 1], (6, 1)), np.array([0.0, *mass]), np.stack(body), -limit, limit
+    )
 
 
 def ur10() -> Arm:
     h = np.pi / 2
     rows = [(0, 0.1273, h), (-0.612, 0, 0), (-0.5723, 0, 0), (0, 0.163941, h), (0, 0.1157, -h), (0, 0.0922, 0)]
-    center = [[0.021, 0, 0.027], [0.38, 0, 0.158], [0.24, 0, 0.068], [0, 0.007, 0.018], [0, 0.007, 0.018], [0, 0, -0.026]]
+    center = [
+        [0.021, 0, 0.027],
+        [0.38, 0, 0.158],
+        [0.24, 0, 0.068],
+        [0, 0.007, 0.018],
+        [0, 0.007, 0.018],
+        [0, 0, -0.026],
+    ]
     return _dh("ur10", rows, [7.778, 12.93, 3.87, 1.96, 1.96, 0.202], center)
 
 

@@ -105,7 +105,9 @@ def test_cantilever_tip() -> None:
     c[2, 4] = c[4, 2] = -(length**2) / (2 * ei)
     # Force at the wrist centre itself: tool0 shifted back by the flange length.
     back = A.shift(0, 0, -0.135)
-    e = A.equilibrium(light, np.zeros((1, 6)), back, A.Load(force=np.array([0, 0, -100.0])), A.body_springs(np.zeros(6), {4: c}))
+    e = A.equilibrium(
+        light, np.zeros((1, 6)), back, A.Load(force=np.array([0, 0, -100.0])), A.body_springs(np.zeros(6), {4: c})
+    )
     assert e.frames.tcp[0, 2, 3] - 1.570 == pytest.approx(-100 * length**3 / (3 * ei), rel=1e-6)
     assert e.xi[0, 4, 4] == pytest.approx(100 * length**2 / (2 * ei), rel=1e-6)
 

@@ -1,0 +1,222 @@
+"""Commanded paths of executed moves on the controller's nominal arm, and where the elastic arm really goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.independent import arm as A
+from tests.independent.rapid import Motion
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One move as samples: commanded T_base_tcp (n, 4, 4), q (n, 6), fraction u (n,) from its start to its goal.
+
+    A joint move has its goal alone. ``problem`` says why a leg could not be played.
+    """
+
+    motion: Motion
+    command: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    problem: str | None = None
+    conf_wrong: bool = False
+
+
+def log_rotation(r: np.ndarray) -> np.ndarray:
+    """(..., 3) rotation vectors of (..., 3, 3), exact up to half a turn."""
+    v = 0.5 * np.stack([r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]], axis=-1)
+    s = np.linalg.norm(v, axis=-1)
+    angle = np.arctan2(s, 0.5 * (np.trace(r, axis1=-2, axis2=-1) - 1))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        k = np.where(s > 1e-12, angle / s, 1.0)
+    return v * k[..., None]
+
+
+def slerp(a: np.ndarray, b: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(n, 3, 3): from a towards b about one fixed axis."""
+    return a @ A.rotation_vector(u[:, None] * log_rotation(a.T @ b))
+
+
+def line(start: np.ndarray, goal: np.ndarray, u: np.ndarray) -> np.ndarray:
+    p = start[:3, 3] + u[:, None] * (goal[:3, 3] - start[:3, 3])
+    return A.transform(slerp(start[:3, :3], goal[:3, :3], u), p)
+
+
+@dataclass(frozen=True)
+class Circle:
+    center: np.ndarray
+    normal: np.ndarray
+    radius: float
+    start: np.ndarray
+    sweep: float
+
+    def at(self, u: np.ndarray) -> np.ndarray:
+        return self.center + A.rotation(self.normal, u * self.sweep) @ (self.start - self.center)
+
+    def distance(self, p: np.ndarray) -> np.ndarray:
+        """(n,) from points to the arc, its ends included."""
+        d = p - self.center
+        height = d @ self.normal
+        flat = d - height[:, None] * self.normal
+        x = (self.start - self.center) / self.radius
+        y = np.cross(self.normal, x)
+        angle = np.arctan2(flat @ y, flat @ x)
+        middle = self.sweep / 2
+        angle = middle + np.arctan2(np.sin(angle - middle), np.cos(angle - middle))
+        near = self.at(np.clip(angle / self.sweep, 0, 1))
+        return np.linalg.norm(p - near, axis=1)
+
+
+def circle(a: np.ndarray, via: np.ndarray, b: np.ndarray) -> Circle:
+    """The arc from a through via to b (3,)."""
+    u, v = via - a, b - a
+    n = np.cross(u, v)
+    m = n @ n
+    center = a + (np.cross(n, u) * (v @ v) + np.cross(v, n) * (u @ u)) / (2 * m)
+    normal = n / np.sqrt(m)
+    x, y = a - center, b - center
+    sweep = np.arctan2(np.cross(x, y) @ normal, x @ y) % (2 * np.pi)
+    return Circle(center, normal, float(np.linalg.norm(x)), a, float(sweep))
+
+
+def arc(start: np.ndarray, via: np.ndarray, goal: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Circle in space; the orientation turns with the path and evenly relative to it."""
+    c = circle(start[:3, 3], via[:3, 3], goal[:3, 3])
+    turn = A.rotation(c.normal, u * c.sweep)
+    relative = slerp(start[:3, :3], A.rotation(c.normal, np.array(-c.sweep)) @ goal[:3, :3], u)
+    return A.transform(turn @ relative, c.at(u))
+
+
+def shape(start: np.ndarray, m: Motion, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Fractions u (n,) and poses (n, 4, 4) of a line or arc with at most ``step`` metres between samples."""
+    if m.kind == "C":
+        assert m.via is not None
+        c = circle(start[:3, 3], m.via[:3, 3], m.goal[:3, 3])
+        length = c.radius * c.sweep
+    else:
+        length = float(np.linalg.norm(m.goal[:3, 3] - start[:3, 3]))
+    turn = float(np.linalg.norm(log_rotation(start[:3, :3].T @ m.goal[:3, :3])))
+    n = max(int(np.ceil(length / step)), int(np.ceil(turn / 0.02)), 4)
+    u = np.linspace(0, 1, n + 1)
+    return u, (arc(start, m.via, m.goal, u) if m.kind == "C" else line(start, m.goal, u))  # type: ignore[arg-type]
+
+
+def _to_flange(t: np.ndarray, tool: np.ndarray) -> np.ndarray:
+    return t @ np.linalg.inv(tool)
+
+
+def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
+    """Every move on the nominal arm, joint angles continuous; a leg that cannot be played restarts the chain."""
+    legs: list[Leg] = []
+    q: np.ndarray | None = None
+    for m in moves:
+        if m.kind == "A":
+            assert m.q is not None
+            q = m.q
+            legs.append(Leg(m, arm.forward(q[None], m.tool).tcp, q[None], np.ones(1)))
+            continue
+        if m.kind == "J" or q is None:
+            found = A.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            problem = None if found is not None else "no solution in the stated configuration"
+            if found is None and q is not None:
+                path = A.follow(arm, _to_flange(m.goal[None], m.tool), q)
+                found = None if path is None else path[0]
+            q = found
+            legs.append(Leg(m, m.goal[None], q[None] if q is not None else np.zeros((0, 6)), np.ones(1), problem))
+            continue
+        start = arm.forward(q[None], m.tool).tcp[0]
+        u, command = shape(start, m, step)
+        path = A.follow(arm, _to_flange(command, m.tool), q)
+        if path is None:
+            legs.append(Leg(m, command, np.zeros((0, 6)), u, "out of reach"))
+            q = A.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            continue
+        problem = None
+        if (path < arm.lower - 1e-9).any() or (path > arm.upper + 1e-9).any():
+            problem = "joint limit"
+        elif np.abs(np.diff(path, axis=0)).max() > 0.3:
+            problem = "joint jump (singularity)"
+        q = path[-1]
+        conf = A.confdata(arm, q)[0]
+        edge = np.abs(q[[0, 3, 5]] / (np.pi / 2) - np.round(q[[0, 3, 5]] / (np.pi / 2))) < 1e-4
+        wrong = bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])
+        legs.append(Leg(m, command, path, u, problem, wrong))
+    return legs
+
+
+def real(arm: A.Arm, q: np.ndarray, m: Motion, displace: A.Displace, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """(n, 3) where the TCP of the elastic arm is."""
+    load = A.Load(m.mass, m.center, force, moment)
+    return A.equilibrium(arm, q, m.tool, load, displace).frames.tcp[:, :3, 3]
+
+
+def corner(before: np.ndarray, goal: np.ndarray, after: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(n, 4, 4) a parabola past the goal, and the matching turn, between two poses."""
+    p = (
+        (1 - u[:, None]) ** 2 * before[:3, 3] + 2 * (u * (1 - u))[:, None] * goal[:3, 3] + (u**2)[:, None] * after[:3, 3]
+    )
+    a = slerp(before[:3, :3], goal[:3, :3], u)
+    b = slerp(goal[:3, :3], after[:3, :3], u)
+    r = np.stack([slerp(x, y, np.array([w]))[0] for x, y, w in zip(a, b, u, strict=True)])
+    return A.transform(r, p)
+
+
+def cut_corners(legs: list[Leg], n: int = 16) -> list[np.ndarray]:
+    """Commanded samples per leg with corners of zone goals replaced by parabolas.
+
+    A zone is at most half the way to the neighbouring goals. The first half of a corner belongs to the leg that ends there.
+    """
+    out = [leg.command for leg in legs]
+    lengths = [_length(leg.command) for leg in legs]
+    trimmed = [[0.0, 1.0] for _ in legs]
+    curves: dict[int, np.ndarray] = {}
+    for i in range(len(legs) - 1):
+        a, b = legs[i], legs[i + 1]
+        if a.motion.kind not in "LC" or b.motion.kind not in "LC" or a.motion.zone <= 0 or not np.allclose(a.motion.tool, b.motion.tool):
+            continue
+        r = min(a.motion.zone, lengths[i] / 2, lengths[i + 1] / 2)
+        if r < 1e-6:
+            continue
+        fa, fb = r / lengths[i], r / lengths[i + 1]
+        before, after = _at(a, 1 - fa), _at(b, fb)
+        curves[i] = corner(before, a.motion.goal, after, np.linspace(0, 1, 2 * n + 1))
+        trimmed[i][1], trimmed[i + 1][0] = 1 - fa, fb
+    for i, leg in enumerate(legs):
+        lo, hi = trimmed[i]
+        if (lo, hi) == (0.0, 1.0):
+            continue
+        parts = [leg.command[(leg.u >= lo) & (leg.u <= hi)]]
+        if i - 1 in curves:
+            parts.insert(0, curves[i - 1][n:])
+        if i in curves:
+            parts.append(curves[i][: n + 1])
+        out[i] = np.concatenate(parts)
+    return out
+
+
+def _length(t: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(t[:, :3, 3], axis=0), axis=1).sum())
+
+
+def _at(leg: Leg, u: float) -> np.ndarray:
+    """(4, 4) on the leg's own samples."""
+    k = int(np.clip(np.searchsorted(leg.u, u) - 1, 0, len(leg.u) - 2))
+    w = (u - leg.u[k]) / (leg.u[k + 1] - leg.u[k])
+    return line(leg.command[k], leg.command[k + 1], np.array([w]))[0]
+
+
+def polyline_distance(p: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """(n,) from points (n, 3) to a polyline (m, 3)."""
+    if len(path) == 1:
+        return np.linalg.norm(p - path, axis=1)
+    a, d = path[:-1], np.diff(path, axis=0)
+    d2 = np.maximum((d * d).sum(axis=1), 1e-30)
+    best = np.full(len(p), np.inf)
+    for i in range(0, len(p), 256):
+        rel = p[i : i + 256, None] - a
+        w = np.clip((rel * d).sum(axis=2) / d2, 0, 1)
+        best[i : i + 256] = np.linalg.norm(rel - w[..., None] * d, axis=2).min(axis=1)
+    return best

@@ -1,0 +1,336 @@
+"""Drives an independent elastic arm with a converted program: ``python -m tests.independent.verify ORIGINAL OUTPUT``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tests.independent import arm as A
+from tests.independent import paths as P
+from tests.independent import rapid as R
+
+
+@dataclass
+class Segment:
+    """One original move, lengths in m, deviations in mm."""
+
+    index: int
+    line: int
+    name: str
+    kind: str
+    length: float
+    welding: bool
+    added: int
+    before: float
+    after: float
+    goal_before: float
+    goal_after: float
+    worst_at: float = 0.0
+    cut_after: float = 0.0
+    counted: bool = True
+    note: str = ""
+
+
+@dataclass
+class Report:
+    """Deviations in mm over all counted lines and arcs."""
+
+    segments: list[Segment] = field(default_factory=list)
+    violations: list[str] = field(default_factory=list)
+    skipped: list[str] = field(default_factory=list)
+    before: float = 0.0
+    after: float = 0.0
+    goal_after: float = 0.0
+    cut_after: float = 0.0
+    added: int = 0
+    seam_metres: float = 0.0
+    added_per_metre: float = 0.0
+    worst_seam_per_metre: float = 0.0
+
+
+def align(original: list[R.Motion], output: list[R.Motion], arm: A.Arm) -> list[int] | None:
+    """Index in ``output`` of each original move, so that matched goals lie closest together; None if moves are missing."""
+    n, spare = len(original), len(output) - len(original)
+    if spare < 0:
+        return None
+
+    def place(m: R.Motion) -> np.ndarray:
+        return arm.forward(m.q[None], m.tool).tcp[0, :3, 3] if m.q is not None else m.goal[:3, 3]
+
+    goals, names = np.array([place(m) for m in output]), np.array([m.name.lower() for m in output])
+    cost = np.zeros(spare + 1)
+    back = np.zeros((n, spare + 1), dtype=np.int32)
+    for i, m in enumerate(original):
+        arg = np.zeros(spare + 1, dtype=np.int32)
+        running = np.minimum.accumulate(cost)
+        fresh = cost <= running
+        arg = np.maximum.accumulate(np.where(fresh, np.arange(spare + 1), 0)).astype(np.int32)
+        window = slice(i, i + spare + 1)
+        step = np.linalg.norm(goals[window] - place(m), axis=1) + 1e3 * (names[window] != m.name.lower())
+        cost, back[i] = running + step, arg
+    k = int(np.argmin(cost))
+    if cost[k] >= 1e3:
+        return None
+    match = []
+    for i in range(n - 1, -1, -1):
+        match.append(i + k)
+        k = int(back[i, k])
+    return match[::-1]
+
+
+def _distance(start: np.ndarray, m: R.Motion, p: np.ndarray) -> np.ndarray:
+    if m.kind == "C":
+        assert m.via is not None
+        return P.circle(start[:3, 3], m.via[:3, 3], m.goal[:3, 3]).distance(p)
+    return P.polyline_distance(p, np.stack([start[:3, 3], m.goal[:3, 3]]))
+
+
+def check(
+    original: str,
+    output: str,
+    arm: A.Arm,
+    force: np.ndarray,
+    moment: np.ndarray | None = None,
+    displace: A.Displace | None = None,
+    step: float = 0.002,
+    blend: bool = True,
+) -> Report:
+    moment = np.zeros(3) if moment is None else moment
+    displace = displace or A.joint_springs(A.TABLE_2)
+    _, old, skipped = R.motions(original)
+    _, new, skipped_new = R.motions(output)
+    report = Report(skipped=[f"{n}: {why}" for n, why in skipped], violations=check_text(original, output))
+    report.violations += [f"output line {n}: {why}" for n, why in skipped_new if len(skipped_new) > len(skipped)]
+    match = align(old, new, arm)
+    if match is None:
+        report.violations.append(f"moves are missing or renamed: {len(old)} original, {len(new)} in the output")
+        return report
+    wanted, written = P.play(arm, old, step), P.play(arm, new, step)
+    cut_old, cut_new = (P.cut_corners(wanted), P.cut_corners(written)) if blend else ([], [])
+    report.violations += check_added(old, new, match, arm)
+    previous = -1
+    for i, m in enumerate(old):
+        first, last = previous + 1, match[i]
+        previous = last
+        leg, final = wanted[i], written[last]
+        seg = Segment(i, m.line, m.name, m.kind, P._length(leg.command), m.weld, last - first, 0, 0, 0, 0)
+        report.segments.append(seg)
+        for k in range(first, last + 1):
+            if written[k].problem and not leg.problem:
+                report.violations.append(f"output line {new[k].line}: {new[k].name}: {written[k].problem}")
+        if final.conf_wrong and not leg.conf_wrong:
+            report.violations.append(f"output line {new[last].line}: confdata {new[last].conf} is not where the joints are")
+        if leg.problem or final.problem or not len(leg.q) or not len(final.q):
+            seg.counted, seg.note = False, leg.problem or final.problem or "not played"
+            continue
+        goal = leg.command[-1][:3, 3]
+        bent = P.real(arm, leg.q, m, displace, force, moment)
+        end = P.real(arm, final.q[-1:], m, displace, force, moment)
+        seg.goal_before = 1e3 * float(np.linalg.norm(bent[-1] - goal))
+        seg.goal_after = 1e3 * float(np.linalg.norm(end[0] - goal))
+        if m.kind == "A":
+            seg.counted, seg.note = False, "joint target"
+            continue
+        report.goal_after = max(report.goal_after, seg.goal_after)
+        if m.kind == "J":
+            continue
+        if i == 0 or old[i - 1].kind == "A":
+            seg.counted, seg.note = False, "starts at a joint target or nowhere"
+        start = leg.command[0]
+        seg.before = 1e3 * float(_distance(start, m, bent).max())
+        for k in range(first, last + 1):
+            if not len(written[k].q):
+                continue
+            p = P.real(arm, written[k].q, new[k], displace, force, moment)
+            d = 1e3 * _distance(start, m, p)
+            if d.max() > seg.after:
+                seg.after = float(d.max())
+                seg.worst_at = float(np.linalg.norm(p[int(d.argmax())] - start[:3, 3]))
+        if blend:
+            desired = np.concatenate([c[:, :3, 3] for c in cut_old[max(i - 1, 0) : i + 2]])
+            for k in range(first, last + 1):
+                q = A.follow(arm, P._to_flange(cut_new[k], new[k].tool), written[k].q[0]) if len(written[k].q) else None
+                if q is not None:
+                    p = P.real(arm, q, new[k], displace, force, moment)
+                    seg.cut_after = max(seg.cut_after, 1e3 * float(P.polyline_distance(p, desired).max()))
+    _sum_up(report)
+    return report
+
+
+def _sum_up(r: Report) -> None:
+    r.added = sum(s.added for s in r.segments)
+    moving = [s for s in r.segments if s.counted and s.kind in "LC"]
+    r.before = max((s.before for s in moving), default=0.0)
+    r.after = max((s.after for s in moving), default=0.0)
+    r.cut_after = max((s.cut_after for s in moving), default=0.0)
+    seams = [s for s in moving if s.welding and s.kind == "L"]
+    r.seam_metres = sum(s.length for s in seams)
+    if r.seam_metres:
+        r.added_per_metre = sum(s.added for s in seams) / r.seam_metres
+        r.worst_seam_per_metre = max(s.added / s.length for s in seams if s.length > 1e-6)
+
+
+_NUMBER = re.compile(r"(?<![\w.])[+-]?\d+\.?\d*(?:[eE][+-]?\d+)?")
+
+
+def _skeleton(s: R.Statement) -> str:
+    """What may not change: everything but the numbers of robtargets and the target arguments of moves."""
+    m = R.DECLARATION.match(s.code)
+    if m and m[1].lower() == "robtarget":
+        return re.sub(r"\s+", " ", _NUMBER.sub("#", s.code))
+    move = R.MOVES.match(s.code)
+    if move and not move[1].lower().startswith("moveabsj"):
+        positional, optional = R.split_arguments(s.code[move.end() :].rstrip(";"))
+        drop = 2 if re.match(r"movec|arcc", move[1], re.I) else 1
+        return f"{move[1]} <T> {positional[drop:]} {sorted(optional.items())}"
+    return s.code
+
+
+def check_text(original: str, output: str) -> list[str]:
+    """Only numbers, target arguments, added moves or declarations, comments may differ; names legal."""
+    found = []
+    a, b = R.statements(original), R.statements(output)
+    k, extra = 0, []
+    for s in a:
+        want, mark = _skeleton(s), k
+        while k < len(b) and _skeleton(b[k]) != want:
+            k += 1
+        if k == len(b):
+            found.append(f"line {s.line}: not in the output any more: {s.code[:90]!r}")
+            k = mark
+            continue
+        extra += b[mark:k]
+        k += 1
+    extra += b[k:]
+    for s in extra:
+        declared = R.DECLARATION.match(s.code)
+        if not (R.MOVES.match(s.code) or (declared and declared[1].lower() == "robtarget")):
+            found.append(f"output line {s.line}: added what is neither a move nor a target: {s.code[:90]!r}")
+    names_a = [m[2] for s in a if (m := R.DECLARATION.match(s.code))]
+    names_b = [m[2] for s in b if (m := R.DECLARATION.match(s.code))]
+    fresh = list(names_b)
+    for n in names_a:
+        if n in fresh:
+            fresh.remove(n)
+    for n in fresh:
+        if len(n) > 32:
+            found.append(f"name longer than 32 characters: {n}")
+        if [x.lower() for x in names_b].count(n.lower()) > 1:
+            found.append(f"name declared twice: {n}")
+    kept = [c for _, c in R.comments(output)]
+    k = 0
+    for _, c in R.comments(original):
+        try:
+            k = kept.index(c, k) + 1
+        except ValueError:
+            found.append(f"comment lost or changed: {c[:60]!r}")
+    for crlf, lf in (("\r\n", "\n"),):
+        if crlf in original and original.count(crlf) == original.count(lf) and output.count(crlf) != output.count(lf):
+            found.append("bare line feeds in a CRLF file")
+        if crlf not in original and crlf in output:
+            found.append("carriage returns in an LF file")
+    return found
+
+
+def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm: A.Arm) -> list[str]:
+    """Added moves go with the move they split: same process data, tool and speed, never a stop, legal circles."""
+    found = []
+    previous = -1
+    for i, last in enumerate(match):
+        m = old[i]
+        arc_like = m.name.lower().startswith("arc")
+        for k in range(previous + 1, last):
+            x = new[k]
+            where = f"output line {x.line}: added {x.name} before {m.name}"
+            if m.kind in "JA" and x.kind != "J":
+                found.append(f"{where}: inside a joint move")
+                continue
+            if x.kind != m.kind:
+                found.append(f"{where}: another kind of path")
+            if x.fine:
+                found.append(f"{where}: stops")
+            if m.weld != x.weld or re.search(r"start|end", x.name, re.I):
+                found.append(f"{where}: welds or not otherwise than the move it splits")
+            drop = 2 if m.kind == "C" else 1
+            mine, theirs = list(x.positional[drop:]), list(m.positional[drop:])
+            if arc_like and x.name.lower().startswith("arc"):
+                pairs = [0, 1, 2, 4]
+            elif arc_like:
+                mine, theirs, pairs = [mine[0], mine[2]], [theirs[0], theirs[4]], [0, 1]
+            else:
+                pairs = [0, 2]
+            if any(mine[p].lower() != theirs[p].lower() for p in pairs):
+                found.append(f"{where}: other data {mine} than {theirs}")
+            keep = {"wobj", "weave", "track", "seamname", "corr", "tload"} if x.weld else {"wobj", "tload"}
+            for name in keep:
+                if x.optional.get(name, "").lower() != m.optional.get(name, "").lower() or (name in x.optional) != (name in m.optional):
+                    found.append(f"{where}: \\{name} differs")
+            if not np.allclose(x.tool, m.tool):
+                found.append(f"{where}: other tool")
+        for k in range(max(previous + 1, 1), last + 1):
+            if new[k].kind == "C":
+                found += _circle_legal(new[k - 1], new[k], arm)
+        previous = last
+    return found
+
+
+def _circle_legal(before: R.Motion, m: R.Motion, arm: A.Arm) -> list[str]:
+    start = (arm.forward(before.q[None], before.tool).tcp[0] if before.q is not None else before.goal)[:3, 3]
+    assert m.via is not None
+    u, v = m.via[:3, 3] - start, m.goal[:3, 3] - start
+    where = f"output line {m.line}: {m.name}"
+    if min(np.linalg.norm(u), np.linalg.norm(v)) < 1e-4:
+        return [f"{where}: circle points closer than 0.1 mm"]
+    if np.degrees(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v)) < 1.0:
+        return [f"{where}: circle points less than 1 degree apart seen from the start"]
+    c = P.circle(start, m.via[:3, 3], m.goal[:3, 3])
+    if c.sweep > np.radians(240) + 1e-6:
+        return [f"{where}: arc of {np.degrees(c.sweep):.0f} degrees"]
+    return []
+
+
+def read_text(path: Path) -> str:
+    return path.read_bytes().decode("latin-1")
+
+
+def main(argv: list[str] | None = None) -> int:
+    p = argparse.ArgumentParser()
+    p.add_argument("original", type=Path)
+    p.add_argument("output", type=Path)
+    p.add_argument("--force", default="200,-200,-200")
+    p.add_argument("--moment", default="0,0,0")
+    p.add_argument("--geometry", default="irb4600_60_205", choices=sorted(A.ARMS))
+    p.add_argument("--tolerance", type=float, default=0.01)
+    p.add_argument("--json", action="store_true")
+    o = p.parse_args(argv)
+    force, moment = (np.array([float(v) for v in t.split(",")]) for t in (o.force, o.moment))
+    r = check(read_text(o.original), read_text(o.output), A.ARMS[o.geometry](), force, moment)
+    good = r.after <= o.tolerance and r.goal_after <= o.tolerance and not r.violations and r.added_per_metre <= 15
+    if o.json:
+        print(json.dumps(asdict(r)))
+        return 0 if good else 1
+    for s in r.segments:
+        print(
+            f"{s.line:5d} {s.name:10s} {s.length * 1e3:8.1f} mm +{s.added:<3d} before {s.before:6.3f} after {s.after:7.4f} at "
+            f"{s.worst_at * 1e3:7.1f}  goal {s.goal_before:6.3f} -> {s.goal_after:7.4f}  cut {s.cut_after:7.4f} "
+            f"{s.note}"
+        )
+    for v in r.violations:
+        print("VIOLATION", v)
+    for v in r.skipped:
+        print("not read:", v)
+    print(
+        f"path {r.before:.3f} -> {r.after:.4f} mm, goals {r.goal_after:.4f} mm, cut corners {r.cut_after:.4f} mm; {r.added} added, "
+        f"{r.added_per_metre:.1f} per metre on {r.seam_metres:.2f} m of straight seam (worst seam {r.worst_seam_per_metre:.1f})"
+    )
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
