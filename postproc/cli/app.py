@@ -22,7 +22,7 @@ SUBCOMMANDS = (
     (
         "robots",
         "The arms in the library.",
-        {"list": "List the arms.", "show": "Show an arm's numbers, each with its source."},
+        {"list_": "List the arms.", "show": "Show an arm's numbers, each with its source."},
     ),
 )
 
@@ -44,7 +44,7 @@ def build() -> App:
     for name, text, actions in SUBCOMMANDS:
         part = App(name=name, help=text, group=LOOK_UP)
         for action, action_text in actions.items():
-            part.command(f"postproc.cli.{name}:{action}_", name=action, help=action_text)
+            part.command(f"postproc.cli.{name}:{action}", name=action.rstrip("_"), help=action_text)
         app.command(part)
     app.command(
         "postproc.cli.explain:run", name="explain", group=LOOK_UP, help="Explain a diagnostic by its code, RAP012."

@@ -17,7 +17,7 @@ def sections() -> dict[str, str]:
     return {found[1]: found[0].strip() for page in pages for found in SECTION.finditer(page.read_text("utf-8"))}
 
 
-def run(code: str) -> int:
+def run(code: str, /) -> int:
     """Print what a diagnostic means and what to do about it.
 
     Args:

@@ -1,0 +1,219 @@
+"""Exit codes, streams and whole-or-nothing files."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cyclopts import App
+from inline_snapshot import snapshot
+
+from postproc.cli.inputs import read_source
+from postproc.cli.options import parse_vector
+from postproc.cli.output import finish, output_path, unified_diff, write
+from postproc.cli.report import print_json, show
+from postproc.cli.run import run
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+
+from .conftest import Call
+
+
+def test_unknown_option_is_bad_usage(call: Call) -> None:
+    outcome = call("explain", "CLI001", "--loud")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == snapshot("""\
+error[CLI001]: Unknown option: --loud.
+  = help: `postproc COMMAND --help` lists what is allowed
+""")
+
+
+def test_unknown_command_names_a_near_one(call: Call) -> None:
+    outcome = call("explian", "CLI001")
+    assert outcome.code == 2
+    assert outcome.err.startswith("error[CLI001]")
+    assert "explain" in outcome.err
+
+
+def test_usage_errors_are_json_on_request(call: Call) -> None:
+    outcome = call("explain", "CLI001", "--json")
+    assert outcome.code == 2
+    document = json.loads(outcome.out)
+    assert document["schema"] == "postproc/error/1"
+    assert document["diagnostics"][0]["code"] == "CLI001"
+
+
+def test_internal_error_leaves_a_trace_in_a_file(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    app = App(print_error=False, exit_on_error=False, result_action="return_value")
+
+    @app.default
+    def broken() -> None:
+        raise KeyError("joint 7")
+
+    assert run(app, []) == 70
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert "KeyError: 'joint 7'" in captured.err
+    assert "Traceback" not in captured.err
+    (trace,) = tmp_path.iterdir()
+    assert str(trace) in captured.err
+    assert "raise KeyError" in trace.read_text()
+
+
+def test_findings_carry_their_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    app = App(print_error=False, exit_on_error=False, result_action="return_value")
+
+    @app.default
+    def unsafe() -> None:
+        raise PostprocError(Diagnostic("KIN001", "error", "out of reach"), exit_code=1)
+
+    assert run(app, []) == 1
+    assert capsys.readouterr().err == "error[KIN001]: out of reach\n"
+
+
+def test_a_closed_pipe_is_not_an_error() -> None:
+    code = "from postproc.cli.app import main; import sys; sys.argv[1:] = ['explain', 'CLI001']; main()"
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = subprocess.run([sys.executable, "-c", code], stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert process.stderr == b""
+    assert process.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "code"),
+    [("missing.mod", None, "CLI002"), ("empty.mod", b"", "CLI005"), ("blank.mod", b" \r\n\t\n", "CLI005")],
+)
+def test_files_that_cannot_be_used(tmp_path: Path, name: str, content: bytes | None, code: str) -> None:
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(PostprocError) as caught:
+        read_source(str(path))
+    assert caught.value.exit_code == 2
+    assert [d.code for d in caught.value.diagnostics] == [code]
+    assert str(path) in str(caught.value)
+
+
+def test_a_folder_is_not_a_program(tmp_path: Path) -> None:
+    with pytest.raises(PostprocError, match="CLI003"):
+        read_source(str(tmp_path))
+
+
+def test_an_unreadable_name(tmp_path: Path) -> None:
+    with pytest.raises(PostprocError, match="CLI004"):
+        read_source(str(tmp_path / "a\0b.mod"))
+
+
+def test_vectors() -> None:
+    assert parse_vector("--force", "200,-200,-2e2") == (200.0, -200.0, -200.0)
+    for wrong in ("", "1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0", "1;2;3"):
+        with pytest.raises(PostprocError, match="CLI006"):
+            parse_vector("--force", wrong)
+
+
+def test_the_input_is_never_the_output(tmp_path: Path) -> None:
+    program = tmp_path / "p.mod"
+    program.write_text("MODULE p")
+    link = tmp_path / "link.mod"
+    link.symlink_to(program)
+    for output in (program, link, tmp_path / "." / "p.mod"):
+        with pytest.raises(PostprocError, match="CLI007"):
+            output_path(str(program), output, in_place=False)
+    with pytest.raises(PostprocError, match="CLI007"):
+        output_path(str(program), tmp_path / "q.mod", in_place=True)
+    assert output_path(str(program), None, in_place=True) == program
+    assert output_path(str(program), tmp_path / "q.mod", in_place=False) == tmp_path / "q.mod"
+    assert output_path(str(program), None, in_place=False) is None
+
+
+def test_output_folders_must_exist(tmp_path: Path) -> None:
+    for output in (tmp_path, tmp_path / "no" / "q.mod"):
+        with pytest.raises(PostprocError, match="CLI008"):
+            output_path("p.mod", output, in_place=False)
+
+
+def test_writing_is_all_or_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "out.mod"
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    write(target, b"new")
+    assert target.read_bytes() == b"new"
+    assert target.stat().st_mode & 0o777 == 0o640
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(PostprocError, match="No space left"):
+        write(target, b"newer")
+    assert target.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_diffs_keep_bytes_and_line_ends() -> None:
+    before, after = b"MODULE m\r\n  ! \xe9\r\nENDMODULE", b"MODULE m\r\n  ! \xe8\r\nENDMODULE"
+    assert unified_diff(before, after, "a.mod", "b.mod") == (
+        b"--- a.mod\n+++ b.mod\n@@ -1,3 +1,3 @@\n MODULE m\r\n-  ! \xe9\r\n+  ! \xe8\r\n ENDMODULE\n"
+        b"\\ No newline at end of file\n"
+    )
+    assert unified_diff(before, before, "a", "b") == b""
+
+
+def test_documents_hold_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
+    import numpy as np
+
+    print_json({"a": float("nan"), "b": np.array([1.0, np.inf]), "c": np.float64(2.5), "d": (np.int64(3), None, True)})
+    assert json.loads(capsys.readouterr().out) == {"a": None, "b": [1.0, None], "c": 2.5, "d": [3, None, True]}
+
+
+def test_findings_are_counted_when_there_are_many(capsys: pytest.CaptureFixture[str]) -> None:
+    source = Source("p.mod", b"MoveL [1] [mm]\n")
+    show([Diagnostic("RAP001", "warning", "odd", source, (0, 5))] * 25)
+    text = capsys.readouterr().err
+    assert text.count("warning[RAP001]") == 20
+    assert text.endswith("RAP001: 5 more of the same\n")
+    assert "MoveL [1] [mm]" in text
+
+
+def test_explain_prints_a_section(call: Call) -> None:
+    assert call("explain", "cli002").out == snapshot("""\
+CLI002 File not found
+
+Nothing stands under this name. Relative names start at the current folder; quote names that contain blanks.
+""")
+    outcome = call("explain", "CLI099")
+    assert outcome.code == 2
+    assert outcome.err == snapshot("""\
+error[CLI009]: there is no diagnostic `CLI099`
+  = help: did you mean `CLI009`, `CLI008`, `CLI007`?
+""")
+
+
+def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    target = tmp_path / "out.mod"
+    names = ("a.mod", "out.mod")
+
+    def finishing(before: bytes, after: bytes, to: Path | None, *flags: str) -> tuple[int, bytes]:
+        code = finish(before, after, names, to, check="check" in flags, diff="diff" in flags, silent="json" in flags)
+        return code, capfdbinary.readouterr().out
+
+    assert finishing(b"a\n", b"b\n", target, "check") == (1, b"")
+    assert finishing(b"a\n", b"b\n", None, "check") == (1, b"")
+    assert finishing(b"a\n", b"a\n", None, "check") == (0, b"")
+    code, text = finishing(b"a\n", b"b\n", target, "diff")
+    assert (code, text) == (1, b"--- a.mod\n+++ out.mod\n@@ -1 +1 @@\n-a\n+b\n")
+    assert not target.exists()
+    assert finishing(b"a\n", b"b\n", None) == (0, b"b\n")
+    assert finishing(b"a\n", b"b\n", None, "json") == (0, b"")
+    assert finishing(b"a\n", b"b\n", target, "json") == (0, b"")
+    assert target.read_bytes() == b"b\n"
+    assert finishing(b"a\n", b"b\n", target, "check") == (0, b"")
