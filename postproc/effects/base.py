@@ -33,6 +33,24 @@ from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table
 from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
 
+__all__ = [
+    "FILLED_BY_MODEL",
+    "Array",
+    "Displacement",
+    "Effect",
+    "JointBasis",
+    "Load",
+    "State",
+    "Variant",
+    "by_joint",
+    "channel",
+    "displacement_of",
+    "load_of",
+    "param",
+    "structure",
+    "variant",
+]
+
 T = TypeVar("T")
 _STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 FILLED_BY_MODEL = ("load", "pose", "robot")
@@ -56,8 +74,8 @@ class Variant:
 
     @property
     def count(self) -> int:
-        """Number of parameters that a full fit of this form frees."""
-        return int(self.refit.sum())
+        """Number of parameters that this form frees beyond those the model already holds."""
+        return int((self.free | (self.refit & ~self.effect.amplitudes())).sum())
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +90,7 @@ class JointBasis:
     values: Array
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False, field_specifiers=(param, structure))
+@dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False)
 class Effect:
     """A physical effect: parameters with units, and a load, a displacement, or both.
 
@@ -262,6 +280,15 @@ def variant(effect: Effect, label: str = "", free: NDArray[np.bool_] | None = No
     free = effect.amplitudes() if free is None else free
     everything = free | ~effect.amplitudes() if refit is None else refit
     return Variant(effect, free, np.asarray(everything, dtype=bool), label)
+
+
+def by_joint(effect: Effect) -> tuple[Variant, ...]:
+    """Forms of an effect with one amplitude a joint: all joints at once, then each joint alone."""
+    amplitudes = effect.amplitudes()
+    where = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
+    alone = [(j, where == str(j)) for j in range(1, 7)]
+    single = [variant(effect, f"joint {j}", here & amplitudes, here) for j, here in alone]
+    return (variant(effect, "all joints"), *single)
 
 
 def channel(state: State, name: str) -> Array | None:

@@ -62,7 +62,9 @@ def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProb
         if value in meta.choices:
             return []
         allowed = ", ".join(f'"{c}"' for c in meta.choices)
-        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not one of its choices", f"allowed: {allowed}")]
+        return [
+            FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not one of its choices", f"allowed: {allowed}")
+        ]
     many = isinstance(default, tuple)
     numbers = value if isinstance(value, (list, tuple)) else [value]
     if many != isinstance(value, (list, tuple)) or not all(_is_number(v) for v in numbers):
@@ -87,7 +89,9 @@ def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
     try:
         array = np.asarray(value, dtype=float)
     except ValueError:
-        return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has rows of different lengths", f"give {wanted}")]
+        return [
+            FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has rows of different lengths", f"give {wanted}")
+        ]
     if array.shape != shape:
         has = " x ".join(map(str, array.shape)) or "one"
         return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has {has} numbers", f"give {wanted}")]

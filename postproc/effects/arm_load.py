@@ -1,0 +1,59 @@
+"""A mass that nobody modelled."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
+from postproc.effects.geometry import weight
+
+
+class ArmLoad(
+    Effect,
+    reads=("pose",),
+    confused_with={
+        "joint_compliance": "weigh the part, or two payloads: a fixed mass does not scale with the payload",
+        "payload_error": "wrist poses: what rides on the forearm does not turn with the flange",
+        "gravity_compensator": "joint 3 up and down at the same joint 2",
+        "dress_pack": "wrist turns: a weight does not pull",
+    },
+):
+    """A part rides on a link (wire feeder, valve block), or the link's own mass is wrong.
+
+    Equation: force m (g - acceleration) at the point c of body b; m and the first moment m c are linear. One entry a
+    body. Source: Newton. Typical size: 5 to 30 kg on the forearm housing, 0.05 to 0.5 mm through the joints' elasticity;
+    only the product of mass, lever and compliance can be seen in poses.
+    """
+
+    body: tuple[int, ...] = structure((3,), low=0, high=6)
+    mass_kg: Array = param(unit="kg", shape=("body",), low=-500.0, high=500.0, typical=10.0)
+    moment_kgm: Array = param(
+        unit="kg m", shape=("body", 3), low=-500.0, high=500.0, typical=3.0, labels=("x", "y", "z")
+    )
+
+    def load(self, state: State) -> Load:
+        found: dict[int, Array] = {}
+        for i, b in enumerate(self.body):
+            share = weight(state, b, self.mass_kg[i], self.moment_kgm[i])
+            found[b] = found[b] + share if b in found else share
+        return Load(body=found)
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """One more body; what sits on body 6 is `payload_error`, and the weight of body 1 loads no joint."""
+        old = cls(body=()) if current is None else current
+        found: list[Variant] = []
+        for b in range(2, 6):
+            if b not in old.body:
+                effect = cls(
+                    body=(*old.body, b),
+                    mass_kg=np.append(old.mass_kg, 0.0),
+                    moment_kgm=np.vstack([old.moment_kgm, np.zeros(3)]),
+                )
+                last = np.arange(len(effect.body)) == len(old.body)
+                new = np.concatenate([last, np.repeat(last, 3)])
+                found.append(variant(effect, f"body {b}", new, effect.amplitudes()))
+        return tuple(found)

@@ -1,0 +1,298 @@
+"""The public kit that every effect goes through: ``check_effect(cls)`` and ``postproc effects check FILE.py``.
+
+An effect is tried on the arm and the states of `example_state`, with only the channels that it declares.
+"""
+
+from __future__ import annotations
+
+import inspect
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.effects.base import (
+    FILLED_BY_MODEL,
+    Displacement,
+    Effect,
+    Load,
+    State,
+    Variant,
+    displacement_of,
+    load_of,
+)
+from postproc.effects.example import example_state
+from postproc.effects.parameters import unit_suffix
+from postproc.effects.registry import describe, finding, line_of
+
+T = TypeVar("T")
+Rows = NDArray[np.int_]
+ROWS = 240
+MOST_VARIANTS = 12
+CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
+
+
+def check_effect(cls: type[Effect]) -> list[Diagnostic]:
+    """Everything wrong with an effect; an empty list means that every command can use it."""
+    found = list(_declaration(cls))
+    if has_errors(found):
+        return found
+    state = _declared_channels(cls, example_state(ROWS))
+    for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable):
+        try:
+            found += check(cls, state)
+        except _Failure as failure:
+            found.append(failure.diagnostic)
+        except Exception as error:
+            found.append(_raised(cls, error, "it"))
+        if has_errors(found):
+            break  # Later checks would only repeat the first failure.
+    return found
+
+
+class _Failure(Exception):
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
+    if not cls.title:
+        help = "say what it is, its equation, its source and its usual size"
+        yield finding("EFF006", f"`{cls.__name__}` has no docstring", cls, help=help)
+    for name, meta in cls.parameters().items():
+        if not meta.unit:
+            help = f'write `{name}: ... = param(unit="rad", ...)`, or unit="1" for a pure number'
+            yield finding("EFF002", f"the parameter `{name}` of `{cls.key}` has no unit", cls, member=name, help=help)
+        elif not name.endswith(unit_suffix(meta.unit)):
+            help = f"rename it to `{name}{unit_suffix(meta.unit)}`"
+            message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
+            yield finding("EFF017", message, cls, member=name, help=help, warn=True)
+        low, high, null = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null))
+        if np.any(low > null) or np.any(null > high) or not np.all(np.asarray(meta.typical) > 0.0):
+            message = (
+                f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
+            )
+            yield finding("EFF016", message, cls, member=name, help="write low <= null <= high and typical > 0")
+    if not cls.parameters():
+        yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
+    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
+        yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help="write one of the two")
+
+
+def _declared_channels(cls: type[Effect], state: State) -> State:
+    """The state with nothing but q and what the effect reads, all arrays locked."""
+    extra = {n: np.linspace(-1.0, 1.0, ROWS) for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row")}
+    keep = {
+        "payload": ("payload_mass", "payload_center"),
+        "load": ("joint_load", "body_load"),
+        "pose": ("T_base_body",),
+    }
+    wanted = {"q", "T_flange_tcp", "gravity", "channels", *(f for n in cls.reads for f in keep.get(n, (n,)))}
+    if {"load", "pose", "robot"} & set(cls.reads):
+        wanted |= {"robot", "T_base_body"}
+    dropped = {f.name: None for f in fields(state) if f.name not in wanted}
+    known = {n: x for n, x in state.channels.items() if n in cls.reads}
+    return _locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
+
+
+def _locked(state: State) -> State:
+    for value in [*(getattr(state, f.name) for f in fields(state)), *state.channels.values()]:
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return state
+
+
+def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    contribution(_sized(cls.null()), state)
+    for form in _forms(cls, state):
+        contribution(_sized(form.effect), state)
+    yield from ()
+
+
+def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    for effect in [cls.null(), *(f.effect.with_vector(f.effect.null_vector()) for f in _forms(cls, state))]:
+        largest = float(np.abs(contribution(effect, state)).max(initial=0.0))
+        if largest > 0.0:
+            message = f"`{cls.key}` does not vanish at its null parameters: {largest:.3g} is left"
+            member = "displacement" if np.any(_displaced(effect, state)) else "load"
+            help = "every term must be multiplied by an amplitude whose null value is 0"
+            yield finding("EFF004", message, cls, member=member, help=help)
+            return
+
+
+def _rows(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    effect, some = _sized(cls.null()), np.array([7, 3, 100])
+    whole, part = contribution(effect, state)[some], contribution(effect, rows_of(state, some))
+    if not np.allclose(whole, part, rtol=1e-9, atol=1e-15):
+        help = "compute each row from its own channels: no means, sorting or differences between rows"
+        yield finding(
+            "EFF009", f"a row of `{cls.key}` depends on the other rows", cls, member="displacement", help=help
+        )
+
+
+def _repeats(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    effect = _sized(cls.null())
+    if not np.array_equal(contribution(effect, state), contribution(effect, state)):
+        yield finding("EFF011", f"`{cls.key}` gives another answer the second time", cls, help="remove random numbers")
+
+
+def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    few = rows_of(state, np.arange(40))
+    effect = _sized(cls.null())
+    columns, step = effect.basis(few), effect.scale()
+    if columns is not None:
+        exact = np.zeros((len(few), 6, len(step)))
+        exact[:, columns.joint, np.arange(len(step))] = columns.values
+        if not np.allclose(_displaced(effect, few)[:, :6], exact @ effect.vector(), atol=1e-12):
+            yield finding("EFF012", f"`basis` and `displacement` of `{cls.key}` disagree", cls, member="basis")
+            return
+    if cls.linear:
+        base, once, twice = (contribution(effect.with_vector(_scaled(effect, s)), few) for s in (0.0, 1.0, 2.0))
+        largest = np.abs(twice).max(initial=0.0)
+        if not np.allclose(twice - base, 2 * (once - base), rtol=1e-6, atol=1e-6 * largest):
+            help = "declare it: class Name(Effect, linear=False), or mark forming parameters with amplitude=False"
+            yield finding("EFF012", f"`{cls.key}` says it is linear in its amplitudes and is not", cls, help=help)
+
+
+def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    effect = _sized(cls.null())
+    try:
+        again = pickle.loads(pickle.dumps(effect))
+    except Exception as error:
+        help = "define the class at the top level of its file"
+        yield finding("EFF013", f"`{cls.key}` cannot be sent to another process: {describe(error)}", cls, help=help)
+        return
+    if again.to_file() != effect.to_file() or cls.from_file(effect.to_file()).to_file() != effect.to_file():
+        yield finding("EFF013", f"`{cls.key}` changes when it is stored and read again", cls)
+
+
+def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    for form in _forms(cls, state):
+        effect = form.effect.with_vector(_scaled(form.effect, 1.0))
+        freed = np.flatnonzero(form.refit)
+        columns = sensitivity(effect, state, freed)
+        size = np.linalg.norm(columns, axis=0)
+        names = np.array(effect.names())[freed]
+        if np.any(size == 0.0):
+            dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
+            help = "remove the parameter, or check the channel and the index that it acts on"
+            yield finding("EFF014", f"{dead} of `{cls.key}` changes nothing on a rich set of poses", cls, help=help)
+            return
+        if effect.roughness() is not None:
+            continue  # A penalty, not the data, decides between columns that nearly repeat each other.
+        singular = np.linalg.svd(columns / size, compute_uv=False)
+        if singular[-1] < 1e-8 * singular[0]:
+            message = f"the {len(freed)} parameters of `{cls.key}` ({form.label or 'all'}) repeat each other"
+            yield finding("EFF014", message, cls, help="leave out what the others can express")
+            return
+
+
+def _forms(cls: type[Effect], state: State) -> tuple[Variant, ...]:
+    forms = cls.variants(state)
+    return forms[:: max(1, len(forms) // MOST_VARIANTS)]
+
+
+def _scaled(effect: Effect, share: float) -> Array:
+    """Amplitudes at a share of their typical size from null, forming parameters as they are."""
+    x, null = effect.vector(), effect.null_vector()
+    low, high = effect.bounds()
+    return np.where(effect.amplitudes(), np.clip(null + share * effect.scale(), low, high), x)
+
+
+def _sized(effect: Effect) -> Effect:
+    return effect.with_vector(_scaled(effect, 1.0))
+
+
+def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
+    """(rows, k) change of everything the effect gives, per typical size of each freed parameter."""
+    exact = effect.basis(state)
+    if exact is not None:
+        return np.asarray(exact.values[:, freed] * effect.scale()[freed])
+    x, step = effect.vector(), 1e-4 * effect.scale()
+    columns = []
+    for i in freed:
+        up, down = x.copy(), x.copy()
+        up[i], down[i] = x[i] + step[i], x[i] - step[i]
+        columns.append(contribution(effect.with_vector(up), state) - contribution(effect.with_vector(down), state))
+    return np.stack([c.ravel() for c in columns], axis=1) / 2e-4
+
+
+def contribution(effect: Effect, state: State) -> Array:
+    """(n, 108) everything an effect gives: displacement of joints, bodies, tool, instrument; load on joints, bodies."""
+    return np.concatenate([_displaced(effect, state), _loaded(effect, state)], axis=1)
+
+
+def _displaced(effect: Effect, state: State) -> Array:
+    given: Displacement = _call(effect, "displacement", lambda: displacement_of(effect, state))
+    return _blocks(effect, "displacement", state, (given.joint, given.body, given.tool, given.instrument))
+
+
+def _loaded(effect: Effect, state: State) -> Array:
+    given: Load = _call(effect, "load", lambda: load_of(effect, state))
+    return _blocks(effect, "load", state, (given.joint, given.body))
+
+
+def _call(effect: Effect, member: str, ask: Callable[[], T]) -> T:
+    try:
+        return ask()
+    except PostprocError:
+        raise
+    except Exception as error:
+        raise _Failure(_raised(type(effect), error, f"`{member}`")) from error
+
+
+def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
+    """Everything given as (n, 6 k), refusing what is not (n, 6), not finite, or on a body that is not there."""
+    n, result = len(state), []
+    for part in parts:
+        if isinstance(part, Mapping):
+            if not set(part) <= set(range(7)):
+                raise _Failure(_shape(effect, member, f"names body {max(part)}", "bodies are numbered 0 to 6"))
+            result += [_block(effect, member, n, part.get(b)) for b in range(7)]
+        else:
+            result.append(_block(effect, member, n, part))
+    return np.concatenate(result, axis=1)
+
+
+def _block(effect: Effect, member: str, n: int, part: object) -> Array:
+    if part is None:
+        return np.zeros((n, 6))
+    array = np.asarray(part)
+    if array.shape not in ((n, 6), (6,)):
+        text = f"gives shape {array.shape} for {n} states"
+        raise _Failure(_shape(effect, member, text, "give (n, 6): one row a state, six numbers a row"))
+    if array.dtype.kind not in "fi" or not np.all(np.isfinite(array)):
+        raise _Failure(_shape(effect, member, "gives numbers that are not finite", "look for a division by zero"))
+    return np.broadcast_to(array.astype(float), (n, 6))
+
+
+def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
+    cls = type(effect)
+    return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
+
+
+def _raised(cls: type[Effect], error: Exception, what: str) -> Diagnostic:
+    line = line_of(error, inspect.getsourcefile(cls) or "")
+    if isinstance(error, ValueError) and "read-only" in str(error):
+        help = "work on a copy: q = state.q.copy()"
+        return finding("EFF010", f"`{cls.key}` writes into the state", cls, line=line, help=help)
+    help = ""
+    if "NoneType" in str(error):
+        help = f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
+    return finding("EFF005", f"{what} of `{cls.key}` fails: {describe(error)}", cls, line=line, help=help)
+
+
+def rows_of(state: State, rows: Rows) -> State:
+    """Some rows of a state, with every channel."""
+    changes = {
+        f.name: getattr(state, f.name)[rows]
+        for f in fields(state)
+        if isinstance(getattr(state, f.name), np.ndarray) and f.name not in ("T_flange_tcp", "gravity")
+    }
+    return _locked(replace(state, channels={k: x[rows] for k, x in state.channels.items()}, **changes))

@@ -1,0 +1,68 @@
+"""Hoses that pull the flange towards the forearm."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
+from postproc.effects.geometry import force_at, point_in_base
+
+
+class DressPack(
+    Effect,
+    reads=("pose",),
+    confused_with={
+        "payload_error": "the same pose with the hose taken off; or the same wrist with joint 2 and 3 elsewhere",
+        "arm_load": "wrist turns with the rest of the arm held",
+        "backlash": "wrist turns from both sides: a hose pulls by where it is, not by where it came from",
+    },
+):
+    """A hose pack pulls two bodies towards each other once it is taut.
+
+    Equation: force k max(|p_b - p_a| - l0, 0) along the line between point p_a of one body and p_b of another, equal and
+    opposite on the two; l0 is the slack length. Points are in body axes.
+    Source: linear tension spring; arm loads of hoses in robot manuals.
+    Typical size: 100 to 1000 N/m, 10 to 150 N at the flange.
+    """
+
+    body_from: int = structure(3, low=0, high=6)
+    body_to: int = structure(6, low=0, high=6)
+    stiffness_N_per_m: float = param(unit="N/m", low=0.0, high=1e5, typical=200.0)
+    slack_m: float = param(unit="m", low=0.0, high=10.0, typical=0.3, amplitude=False)
+    from_m: Array = param(
+        unit="m", shape=(3,), low=-3.0, high=3.0, typical=0.2, amplitude=False, labels=("x", "y", "z")
+    )
+    to_m: Array = param(unit="m", shape=(3,), low=-3.0, high=3.0, typical=0.2, amplitude=False, labels=("x", "y", "z"))
+
+    def load(self, state: State) -> Load:
+        here, there, distance = self._ends(state)
+        taut = self.stiffness_N_per_m * np.maximum(distance - self.slack_m, 0.0)
+        pull = (taut / np.maximum(distance, 1e-9))[:, None] * (here - there)
+        if self.body_from == self.body_to:
+            return Load()
+        return Load(body={self.body_to: force_at(there, pull), self.body_from: force_at(here, -pull)})
+
+    def _ends(self, state: State) -> tuple[Array, Array, Array]:
+        T = np.asarray(state.T_base_body)
+        here, there = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
+        return here, there, np.linalg.norm(there - here, axis=1)
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """From the forearm housing or the upper arm, above the elbow, to the flange; always taut, or slack half the time."""
+        if current is not None or state.T_base_body is None:
+            return (variant(current or cls()),)
+        found: list[Variant] = []
+        for body in (3, 2):
+            # 0.3 m on the side that looks up on average.
+            up = state.T_base_body[:, body, 2, :3].mean(axis=0)
+            start = cls(body_from=body, from_m=0.3 * up / max(float(np.linalg.norm(up)), 1e-9))
+            distance = start._ends(state)[2]
+            for share in (0.0, 0.5):
+                slack = 0.9 * float(distance.min()) if share == 0.0 else float(np.quantile(distance, share))
+                effect = cls(body_from=body, from_m=start.from_m, slack_m=slack)
+                found.append(variant(effect, f"from body {body}, {'slack at times' if share else 'always taut'}"))
+        return tuple(found)

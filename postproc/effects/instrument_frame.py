@@ -1,0 +1,30 @@
+"""Where the measuring instrument thinks the base is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Displacement, Effect, State, param
+
+
+class InstrumentFrame(
+    Effect,
+    reads=(),
+    confused_with={
+        "link_geometry": "nothing: the pedestal and the frame are one and the same to the instrument",
+        "joint_offset": "nothing for joint 1: turning it and turning the frame about its axis are the same",
+    },
+):
+    """The base as the instrument sees it: position and orientation.
+
+    Equation: T_instrument_base = Exp(x), x = translation [m] and rotation vector [rad], six constants.
+    Source: rigid-body geometry. Typical size: metres and any angle where the instrument was set up freely,
+    2 mm and 1 mrad where the frame was measured on the base.
+    """
+
+    shift_m: Array = param(unit="m", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
+    turn_rad: Array = param(unit="rad", shape=(3,), typical=1e-3, labels=("x", "y", "z"))
+
+    def displacement(self, state: State) -> Displacement:
+        return Displacement(instrument=np.concatenate([self.shift_m, self.turn_rad]))

@@ -1,0 +1,51 @@
+"""Tool mass and centre of gravity that differ from tooldata."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, Load, State, Variant, channel, param, variant
+from postproc.effects.geometry import weight
+
+
+class PayloadError(
+    Effect,
+    reads=("pose",),
+    confused_with={
+        "arm_load": "wrist poses: what hangs on the flange turns with it",
+        "joint_compliance": "weigh the tool: a compliance answers to every load, this only to the tool's",
+        "dress_pack": "the same wrist angle with the hose taken off",
+    },
+):
+    """The tool is heavier, lighter or hangs elsewhere than the program says.
+
+    Equation: extra force m (g - acceleration) at the extra centre c, with m and m c [kg, kg m] in tool0; and the share
+    ``fraction`` of the stated payload at its stated centre. Source: Newton.
+    Typical size: 1 to 10 kg, 1 to 3 kg m: 7 to 70 micrometres per load of that size on a 60 kg arm.
+    """
+
+    mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0)
+    moment_kgm: Array = param(unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, labels=("x", "y", "z"))
+    fraction: float = param(unit="1", low=-1.0, high=5.0, typical=0.1)
+
+    def load(self, state: State) -> Load:
+        T_body_flange = np.eye(4) if state.robot is None else state.robot.link[6]
+        mass: float | Array = self.mass_kg
+        moment = self.moment_kgm
+        if state.payload_mass is not None:
+            stated = self.fraction * state.payload_mass
+            centre = np.zeros(3) if state.payload_center is None else state.payload_center
+            mass, moment = mass + stated, moment + stated[:, None] * centre
+        return Load(body={6: weight(state, 6, mass, moment, T_body_flange)})
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        effect, constant = current or cls(), np.arange(5) < 4
+        found = [variant(effect, "mass and centre", constant, constant)]
+        stated = channel(state, "payload")
+        if stated is not None and np.any(stated != 0.0):
+            found.append(variant(effect, "share of the stated payload", ~constant, ~constant))
+        return tuple(found)

@@ -1,0 +1,48 @@
+"""A step between measuring sessions."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+
+
+class Session(
+    Effect,
+    reads=("session",),
+    ambiguous=True,
+    confused_with={
+        "frame_drift": "reference poses at the start and the end of each session",
+        "thermal_growth": "the temperature of each session, and two temperatures within one",
+    },
+):
+    """The frame stepped between two sessions (instrument moved, tool remounted): a finding about the data.
+
+    Equation: constant translation and rotation of the base as the instrument sees it, for the rows of each listed
+    session (numbered from 0) against the others.
+    Source: rigid-body geometry. Typical size: 20 to 40 micrometres after a new set-up.
+    """
+
+    session: tuple[int, ...] = structure((1,), low=0, high=10_000)
+    shift_m: Array = param(unit="m", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
+    turn_rad: Array = param(unit="rad", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
+
+    def displacement(self, state: State) -> Displacement | None:
+        if state.session is None:
+            return None
+        member = (state.session[:, None] == np.array(self.session)).astype(float)
+        return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        if state.session is None:
+            return ()
+        later = tuple(int(s) for s in np.unique(state.session)[1:])
+        if current is not None or not later:
+            return (variant(current),) if current is not None else ()
+        effect = cls(session=later)
+        shift = np.arange(6 * len(later)) < 3 * len(later)
+        return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))

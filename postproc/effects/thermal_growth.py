@@ -1,0 +1,49 @@
+"""Castings that grow with temperature."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+
+from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
+from postproc.effects.geometry import distal_point, long_bodies
+
+
+class ThermalGrowth(
+    Effect,
+    reads=("temperature", "robot"),
+    confused_with={
+        "thermal_joint_drift": "several poses at each temperature: growth shifts along the links, drift turns joints",
+        "frame_drift": "a reference point on the base; temperature that rises and falls again",
+        "link_geometry": "the same poses at another temperature",
+    },
+):
+    """The castings grow and shrink.
+
+    Equation: translation (alpha (T - T_ref) + strain) p_b at the distal end p_b of each listed body, in its axes. The
+    strain is the growth at the reference temperature: it stands for a T0 that is not the reference.
+    Source: linear expansion; 11 to 12e-6 per kelvin for iron and steel, 23e-6 for aluminium.
+    Typical size: 25 micrometres per kelvin on an arm stretched to 2 m.
+    """
+
+    body: tuple[int, ...] = structure((0, 1, 2, 3, 4, 5, 6), low=0, high=6)
+    reference_C: float = structure(20.0, low=-100.0, high=200.0)
+    growth_per_K: float = param(unit="1/K", low=-1e-3, high=1e-3, typical=1.2e-5)
+    strain: float = param(unit="1", low=-0.01, high=0.01, typical=5e-5)
+
+    def displacement(self, state: State) -> Displacement | None:
+        if state.temperature is None or state.robot is None:
+            return None
+        stretch = self.growth_per_K * (state.temperature - self.reference_C) + self.strain
+        still = np.zeros(3)
+        ends = {b: np.concatenate([distal_point(state.robot, b), still]) for b in self.body}
+        return Displacement(body={b: stretch[:, None] * end for b, end in ends.items()})
+
+    @classmethod
+    def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        if state.robot is None or current is not None:
+            return (variant(current or cls()),)
+        alone, both = np.array([True, False]), np.array([True, True])
+        found = [variant(cls(), "all castings", alone, alone), variant(cls(), "all castings, free T0", both, both)]
+        return (*found, *(variant(cls(body=(b,)), f"body {b}", alone, alone) for b in long_bodies(state.robot)))
