@@ -1,0 +1,146 @@
+"""The commanded curve of every move: exact correction at the samples, one value per target, transitions where it jumps.
+
+Two moves that meet at a target may want different corrections there (the arc has just been lit, another tool, a target
+that stays as it is). The target has one value: that of the move that welds. The other move then starts or ends beside its
+exact correction and passes over in a jerk-limited transition (ruckig), finished before the arc.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.compensate.inverse import command
+from postproc.compensate.options import Options
+from postproc.compensate.samples import Samples
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.motion.smoothing import correction_limits, transition
+from postproc.motion.values import Move
+from postproc.robot.kinematics import forward
+from postproc.robot.pose import invert, pose_error
+
+NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
+
+
+@dataclass(frozen=True, slots=True)
+class Exact:
+    """The inverse of the model at every sample.
+
+    Args:
+        T_base_tcp: (n, 4, 4) commanded poses; q: (n, 6) commanded joint angles [rad].
+        T_base_flange: (m, 4, 4) commanded flange at every goal, after deciding between the moves that meet there.
+    """
+
+    T_base_tcp: Array
+    q: Array
+    T_base_flange: Array
+    q_goal: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A jump of the correction inside or beside one move, made jerk-limited.
+
+    Args:
+        move: index of the move; at_goal: it ends at the goal, else it begins at the start.
+        size_m: distance that the correction jumps [m]; duration: of the transition [s].
+        complete: there was enough time in the move; otherwise it takes the whole move.
+        samples: (a, b) the samples it covers.
+    """
+
+    move: int
+    at_goal: bool
+    size_m: float
+    duration: float
+    complete: bool
+    samples: tuple[int, int]
+
+
+def burning(samples: Samples) -> Array:
+    """(n,) whether the arc burns at a sample."""
+    return np.array([m.welding for m in samples.moves])[samples.move]
+
+
+def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
+    """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
+    changing = np.zeros(len(moves), dtype=bool)
+    for i, (a, b) in enumerate(zip(moves[:-1], moves[1:], strict=True)):
+        other = a.payload_mass != b.payload_mass or not np.array_equal(a.T_flange_tcp, b.T_flange_tcp)
+        switched = options.force_on == "arc" and a.welding != b.welding
+        if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
+            changing[i : i + 2] = True
+    return changing
+
+
+def invert_model(model: Model, samples: Samples, state: State) -> Exact:
+    """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
+    commanded = command(model, state, samples.T_base_tcp)
+    tool = samples.curves.T_flange_tcp
+    T_flange = commanded.T_base_tcp[samples.goal] @ invert(tool)
+    q_goal = commanded.q[samples.goal].copy()
+    welding = np.array([m.welding for m in samples.moves])
+    first = np.array([m.first for m in samples.moves])
+    lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~first[1:])
+    if len(lit):
+        T_flange[lit] = commanded.T_base_tcp[samples.start[lit + 1]] @ invert(tool[lit + 1])
+        q_goal[lit] = commanded.q[samples.start[lit + 1]]
+    for i, move in enumerate(samples.moves):
+        if move.kind == "absjoint":
+            T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
+    return Exact(commanded.T_base_tcp, commanded.q, T_flange, q_goal)
+
+
+def hold_moves(model: Model, samples: Samples, exact: Exact, held: Array) -> Exact:
+    """The same with the targets of the held moves (m,) left as programmed."""
+    q = np.array([m.q for m in samples.moves])
+    T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
+    if held.any():
+        T_flange[held], q_goal[held] = forward(model.robot, q[held]), q[held]
+    return Exact(exact.T_base_tcp, exact.q, T_flange, q_goal)
+
+
+def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> tuple[Array, list[Transition]]:
+    """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
+
+    A correction without jumps is returned as it came.
+
+    Args:
+        t: (n,) time at the samples [s].
+    """
+    tool = samples.curves.T_flange_tcp
+    first = np.array([m.first for m in samples.moves])
+    space = ~samples.curves.joint & ~first
+    ends = exact.T_base_flange @ tool
+    at_goal = pose_error(exact.T_base_tcp[samples.goal], ends)
+    begins = exact.T_base_flange[np.maximum(np.arange(len(first)) - 1, 0)] @ tool
+    at_start = pose_error(exact.T_base_tcp[samples.start], begins)
+    T = exact.T_base_tcp.copy()
+    found: list[Transition] = []
+    for jumps, is_goal in ((at_start, False), (at_goal, True)):
+        size = np.abs(jumps).max(axis=1)
+        for i in np.flatnonzero(space & (size > NO_JUMP)):
+            rows = np.arange(samples.start[i], samples.goal[i] + 1)
+            limits = correction_limits(model.robot, samples.q[rows], samples.moves[i].T_flange_tcp)
+            time = t[rows] - t[rows[0]]
+            ramp = transition(jumps[i], limits, available=float(time[-1]))
+            into = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
+            T[rows] = _shifted(T[rows], jumps[i] - into)
+            inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
+            found.append(
+                Transition(
+                    int(i), is_goal, float(np.linalg.norm(jumps[i, :3])), ramp.duration, ramp.complete,
+                    (int(inside[0]), int(inside[-1])),
+                )
+            )  # fmt: skip
+    return T, found
+
+
+def _shifted(T: Array, twist: Array) -> Array:
+    result = T.copy()
+    result[:, :3, 3] += twist[:, :3]
+    result[:, :3, :3] = Rotation.from_rotvec(twist[:, 3:]).as_matrix() @ T[:, :3, :3]
+    return result

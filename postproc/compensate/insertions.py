@@ -1,0 +1,57 @@
+"""Which statement an added target gets, and where none may be added."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.compensate.values import Insertion, TargetValue
+from postproc.rapid.events import MotionEvent
+
+# An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only. Instructions
+# that do something at their target (triggers, outputs, procedure calls) are preceded by plain moves as well.
+_ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
+_PLAIN = re.compile(r"(Move|Trigg|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync|IOs)?$")
+
+
+def added_instruction(instruction: str) -> str | None:
+    """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
+
+    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "TriggL", "SearchL")]
+    ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
+    """
+    arc = _ARC.match(instruction)
+    if arc:
+        if arc["phase"] == "Start":
+            return "Move" + arc["stem"][-1]
+        return arc["stem"] + (arc["system"] or arc["older"])
+    plain = _PLAIN.match(instruction)
+    return "Move" + plain["way"] if plain else None
+
+
+def why_indivisible(event: MotionEvent) -> str | None:
+    """Why no target may be added before a statement, or None."""
+    statement = event.statement
+    if added_instruction(statement.instruction) is None:
+        return f"nothing may be added before {statement.instruction}"
+    if statement.argument("\\id") is not None:
+        return "`\\ID` coordinates it with another task"
+    if statement.argument("\\t") is not None:
+        return "`\\T` gives the time of the whole move"
+    if statement.argument("\\corr") is not None:
+        return "`\\Corr` follows a sensor"
+    if not _stands_alone(statement.source.data, statement.span[0]):
+        return "it stands in a one-line IF"
+    return None
+
+
+def _stands_alone(data: bytes, offset: int) -> bool:
+    """Whether a statement may be put in front: what comes before on the line ends a statement or opens a block."""
+    before = data[data.rfind(b"\n", 0, offset) + 1 : offset].strip().upper()
+    opens_routine = before.startswith((b"PROC", b"LOCAL PROC", b"TRAP"))
+    return not before or opens_routine or before.endswith((b";", b"THEN", b"ELSE", b"DO", b":"))
+
+
+def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
+    name = added_instruction(event.statement.instruction)
+    assert name is not None
+    return Insertion(event.statement, name, to, via, zone)

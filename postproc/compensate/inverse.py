@@ -1,0 +1,146 @@
+"""The inverse of the model: what to command so that the real arm goes where it should."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.chain import deflected_chain
+from postproc.model.equilibrium import (
+    REACH,
+    Deflection,
+    carries_load,
+    deflect,
+    distance,
+    loaded_state,
+    reads_body_loads,
+    tcp,
+    unsettled,
+)
+from postproc.robot.inverse import inverse
+from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.pose import invert, pose_error
+
+SWEEPS = 30
+NEAR = 1e-7  # [m] or [rad]: start joints farther from the pose than this are replaced by the nearest closed-form solution
+DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
+PATIENCE = 6  # sweeps of Newton steps before the closed form takes over
+
+
+@dataclass(frozen=True, slots=True)
+class Commanded:
+    """Commands for n poses.
+
+    Args:
+        q: (n, 6) joint angles to command [rad], in the branch and turn of the start.
+        T_base_tcp: (n, 4, 4) the pose that the controller's nominal kinematics has there: what to write in the program.
+        residual_m: (n,) how far from the desired pose the real arm then is [m] (rotations count at 1 m).
+        sweeps: how many it took.
+    """
+
+    q: Array
+    T_base_tcp: Array
+    residual_m: Array
+    sweeps: int
+
+
+def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e-9) -> Commanded:
+    """Commanded joints and poses for which the real arm reaches the desired TCP poses.
+
+    Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected arm
+    (none, if only joints deflect), then q = theta - dq(loads at theta). Both contract by about 1e-3 a sweep. The fixed
+    point is that of Eqs. 24-25 with the accumulated correction p_f <- p_f + (p - p_c).
+
+    Args:
+        state: n states as they happen along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal
+            joint angles of the desired poses, or near them: they choose branch and turns.
+        T_base_tcp: (n, 4, 4) desired.
+        tolerance: largest residual [m].
+
+    Raises:
+        PostprocError: MOD010, the deflection does not settle.
+    """
+    desired = np.asarray(T_base_tcp, dtype=float)
+    state = state.with_(robot=model.robot, gravity=model.gravity)
+    theta = _start(model, state, desired)
+    loaded = carries_load(model)
+    ends = loaded and len(state) > 0 and reads_body_loads(model, state)
+    # Where only joints deflect, by loads alone, the real joint angles fix the loads and the first sweep is exact.
+    coupled = ends or any("q" in e.reads for e in model.effects)
+    deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
+    residual, last, sweep = np.zeros(len(state)), np.inf, 0
+    newton: Array | None = None
+    for sweep in range(1, SWEEPS + 1):
+        seen = state.with_(q=theta - deflection.joint)
+        if loaded:
+            seen = loaded_state(model, seen, deflection, ends)
+        new = deflect(model, seen)
+        moved = distance(new, deflection)
+        deflection = new
+        error = _error(model, state, theta, deflection, desired)
+        # Sweeps contract evenly: what the next one would still move is foretold by the last two.
+        worst = float(moved.max(initial=0.0))
+        still = moved * min(1.0, worst / last) if coupled or deflection.body else np.zeros(len(state))
+        residual, last = np.maximum(still, np.abs(error).max(axis=1)), worst
+        if not np.isfinite(still).all() or worst > 10.0 * REACH:
+            raise unsettled(int(np.argmax(~(moved <= REACH))))
+        if residual.max(initial=0.0) <= tolerance or sweep == SWEEPS:
+            break
+        open_ = np.abs(error).max(axis=1) > 0.1 * tolerance
+        if open_.any():
+            newton = _newton(model, state, theta) if newton is None else newton
+            step = np.einsum("nij,nj->ni", newton, error)
+            theta = np.where(open_[:, None], theta + step, theta)
+        if sweep >= PATIENCE and model.robot.opw is not None:
+            theta = _closed_form_steps(model, state, theta, deflection, desired, np.abs(error).max(axis=1) > tolerance)
+    q = theta - deflection.joint
+    return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual, sweep)
+
+
+def _start(model: Model, state: State, desired: Array) -> Array:
+    """Nominal joint angles of the desired poses, in the branch and turn of ``state.q``."""
+    robot, q = model.robot, np.array(state.q, dtype=float)
+    error = pose_error(forward(robot, q) @ state.T_flange_tcp, desired)
+    away = np.abs(error).max(axis=1, initial=0.0) > NEAR
+    if robot.opw is not None and away.any():
+        tool = state.T_flange_tcp if state.T_flange_tcp.ndim == 2 else state.T_flange_tcp[away]
+        q[away] = _nearest(model, desired[away] @ invert(tool), q[away])
+    return q
+
+
+def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
+    """The closed-form solution nearest to joint angles, turns included; those angles where nothing is reachable."""
+    solutions = inverse(model.robot, T_base_flange)
+    solutions = solutions + 2 * np.pi * np.round((q[:, None] - solutions) / (2 * np.pi))
+    far = np.abs(solutions - q[:, None]).max(axis=-1)
+    best = np.argmin(np.where(np.isnan(far), np.inf, far), axis=1)
+    found = solutions[np.arange(len(q)), best]
+    return np.where(np.isnan(found), q, found)
+
+
+def _error(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
+    """What the real arm lacks to the desired poses when its joints stand at theta, (n, 6) [m, rad]."""
+    chain = deflected_chain(model.robot, theta, deflection.body, False)
+    return pose_error(tcp(chain, state, deflection), desired)
+
+
+def _newton(model: Model, state: State, theta: Array) -> Array:
+    """Damped inverses of the nominal Jacobian, (n, 6, 6): J^T (J J^T + lambda^2)^-1, finite at singular poses."""
+    J = jacobian(model.robot, theta, state.T_flange_tcp)
+    Jt = np.swapaxes(J, 1, 2)
+    damped: Array = Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))
+    return damped
+
+
+def _closed_form_steps(
+    model: Model, state: State, theta: Array, deflection: Deflection, desired: Array, rows: Array
+) -> Array:
+    """Eq. 25 with the closed form, p_f <- p_f + (p - p_c), for poses where the Jacobian is nearly singular."""
+    nominal = forward(model.robot, theta)
+    real = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)
+    solved = _nearest(model, desired @ invert(real) @ nominal, theta)
+    return np.where(rows[:, None], solved, theta)

@@ -1,0 +1,31 @@
+"""What the user can choose about a compensation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from postproc.rapid.records import Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Choices of one conversion.
+
+    Args:
+        tolerance_m: largest deviation of the TCP from a programmed line or arc [m]; the source paper reaches 0.01 mm.
+        force, moment: external wrench on the TCP, base axes [N], [N m].
+        force_on: ``all`` along the whole program, ``arc`` while the arc burns.
+        inertia: compensate the deflection under sustained acceleration.
+        template_dir: a folder whose templates replace the shipped ones of the same name.
+        entry: routine to start from; None takes ``main``, or every routine that nobody calls.
+    """
+
+    tolerance_m: float = 1e-5
+    force: Vec3 = (0.0, 0.0, 0.0)
+    moment: Vec3 = (0.0, 0.0, 0.0)
+    force_on: Literal["all", "arc"] = "all"
+    inertia: bool = True
+    template_dir: Path | None = None
+    entry: str | None = None

@@ -1,0 +1,124 @@
+"""What happened to every motion statement, and what the user has to know about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from postproc.compensate.decisions import UNCHANGED_MM, key_of
+from postproc.compensate.options import Options
+from postproc.compensate.plan import Plan
+from postproc.compensate.proof import Deviation
+from postproc.compensate.values import Outcome
+from postproc.diagnostics import Diagnostic
+from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.program import Program
+
+MM = 1e3
+JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
+BESIDE_ARM = "it does not move the arm"
+
+
+def judge_statements(
+    program: Program,
+    events: Sequence[MotionEvent],
+    plan: Plan,
+    before: Deviation,
+    after: Deviation,
+    options: Options,
+) -> tuple[list[Outcome], list[Diagnostic]]:
+    """One outcome per motion statement of the text, in text order, and findings about those that are not as asked."""
+    moves = {move.event: i for i, move in enumerate(plan.motion.moves)}
+    runs: dict[tuple[str, int], list[int]] = {}
+    for index, event in enumerate(events):
+        runs.setdefault(key_of(event.statement), []).append(index)
+    worst = _worst_of_moves(plan, after)
+    outcomes: list[Outcome] = []
+    findings: list[Diagnostic] = []
+    for statement in program.statements:
+        indices = runs.get(key_of(statement), [])
+        outcome = _outcome(statement, indices, events, moves, plan, before, after)
+        outcomes.append(outcome)
+        if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
+            findings.append(_finding("CMP005", "warning", statement, f"left as it is: {outcome.reason}",
+                                     "the neighbours are corrected; check the path around this statement"))  # fmt: skip
+            continue
+        rows = [moves[i] for i in indices if i in moves]
+        largest = max((worst[i] for i in rows), default=0.0)
+        if outcome.status != "skipped" and largest > options.tolerance_m:
+            why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
+            text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * options.tolerance_m:g} mm"
+            help_ = f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
+            findings.append(_finding("CMP006", "warning", statement, text, help_))
+    findings += _transition_findings(events, plan)
+    return outcomes, findings
+
+
+def _outcome(
+    statement: MotionStatement,
+    indices: Sequence[int],
+    events: Sequence[MotionEvent],
+    moves: dict[int, int],
+    plan: Plan,
+    before: Deviation,
+    after: Deviation,
+) -> Outcome:
+    if statement.interpolation == "none":
+        return Outcome(statement, "skipped", BESIDE_ARM)
+    reason = next((events[i].reason for i in indices if events[i].reason), None)
+    rows = [moves[i] for i in indices if i in moves]
+    if not rows:
+        return Outcome(statement, "skipped", reason or "the program never gets here")
+    residual = MM * max(float(after.goal_distance[i]) for i in rows)
+    if statement.interpolation == "absjoint":
+        return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
+    refused = plan.decisions.refused.get(key_of(statement))
+    if refused is not None:
+        return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
+    samples = plan.motion.samples
+    T_goal = plan.exact.T_base_flange[rows] @ samples.curves.T_flange_tcp[rows]
+    shifts = np.linalg.norm(T_goal[:, :3, 3] - samples.T_base_tcp[samples.goal[rows], :3, 3], axis=1)
+    shift = MM * float(shifts.max())
+    if shift < UNCHANGED_MM:
+        return Outcome(statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5))
+    return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
+
+
+def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
+    """(m,) largest deviation along each move in space, transitions left out [m]."""
+    samples = plan.motion.samples
+    worst = np.zeros(len(samples.moves))
+    rows = ~samples.curves.joint[after.owner] & (samples.goal > samples.start)[after.owner] & ~in_transition(plan, after)
+    np.maximum.at(worst, after.owner[rows], after.distance[rows])
+    return worst
+
+
+def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
+    """(n,) samples at which the correction passes over from one state to another."""
+    samples = plan.motion.samples
+    inside = np.zeros(len(after.distance), dtype=bool)
+    for t in plan.transitions:
+        low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
+        margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
+        inside |= (after.owner == t.move) & (after.u >= low - margin) & (after.u <= high + margin)
+    return inside
+
+
+def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diagnostic]:
+    findings = []
+    for t in plan.transitions:
+        move = plan.motion.moves[t.move]
+        where = "before its target" if t.at_goal else "from its start"
+        text = f"the correction changes by {MM * t.size_m:.3f} mm {where}, within {t.duration:.2f} s"
+        if move.welding:
+            findings.append(_finding("CMP008", "warning", events[move.event].statement, text + ", while the arc burns",
+                                     "start and end the seam with a stop, or let the force act on the whole program"))  # fmt: skip
+        else:
+            findings.append(_finding("CMP007", "info", events[move.event].statement, text))
+    return findings
+
+
+def _finding(code: str, severity: str, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
+    assert severity in ("error", "warning", "info")
+    return Diagnostic(code, severity, text, statement.source, statement.span, help_)  # type: ignore[arg-type]

@@ -1,0 +1,132 @@
+"""Where a linear or circular move needs added targets, so that the path between them stays within tolerance.
+
+Between two corrected targets the controller interpolates; the correction in between is then the chord of the exact
+correction. Only what is perpendicular to the path counts: a shift along it does not move the seam.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from postproc.arrays import Array
+
+
+def perpendicular(vectors: Array, direction: Array) -> Array:
+    """What is left of (k, 3) vectors across the unit directions (3,) or (k, 3); all of it for a zero direction."""
+    along = np.sum(vectors * direction, axis=-1, keepdims=True)
+    return vectors - along * direction
+
+
+def chord_deviation(u: Array, shift: Array, direction: Array, a: int, b: int) -> float:
+    """Largest distance [m] between the exact correction and its chord from sample a to sample b.
+
+    Args:
+        u: (k,) increasing fractions along the move.
+        shift: (k, 3) exact correction of the TCP position [m].
+        direction: (3,) unit direction of the move.
+    """
+    if b - a < 2:
+        return 0.0
+    w = ((u[a + 1 : b] - u[a]) / (u[b] - u[a]))[:, None]
+    chord = shift[a] + (shift[b] - shift[a]) * w
+    return float(np.linalg.norm(perpendicular(chord - shift[a + 1 : b], direction), axis=1).max())
+
+
+def _farthest(deviation: Callable[[int, int], float], a: int, last: int, tolerance: float) -> int:
+    """Largest b in (a, last] whose span stays within tolerance (deviation grows with the span), at least a + 1."""
+    low, high = a + 1, last
+    while low < high:
+        middle = (low + high + 1) // 2
+        if deviation(a, middle) <= tolerance:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+def _greedy(deviation: Callable[[int, int], float], allowed: Array, last: int, tolerance: float) -> list[int] | None:
+    """Fewest interior vertices among the allowed samples, or None where even neighbours are too far apart."""
+    vertices: list[int] = []
+    a = 0
+    while deviation(a, last) > tolerance:
+        reach = _farthest(deviation, a, last, tolerance)
+        candidates = np.flatnonzero(allowed[a + 1 : reach + 1])
+        if len(candidates) == 0:
+            return None
+        a = a + 1 + int(candidates[-1])
+        vertices.append(a)
+    return vertices
+
+
+def place_vertices(
+    u: Array, shift: Array, direction: Array, allowed: Array, tolerance: float
+) -> tuple[list[int], bool]:
+    """Choose the fewest samples at which a line gets an added target, evenly used.
+
+    Args:
+        u: (k,) fractions along the move, shift: (k, 3) exact correction [m], direction: (3,) unit direction.
+        allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
+        tolerance: largest chord deviation [m].
+
+    Returns:
+        Indices of the added targets, and whether the tolerance is met everywhere.
+    """
+    last = len(u) - 1
+
+    def deviation(a: int, b: int) -> float:
+        return chord_deviation(u, shift, direction, a, b)
+
+    best = _greedy(deviation, allowed, last, tolerance)
+    if best is None:
+        return list(np.flatnonzero(allowed[1:last]) + 1), False
+    # The same number of targets with the smallest largest deviation: spreads them along the move.
+    low, high = 0.0, tolerance
+    for _ in range(12 if best else 0):
+        middle = 0.5 * (low + high)
+        tighter = _greedy(deviation, allowed, last, middle)
+        if tighter is not None and len(tighter) <= len(best):
+            best, high = tighter, middle
+        else:
+            low = middle
+    return best, True
+
+
+def circle_deviation(points: Array, a: Array, via: Array, b: Array) -> float:
+    """Largest distance [m] of (k, 3) points from the circle through a, via and b."""
+    ab, av = b - a, via - a
+    normal = np.cross(av, ab)
+    size = float(normal @ normal)
+    if size < 1e-24:
+        return float(np.linalg.norm(perpendicular(points - a, ab / np.linalg.norm(ab)), axis=1).max())
+    center = a + (np.cross(normal, av) * (ab @ ab) + np.cross(ab, normal) * (av @ av)) / (2 * size)
+    radius = float(np.linalg.norm(a - center))
+    axis = normal / np.sqrt(size)
+    height = (points - center) @ axis
+    radial = np.linalg.norm(points - center - height[:, None] * axis, axis=1) - radius
+    return float(np.hypot(height, radial).max())
+
+
+def place_arcs(commanded: Array, tolerance: float, most: int) -> tuple[list[tuple[int, int]], bool]:
+    """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
+
+    Args:
+        commanded: (k, 3) exact commanded TCP positions at even fractions [m], k odd.
+        tolerance: [m]; most: largest number of arcs that MoveC's limits on length and angle permit.
+
+    Returns:
+        (via, goal) sample indices of each arc, and whether the tolerance is met.
+    """
+    last = len(commanded) - 1
+    arcs: list[tuple[int, int]] = []
+    for count in range(1, max(1, most) + 1):
+        edges = np.round(np.linspace(0, last, count + 1)).astype(int)
+        arcs = [(int((a + b) // 2), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        worst = max(
+            circle_deviation(commanded[a : b + 1], commanded[a], commanded[v], commanded[b])
+            for a, (v, b) in zip(edges[:-1], arcs, strict=True)
+        )
+        if worst <= tolerance:
+            return arcs, True
+    return arcs, False

@@ -1,0 +1,219 @@
+"""From a program to the decision what to change: moves, timing, exact corrections, added targets, texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.correction import (
+    Exact,
+    Transition,
+    burning,
+    changing_moves,
+    commanded_curve,
+    hold_moves,
+    invert_model,
+)
+from postproc.compensate.decisions import Decisions, Wish, decide_changes, key_of, same_value
+from postproc.compensate.insertions import insertion_of, why_indivisible
+from postproc.compensate.options import Options
+from postproc.compensate.proof import distance_to_curves
+from postproc.compensate.samples import Samples, sample_moves
+from postproc.compensate.states import at_samples, build_state
+from postproc.compensate.targets import Pieces, divide_moves
+from postproc.compensate.values import Insertion, TargetValue
+from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.motion.moves import read_moves
+from postproc.motion.path import sample_path
+from postproc.motion.timing import retime
+from postproc.motion.values import Move, Trajectory
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.records import RobTarget
+from postproc.rapid.units import target_pose
+from postproc.robot.arm import Robot
+from postproc.robot.configuration import confdata
+from postproc.robot.pose import displace, pose_error
+
+TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What a program makes the arm do: moves, their timing, and samples of the programmed curves."""
+
+    moves: tuple[Move, ...]
+    trajectory: Trajectory
+    samples: Samples
+    state: State
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Everything that will be written, before it is written."""
+
+    motion: Motion
+    exact: Exact
+    decisions: Decisions
+    insertions: tuple[Insertion, ...]
+    pieces: tuple[Pieces, ...]
+    transitions: tuple[Transition, ...]
+    indivisible: Mapping[int, str]
+
+
+def read_motion(
+    model: Model, events: Sequence[MotionEvent], options: Options, joint_ways: bool = False
+) -> tuple[Motion | None, list[Diagnostic]]:
+    """Moves, timing and samples of a program; None where an error makes that impossible."""
+    moves_list, findings = read_moves(model.robot, events)
+    if has_errors(findings) or not moves_list:
+        return None, findings
+    moves = tuple(moves_list)
+    try:
+        path, more = sample_path(model.robot, moves, events)
+        findings += more
+        if has_errors(findings):
+            return None, findings
+        trajectory, more = retime(model, path, events)
+        findings += more
+        if has_errors(findings) or trajectory is None:
+            return None, findings
+        dense = np.where(changing_moves(moves, options), TRANSITION_INTERVALS, 0)
+        samples = sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways)
+    except PostprocError as error:
+        return None, findings + list(error.diagnostics)
+    state = build_state(samples, trajectory, options, burning(samples))
+    return Motion(moves, trajectory, samples, state), findings
+
+
+def plan_changes(
+    model: Model,
+    motion: Motion,
+    events: Sequence[MotionEvent],
+    options: Options,
+    shared_safely: Callable[[str, set[tuple[str, int]]], bool],
+    zone_name: Callable[[MotionEvent], str],
+) -> Plan:
+    """Decide what to change so that the real arm follows the programmed curves.
+
+    Args:
+        shared_safely: see ``decide_changes``.
+        zone_name: name of a small fly-by zone that means what it says where the event's statement stands.
+    """
+    samples, moves = motion.samples, motion.moves
+    t = at_samples(samples, motion.trajectory, motion.trajectory.t)
+    exact = invert_model(model, samples, motion.state)
+    indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
+    held = np.zeros(len(moves), dtype=bool)
+    while True:
+        written = hold_moves(model, samples, exact, held)
+        curve, transitions = commanded_curve(model, samples, written, t)
+        divisible = [i not in indivisible and not held[i] for i in range(len(moves))]
+        pieces = divide_moves(samples, curve, options.tolerance_m, divisible)
+        values = _Values(model.robot, motion, events, written, curve)
+        wishes = [w for i in np.flatnonzero(~held) for w in values.wishes(int(i), pieces)]
+        decisions = decide_changes(events, wishes, shared_safely)
+        insertions, clashing = values.insertions(pieces, zone_name)
+        refused = np.array([key_of(events[m.event].statement) in decisions.refused for m in moves]) & ~held
+        if not refused.any() and not clashing:
+            break
+        held |= refused
+        indivisible.update(clashing)
+    return Plan(
+        motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible
+    )
+
+
+class _Values:
+    """Corrected targets of one round, as the program writes them."""
+
+    def __init__(
+        self, robot: Robot, motion: Motion, events: Sequence[MotionEvent], written: Exact, curve: Array
+    ) -> None:
+        self.robot, self.motion, self.events, self.written, self.curve = robot, motion, events, written, curve
+        nominal = np.array([m.q for m in motion.moves])
+        self.conf_before = confdata(robot, nominal)
+        self.conf_after = confdata(robot, written.q_goal)
+        self.T_goal = written.T_base_flange @ motion.samples.curves.T_flange_tcp
+
+    def value(self, event: MotionEvent, T_base_tcp: Array, robconf: tuple[int, int, int, int]) -> TargetValue:
+        target = event.target
+        assert isinstance(target, RobTarget)
+        return TargetValue(target_pose(event, T_base_tcp), robconf, target.extax)
+
+    def wishes(self, i: int, pieces: Sequence[Pieces]) -> list[Wish]:
+        move = self.motion.moves[i]
+        event = self.events[move.event]
+        if not isinstance(event.target, RobTarget):
+            return []
+        changed = tuple(int(c) for c in self.conf_after[i])
+        crossed = not np.array_equal(self.conf_before[i], self.conf_after[i])
+        conf = (changed[0], changed[1], changed[2], changed[3]) if crossed else event.target.robconf
+        found = [Wish(move.event, "to", event.target_origin, self.value(event, self.T_goal[i], conf))]
+        if event.via is not None and event.via_origin is not None and not move.first:
+            T_via = self._via(i, next(p for p in pieces if p.move == i))
+            found.append(Wish(move.event, "via", event.via_origin, self.value(event, T_via, event.via.robconf)))
+        return found
+
+    def _via(self, i: int, pieces: Pieces) -> Array:
+        """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part."""
+        if pieces.goals:
+            return self.curve[pieces.vias[-1]]
+        samples, move = self.motion.samples, self.motion.moves[i]
+        assert move.T_base_via is not None
+        _, u = distance_to_curves(samples.curves, np.array([i]), move.T_base_via[None, :3, 3])
+        rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+        shifts = pose_error(samples.T_base_tcp[rows], self.curve[rows])
+        shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])
+        T = move.T_base_via.copy()
+        turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
+        T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
+        return T
+
+    def insertions(
+        self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str]
+    ) -> tuple[list[Insertion], dict[int, str]]:
+        """Statements to add; moves whose statement runs several times and would need different ones."""
+        by_statement: dict[tuple[str, int], list[tuple[int, list[Insertion]]]] = {}
+        divided = {p.move: p for p in pieces if p.goals}
+        runs: dict[tuple[str, int], list[int]] = {}
+        for i, move in enumerate(self.motion.moves):
+            runs.setdefault(key_of(self.events[move.event].statement), []).append(i)
+        for key, group in runs.items():
+            if not any(i in divided for i in group):
+                continue
+            for i in group:
+                event = self.events[self.motion.moves[i].event]
+                part = divided.get(i)
+                added = []
+                for k, goal in enumerate(part.goals if part else ()):
+                    assert part is not None
+                    c = confdata(self.robot, self.written.q[goal][None])[0]
+                    conf = (int(c[0]), int(c[1]), int(c[2]), int(c[3]))
+                    via = self.value(event, self.curve[part.vias[k]], conf) if part.vias else None
+                    added.append(insertion_of(event, self.value(event, self.curve[goal], conf), via, zone_name(event)))
+                by_statement.setdefault(key, []).append((i, added))
+        found: list[Insertion] = []
+        clashing: dict[int, str] = {}
+        for runs_of in by_statement.values():
+            _, first = runs_of[0]
+            if all(_same_insertions(first, other) for _, other in runs_of[1:]):
+                found += first
+            else:
+                clashing.update({i: "it runs several times on different ways" for i, _ in runs_of})
+        return found, clashing
+
+
+def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion]) -> bool:
+    if len(a) != len(b):
+        return False
+    for x, y in zip(a, b, strict=True):
+        if not same_value(x.to, y.to) or (x.via is None) != (y.via is None):
+            return False
+        if x.via is not None and y.via is not None and not same_value(x.via, y.via):
+            return False
+    return True

@@ -1,0 +1,85 @@
+"""The proof: how far the real arm is from the programmed curves, along the whole way, for any program text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.compensate.samples import Samples
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.motion.curves import Curves
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """Distance of the real TCP from the programmed curves.
+
+    Args:
+        distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move; u: (n,) fraction along it.
+        goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad].
+    """
+
+    distance: Array
+    owner: Array
+    u: Array
+    goal_distance: Array
+    goal_angle: Array
+
+    def largest(self, rows: Array) -> float:
+        """Largest distance [m] over the chosen samples, 0 where there are none."""
+        return float(self.distance[rows].max()) if rows.any() else 0.0
+
+
+def measure_deviation(model: Model, programmed: Samples, ran: Samples, owner: Array, state: State) -> Deviation:
+    """Drive the real arm with a program and compare with the programmed curves.
+
+    Args:
+        programmed: samples of the program as the user wrote it.
+        ran: samples of the program that drives the arm, nominal joint angles from its own text.
+        owner: (moves of ran,) the programmed move that each move of ``ran`` is (a part of).
+        state: at the samples of ``ran``.
+    """
+    real = predict(model, state)
+    of = owner[ran.move]
+    distance, u = distance_to_curves(programmed.curves, of, real[:, :3, 3])
+    in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
+    rows = np.flatnonzero(in_joints)
+    distance[rows] = np.linalg.norm(real[rows, :3, 3] - ran_pose(programmed, ran, of, rows), axis=1)
+    u[rows] = ran.u[rows]
+    last = np.zeros(len(programmed.moves), dtype=int)
+    last[owner] = ran.goal  # the last part of a divided move reaches its goal
+    wanted = programmed.T_base_tcp[programmed.goal]
+    gap = real[last] 
+    turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
+    angle = np.asarray(Rotation.from_matrix(turn).magnitude())
+    return Deviation(distance, of, u, np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1), angle)
+
+
+def ran_pose(programmed: Samples, ran: Samples, of: Array, rows: Array) -> Array:
+    """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
+    size = programmed.goal - programmed.start
+    at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
+    return programmed.T_base_tcp[at, :3, 3]
+
+
+def distance_to_curves(curves: Curves, move: Array, p: Array) -> tuple[Array, Array]:
+    """Distance [m] of points (n, 3) from the lines and arcs of ``move`` (n,), and the fraction nearest to them."""
+    chord, length = curves.chord[move], curves.length[move]
+    away = p - curves.start[move]
+    u = np.clip(np.sum(away * chord, axis=1) / np.maximum(length, 1e-12) ** 2, 0.0, 1.0)
+    nearest = curves.start[move] + u[:, None] * chord
+    rows = np.flatnonzero(curves.arc[move])
+    if len(rows):
+        i = move[rows]
+        d = p[rows] - curves.center[i]
+        phi = np.arctan2(np.sum(d * curves.tangent[i], axis=1), np.sum(d * curves.radial[i], axis=1))
+        phi = np.where(phi < curves.angle[i] / 2 - np.pi, phi + 2 * np.pi, phi)  # the gap of the circle is split in two
+        phi = np.clip(phi, 0.0, curves.angle[i])
+        u[rows] = phi / curves.angle[i]
+        nearest[rows] = curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
+    return np.linalg.norm(p - nearest, axis=1), u

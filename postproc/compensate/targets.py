@@ -1,0 +1,88 @@
+"""Targets to add: the fewest that keep every line and arc within tolerance of its commanded curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.placement import place_arcs, place_vertices
+from postproc.compensate.samples import Samples
+
+SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
+SHORTEST_PIECE = 0.002  # [m] of a split arc (MoveC refuses 0.1 mm)
+SMALLEST_PIECE = np.radians(6.0)  # of a split arc: its circle point is then seen 1.5 deg from the goal (MoveC: 1 deg)
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """How one move is divided.
+
+    Args:
+        move: index of the move.
+        goals: samples of the added targets, in order; vias: circle points of an arc, one more than goals.
+        reached: the tolerance is kept between the targets.
+    """
+
+    move: int
+    goals: tuple[int, ...]
+    vias: tuple[int, ...]
+    reached: bool
+
+
+def divide_moves(samples: Samples, T_commanded: Array, tolerance: float, divisible: Sequence[bool]) -> list[Pieces]:
+    """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
+
+    Args:
+        T_commanded: (n, 4, 4) commanded curve.
+        tolerance: [m]; divisible: (m,) whether statements may be added before the move's statement.
+    """
+    shift = T_commanded[:, :3, 3] - samples.T_base_tcp[:, :3, 3]
+    curves = samples.curves
+    length = curves.length
+    worst = _chord_deviations(samples, shift)
+    limit = SHARE * tolerance
+    result = []
+    for i in np.flatnonzero(samples.goal > samples.start):
+        rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+        begin = int(samples.start[i])
+        if curves.arc[i]:
+            most = int(min(length[i] / SHORTEST_PIECE, curves.angle[i] / SMALLEST_PIECE)) if divisible[i] else 1
+            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, most)
+            goals = tuple(begin + b for _, b in arcs[:-1])
+            result.append(Pieces(int(i), goals, tuple(begin + v for v, _ in arcs), reached))
+        elif worst[i] > limit and not curves.joint[i]:
+            if not divisible[i]:
+                result.append(Pieces(int(i), (), (), False))
+                continue
+            direction = curves.chord[i] / max(length[i], 1e-12)
+            u = samples.u[rows]
+            allowed = _outside_zones(samples, int(i), u)
+            vertices, reached = place_vertices(u, shift[rows], direction, allowed, limit)
+            result.append(Pieces(int(i), tuple(begin + v for v in vertices), (), reached))
+    return result
+
+
+def _chord_deviations(samples: Samples, shift: Array) -> Array:
+    """(m,) largest distance of every move's correction from the chord between its own targets [m]."""
+    i, u = samples.move, samples.u[:, None]
+    first, last = shift[samples.start[i]], shift[samples.goal[i]]
+    gap = first + (last - first) * u - shift
+    direction = samples.curves.chord / np.maximum(samples.curves.length, 1e-12)[:, None]
+    gap -= np.sum(gap * direction[i], axis=1, keepdims=True) * direction[i]
+    result = np.zeros(len(samples.moves))
+    np.maximum.at(result, i, np.linalg.norm(gap, axis=1))
+    return result
+
+
+def _outside_zones(samples: Samples, i: int, u: Array) -> Array:
+    """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
+    here, before = samples.moves[i], samples.moves[i - 1]
+    length = samples.curves.length[i]
+    # A corner zone of the whole half move is already reduced; nothing may be added then but in the middle.
+    near = 0.0 if before.fine else min(2 * before.zone, length / 2)
+    far = 0.0 if here.fine else min(2 * here.zone, length / 2)
+    inside = (u > 0) & (u < 1)
+    return inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)

@@ -1,0 +1,79 @@
+"""What a compensation decides: new values of targets, added statements, and the outcome of every motion statement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.rapid.events import MotionStatement, TargetSpans
+from postproc.rapid.records import Ax6, Pose
+
+Status = Literal["compensated", "unchanged", "skipped"]
+
+
+@dataclass(frozen=True, slots=True)
+class TargetValue:
+    """A corrected target in its work object: pose [mm], confdata, external axes (None: keep what is written)."""
+
+    pose: Pose
+    robconf: tuple[int, int, int, int]
+    extax: Ax6
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One target to rewrite.
+
+    Args:
+        statement, role: the argument (``to`` or ``via``) that leads to the target.
+        value: the corrected target.
+        spans: literal numbers that are replaced in place; None replaces the argument by an inline aggregate.
+    """
+
+    statement: MotionStatement
+    role: str
+    value: TargetValue
+    spans: TargetSpans | None
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """One statement added directly before ``statement``, derived from it.
+
+    Args:
+        instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
+        to, via: its targets.
+        zone: zone argument, a fly-by zone: an added target never stops.
+        duration: ``\\T`` [s] of the added statement where the original had one.
+    """
+
+    statement: MotionStatement
+    instruction: str
+    to: TargetValue
+    via: TargetValue | None
+    zone: str
+    duration: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What happened to one motion statement, and why; shift and residual at its goal [mm]."""
+
+    statement: MotionStatement
+    status: Status
+    reason: str | None = None
+    shift_mm: float | None = None
+    residual_mm: float | None = None
+
+    def as_json(self) -> dict[str, object]:
+        return {
+            "path": self.statement.source.path,
+            "line": self.statement.line,
+            "module": self.statement.module,
+            "routine": self.statement.routine,
+            "instruction": self.statement.instruction,
+            "status": self.status,
+            "reason": self.reason,
+            "shift_mm": self.shift_mm,
+            "residual_mm": self.residual_mm,
+        }

@@ -1,0 +1,241 @@
+"""The convert loop: read, plan, write, read back, prove.
+
+    Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> the same way again -> Deviation
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from postproc import __version__
+from postproc.compensate.options import Options
+from postproc.compensate.outcomes import in_transition, judge_statements
+from postproc.compensate.plan import Motion, Plan, plan_changes, read_motion
+from postproc.compensate.proof import Deviation, measure_deviation
+from postproc.compensate.values import Outcome
+from postproc.diagnostics import Diagnostic, Source, has_errors
+from postproc.model.arm import Model
+from postproc.rapid.edits import Edit
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.program import Program, read_program
+from postproc.rapid.uses import plain_targets
+from postproc.rapid.walk import walk
+from postproc.render.module import change_edits, header_edit, insertion_edits, render_text
+from postproc.render.templates import environment
+
+MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """Result of one conversion.
+
+    Args:
+        outputs: path of each source to its corrected bytes; empty where the program is not safe to compensate.
+        report: the ``postproc/compensate/1`` document.
+        diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
+    """
+
+    outputs: Mapping[str, bytes]
+    report: dict[str, Any]
+    diagnostics: tuple[Diagnostic, ...]
+    exit_code: int = 0
+    outcomes: tuple[Outcome, ...] = ()
+    curves: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def output(self) -> bytes | None:
+        """The corrected bytes of a single file."""
+        return next(iter(self.outputs.values()), None)
+
+
+def compensate_program(source: Source | Sequence[Source], model: Model, options: Options) -> Conversion:
+    """Correct the program of one task so that the real arm follows its programmed paths.
+
+    Args:
+        source: one file, or all files of a task; each of them may change.
+        model: the real arm.
+    """
+    sources = (source,) if isinstance(source, Source) else tuple(source)
+    program = read_program(sources)
+    findings = list(program.diagnostics) + _already_done(sources)
+    if has_errors(findings):
+        return _failed(findings, 2 if any(d.code in ("RAP001", "RAP002", "RAP011") for d in findings) else 1)
+    events = walk(program, options.entry)
+    for event in events:
+        findings += event.diagnostics
+    if not any(e.statement.interpolation != "none" for e in events):
+        text = "there is no motion statement to compensate"
+        findings.append(Diagnostic("CMP002", "error", text, sources[0], help="give a module with Move or Arc statements"))
+    if has_errors(findings):
+        return _failed(findings, 1)
+    motion, more = read_motion(model, events, options)
+    findings += more
+    if has_errors(findings):
+        return _failed(findings, 1)
+    if motion is None:
+        text = "no motion statement has a target that is known before the program runs"
+        findings.append(Diagnostic("CMP003", "error", text, sources[0], help="see `postproc inspect` for the reasons"))
+        return _failed(findings, 1)
+
+    targets = plain_targets(program)
+    plan = plan_changes(
+        model, motion, events, options, lambda key, users: targets.get(key) == users, lambda e: _zone_name(program, e)
+    )
+    env = environment(options.template_dir)
+    edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
+    for changed, edit in change_edits(env, plan.decisions.changes) + insertion_edits(env, plan.insertions):
+        edits[changed.path].append(edit)
+    drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
+    before, after, more = _prove(model, motion, events, sources, edits, drafts, options)
+    findings += more
+    if after is None:
+        return _failed(findings, 1)
+    return _conclude(program, events, model, options, plan, before, after, edits, findings, env, sources)
+
+
+def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
+    text, action = "the program was compensated before", "start from the original, or take the postproc lines out"
+    return [
+        Diagnostic("CMP001", "error", text, s, found.span(), action)
+        for s in sources
+        if (found := MARKER.search(s.data)) is not None
+    ]
+
+
+def _zone_name(program: Program, event: MotionEvent) -> str:
+    """A fly-by zone so small that the corner it cuts off a nearly straight path is nothing."""
+    statement = event.statement
+    own = event.zone
+    if not own.finep and own.pzone_tcp <= 1.0:
+        argument = statement.argument("zone")
+        if argument is not None:
+            return argument.text
+    for name in ("z1", "z0"):
+        if program.declaration(name, statement.module, statement.routine) is None:
+            return name
+    argument = statement.argument("zone")
+    return argument.text if argument is not None and not own.finep else "z5"
+
+
+def _prove(
+    model: Model,
+    motion: Motion,
+    events: Sequence[MotionEvent],
+    sources: Sequence[Source],
+    edits: Mapping[str, Sequence[Edit]],
+    drafts: Mapping[str, bytes],
+    options: Options,
+) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
+    """Deviation of the program as it was and as it is written, from the text itself."""
+    own = np.arange(len(motion.moves))
+    before = measure_deviation(model, motion.samples, motion.samples, own, motion.state)
+    written = read_program([Source(s.path, drafts[s.path]) for s in sources])
+    ran_events = walk(written, options.entry)
+    ran, findings = read_motion(model, ran_events, options)
+    findings = [d for d in findings if d.severity == "error"]
+    owner = _owners(events, ran_events, edits) if ran is not None else None
+    if ran is None or owner is None:
+        text = "the corrected program cannot be run by the arm, so nothing is written"
+        return before, None, [*findings, Diagnostic("CMP004", "error", text, sources[0], help="see the findings above")]
+    index = {move.event: i for i, move in enumerate(motion.moves)}
+    of = np.array([index[owner[move.event]] for move in ran.moves])
+    return before, measure_deviation(model, motion.samples, ran.samples, of, ran.state), []
+
+
+def _owners(
+    events: Sequence[MotionEvent], ran: Sequence[MotionEvent], edits: Mapping[str, Sequence[Edit]]
+) -> list[int] | None:
+    """Original event of every event of the corrected program; added statements belong to the one behind them."""
+    places: dict[str, dict[int, int]] = {}
+    for path, changes in edits.items():
+        starts = sorted({e.statement.span[0] for e in events if e.statement.source.path == path})
+        ordered = sorted(changes, key=lambda e: (e.start, e.end))
+        shift, k = 0, 0
+        places[path] = {}
+        for start in starts:
+            while k < len(ordered) and ordered[k].end <= start:
+                shift += len(ordered[k].text) - (ordered[k].end - ordered[k].start)
+                k += 1
+            places[path][start + shift] = start
+    owners: list[int] = []
+    at = 0
+    for event in ran:
+        original = places[event.statement.source.path].get(event.statement.span[0])
+        if at >= len(events):
+            return None
+        owners.append(at)
+        if original is not None:
+            if original != events[at].statement.span[0]:
+                return None
+            at += 1
+    return owners if at == len(events) else None
+
+
+def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:
+    report = {"schema": "postproc/compensate/1", "statements": [], "diagnostics": [d.as_json() for d in findings]}
+    return Conversion({}, report, tuple(findings), exit_code)
+
+
+def _mm(value: float) -> float:
+    return round(1e3 * value, 5)
+
+
+def _conclude(
+    program: Program,
+    events: Sequence[MotionEvent],
+    model: Model,
+    options: Options,
+    plan: Plan,
+    before: Deviation,
+    after: Deviation,
+    edits: Mapping[str, list[Edit]],
+    findings: list[Diagnostic],
+    env: Any,
+    sources: Sequence[Source],
+) -> Conversion:
+    samples = plan.motion.samples
+    space = ~samples.curves.joint
+    passing = in_transition(plan, after)
+    before_m = before.largest(space[before.owner] & (samples.goal > samples.start)[before.owner])
+    after_m = after.largest(space[after.owner] & (samples.goal > samples.start)[after.owner] & ~passing)
+    outcomes, more = judge_statements(program, events, plan, before, after, options)
+    findings += more
+    changed = [s for s in sources if edits[s.path]]
+    outputs = {}
+    for s in sources:
+        if s in changed:
+            head = next(m.head[1] for m in program.modules if m.source is s)
+            values = {
+                "version": __version__,
+                "robot": model.robot.name,
+                "effects": ", ".join(e.key for e in model.effects) or "rigid",
+                "force": [*options.force, *options.moment] if any((*options.force, *options.moment)) else None,
+                "force_on": options.force_on,
+                "before_mm": f"{1e3 * before_m:.3f}",
+                "after_mm": f"{1e3 * after_m:.3f}",
+                "added": len(plan.insertions),
+                "indent": "    ",
+            }
+            edits[s.path].append(header_edit(env, s, head, values))
+        outputs[s.path] = render_text(env, s.data, edits[s.path])
+    report = {
+        "schema": "postproc/compensate/1",
+        "tool": __version__,
+        "robot": model.robot.name,
+        "statements": [o.as_json() for o in outcomes],
+        "max_error_before_mm": _mm(before_m),
+        "max_error_after_mm": _mm(after_m),
+        "max_transition_mm": _mm(after.largest(passing)),
+        "max_joint_move_mm": _mm(after.largest(~space[after.owner])),
+        "tolerance_mm": _mm(options.tolerance_m),
+        "added_targets": len(plan.insertions),
+        "cycle_time_s": round(float(plan.motion.trajectory.t[-1]), 3),
+        "diagnostics": [d.as_json() for d in findings],
+    }
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes))

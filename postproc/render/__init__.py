@@ -1,0 +1,1 @@
+"""RAPID text from corrected programs, through Jinja templates."""

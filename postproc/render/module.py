@@ -1,0 +1,139 @@
+"""The corrected module: the original bytes with numbers replaced, arguments replaced and statements added."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from jinja2.sandbox import SandboxedEnvironment
+
+from postproc.compensate.values import Change, Insertion, TargetValue
+from postproc.diagnostics import Source, Span
+from postproc.rapid.edits import Edit
+from postproc.rapid.events import MotionStatement
+from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
+from postproc.render.templates import fill, load_template
+
+# What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
+_PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
+_DROPPED_ROLES = frozenset({"\\inpos", "\\z"})  # belong to the original's stop point or zone
+
+
+def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[tuple[Source, Edit]]:
+    """Edits that write corrected targets: numbers in place, or an inline aggregate for an argument."""
+    target = load_template(env, "target.j2")
+    edits: list[tuple[Source, Edit]] = []
+    for change in changes:
+        if change.spans is not None:
+            source = change.spans.source
+            edits += [(source, edit) for edit in _number_edits(change)]
+            continue
+        argument = change.statement.argument(change.role)
+        assert argument is not None
+        text = fill(target, {"target": change.value})
+        edits.append((change.statement.source, Edit(*argument.span, text.encode("latin-1"))))
+    return edits
+
+
+def _number_edits(change: Change) -> list[Edit]:
+    assert change.spans is not None
+    spans, value, data = change.spans, change.value, change.spans.source.data
+
+    def rewritten(places: Sequence[Span], numbers: Sequence[float], decimals: int) -> list[Edit]:
+        found = []
+        for (start, end), number in zip(places, numbers, strict=True):
+            before = data[start:end].decode("latin-1")
+            after = number_like(before, number, decimals)
+            if after != before:
+                found.append(Edit(start, end, after.encode("latin-1")))
+        return found
+
+    return [
+        *rewritten(spans.trans, value.pose.trans, MM_DECIMALS),
+        *rewritten(spans.rot, value.pose.rot, QUATERNION_DECIMALS),
+        *rewritten(spans.robconf, value.robconf, 0),
+    ]
+
+
+def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
+    """Edits that add statements, each on a line of its own, indented and ended like the line of its original."""
+    target, template = load_template(env, "target.j2"), load_template(env, "statement.j2")
+
+    def aggregate(value: TargetValue) -> str:
+        return fill(target, {"target": value})
+
+    grouped: dict[tuple[int, int], list[Insertion]] = {}
+    for insertion in insertions:
+        grouped.setdefault((id(insertion.statement.source), insertion.statement.span[0]), []).append(insertion)
+    edits = []
+    for group in grouped.values():
+        statement = group[0].statement
+        lead, newline = line_style(statement.source.data, statement.span[0])
+        lines = []
+        for insertion in group:
+            replaced = {"to": aggregate(insertion.to), "zone": insertion.zone}
+            if insertion.via is not None:
+                replaced["via"] = aggregate(insertion.via)
+            if insertion.duration is not None:
+                replaced["\\t"] = "\\T:=" + rapid_number(insertion.duration, 4)
+            values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
+            lines.append(fill(template, {"statement": values}).encode("latin-1") + newline + lead)
+        edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
+    return edits
+
+
+def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:
+    statement = insertion.statement
+    data = statement.source.data
+    plain = insertion.instruction.startswith("Move")
+    kept: list[dict[str, str]] = []
+    previous_end = statement.span[0] + len(statement.instruction)
+    for argument in statement.arguments:
+        lead = data[previous_end : argument.whole[0]].decode("latin-1")
+        previous_end = argument.whole[1]
+        if argument.role in _DROPPED_ROLES or (plain and argument.role not in _PLAIN_ROLES):
+            continue
+        text = replaced.get(argument.role, data[slice(*argument.whole)].decode("latin-1"))
+        optional = argument.role.startswith("\\")
+        if not kept:
+            lead = lead if lead.strip() == "" and lead else " "
+        elif "," not in lead and not optional:
+            lead = ","  # what stood between them was left out
+        kept.append({"lead": lead, "text": text, "role": argument.role})
+    return kept
+
+
+def line_style(data: bytes, offset: int) -> tuple[bytes, bytes]:
+    """Indentation of the line at a byte offset (blanks before it only), and how that line ends."""
+    start = data.rfind(b"\n", 0, offset) + 1
+    before = data[start:offset]
+    indent = before[: len(before) - len(before.lstrip())]
+    end = data.find(b"\n", offset)
+    if end < 0:
+        end = start - 1
+    newline = b"\r\n" if end > 0 and data[end - 1 : end] == b"\r" else b"\n"
+    return indent, newline
+
+
+def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values: Mapping[str, object]) -> Edit:
+    """The comment that says what was done, on lines of its own after the MODULE line that ends at ``head_end``."""
+    data = source.data
+    _, newline = line_style(data, max(0, head_end - 1))
+    line_end = data.find(b"\n", head_end)
+    rest = data[head_end : line_end if line_end >= 0 else len(data)]
+    # Something else on the MODULE line: a comment stays there, code is moved to a line of its own.
+    alone = line_end >= 0 and (not rest.strip() or rest.lstrip().startswith(b"!"))
+    offset = line_end + 1 if alone else head_end
+    lines = [line.encode("latin-1", "replace") for line in fill(load_template(env, "header.j2"), values).split("\n")]
+    block = b"".join(line + newline for line in lines if line.strip())
+    return Edit(offset, offset, block if alone else newline + block)
+
+
+def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:
+    """The module through ``module.j2``: parts of the original and what replaces them, in order."""
+    parts: list[str] = []
+    at = 0
+    for edit in sorted(edits, key=lambda e: (e.start, e.end)):
+        parts += [data[at : edit.start].decode("latin-1"), edit.text.decode("latin-1")]
+        at = edit.end
+    parts.append(data[at:].decode("latin-1"))
+    return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1")

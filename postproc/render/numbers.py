@@ -1,0 +1,36 @@
+"""Numbers as RAPID writes them: plain decimals, no exponent, in the format of their neighbours.
+
+Positions are `num`, single precision: 0.00012 mm at 1 to 2 m, so three decimals in mm carry all there is.
+"""
+
+from __future__ import annotations
+
+MM_DECIMALS = 3
+QUATERNION_DECIMALS = 7
+
+
+def rapid_number(value: float, decimals: int) -> str:
+    """Decimal text without exponent, trailing zeros or a negative zero.
+
+    >>> rapid_number(-0.00001, 3), rapid_number(1200.0, 3), rapid_number(0.5, 3)
+    ('0', '1200', '0.5')
+    """
+    text = f"{value:.{decimals}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def number_like(original: str, value: float, least_decimals: int) -> str:
+    """The new value in the format of the number it replaces; the same text where nothing changes at that precision.
+
+    >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
+    ('600.412', '600.00', '9E+09')
+    """
+    _, point, fraction = original.partition(".")
+    written = len(fraction) if point and fraction.isdigit() else 0
+    decimals = max(least_decimals, written)
+    if abs(float(original) - value) < 0.5 * 10.0**-decimals:
+        return original
+    text = f"{value:.{decimals}f}"
+    return text if written >= decimals else rapid_number(value, decimals)

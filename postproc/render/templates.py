@@ -1,0 +1,89 @@
+"""The Jinja environment: shipped templates, the user's own before them, and the filters that write numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template, TemplateError
+from jinja2.sandbox import SandboxedEnvironment
+
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.rapid.records import NO_AXIS
+from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
+from postproc.resources import resource
+
+
+def mm(values: Sequence[float]) -> list[str]:
+    return [rapid_number(v, MM_DECIMALS) for v in values]
+
+
+def quaternion(values: Sequence[float]) -> list[str]:
+    return [rapid_number(v, QUATERNION_DECIMALS) for v in values]
+
+
+def axes(values: Sequence[float]) -> list[str]:
+    """External axes; an unused axis is written 9E9."""
+    return ["9E9" if v >= NO_AXIS else rapid_number(v, 6) for v in values]
+
+
+def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
+    """Build the environment.
+
+    Raises:
+        PostprocError: ``REN001`` where the user's template folder does not exist.
+    """
+    if template_dir is not None and not template_dir.is_dir():
+        raise PostprocError(
+            Diagnostic(
+                "REN001",
+                "error",
+                f"template folder `{template_dir}` does not exist",
+                help="give --template a folder that holds target.j2, statement.j2, header.j2 or module.j2",
+            )
+        )
+    folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
+    env = SandboxedEnvironment(
+        loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,  # RAPID text, not HTML
+    )
+    env.filters.update(mm=mm, quaternion=quaternion, axes=axes)
+    return env
+
+
+def load_template(env: SandboxedEnvironment, name: str) -> Template:
+    """Load one template.
+
+    Raises:
+        PostprocError: ``REN002`` where the template is not valid Jinja.
+    """
+    try:
+        return env.get_template(name)
+    except TemplateError as error:
+        raise PostprocError(_template_diagnostic(name, error)) from error
+
+
+def fill(template: Template, values: Mapping[str, object]) -> str:
+    """Render one template.
+
+    Raises:
+        PostprocError: ``REN002`` where the template asks for something that is not there.
+    """
+    try:
+        return template.render(values)
+    except TemplateError as error:
+        raise PostprocError(_template_diagnostic(template.name or "template", error)) from error
+
+
+def _template_diagnostic(name: str, error: TemplateError) -> Diagnostic:
+    line = getattr(error, "lineno", None)
+    where = f" line {line}" if line else ""
+    return Diagnostic(
+        "REN002",
+        "error",
+        f"template `{name}`{where} cannot be rendered: {error}",
+        help="compare it with the shipped template of the same name",
+    )

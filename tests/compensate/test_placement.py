@@ -1,0 +1,64 @@
+"""Where targets are added: closed forms of the chord of a parabola and of the circle through three points."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from postproc.compensate.placement import chord_deviation, circle_deviation, place_arcs, place_vertices
+
+X = np.array([1.0, 0.0, 0.0])
+
+
+def parabola(height: float, samples: int = 1001) -> tuple[np.ndarray, np.ndarray]:
+    u = np.linspace(0, 1, samples)
+    shift = np.zeros((samples, 3))
+    shift[:, 1] = 4 * height * u * (1 - u)
+    return u, shift
+
+
+def test_chord_of_a_parabola() -> None:
+    u, shift = parabola(1e-3)
+    assert chord_deviation(u, shift, X, 0, 1000) == pytest.approx(1e-3, rel=1e-6)
+    assert chord_deviation(u, shift, X, 0, 500) == pytest.approx(1e-3 / 4, rel=1e-4)
+
+
+@given(st.floats(1e-5, 2e-3))
+def test_fewest_targets_on_a_parabola(height: float) -> None:
+    """A parabola of height h needs ceil(sqrt(h / tolerance)) chords, whatever lies along the path."""
+    u, shift = parabola(height)
+    shift[:, 0] = 0.01 * np.sin(9 * u)  # along the path: moves nothing sideways
+    tolerance = 1e-5
+    vertices, reached = place_vertices(u, shift, X, np.ones(len(u), bool), tolerance)
+    chords = math.sqrt(height / tolerance)
+    assert reached
+    assert math.ceil(chords - 0.01) - 1 <= len(vertices) <= math.ceil(chords + 0.05) - 1
+    edges = [0, *vertices, 1000]
+    assert max(chord_deviation(u, shift, X, a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)) <= tolerance
+
+
+def test_no_target_inside_a_zone() -> None:
+    u, shift = parabola(1e-3)
+    allowed = (u > 0.2) & (u < 0.8)
+    vertices, reached = place_vertices(u, shift, X, allowed, 1e-5)
+    assert not reached and all(allowed[v] for v in vertices)
+
+
+def test_circle_through_three_points() -> None:
+    angle = np.linspace(0, 2, 41)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    assert circle_deviation(circle, circle[0], circle[20], circle[40]) < 1e-14
+    lifted = circle + np.array([0, 0, 1e-3]) * np.sin(angle * np.pi)[:, None]
+    # The plane through the three chosen points stays (all have zero lift at 0, 1, 2 rad), so the lift is the distance.
+    assert circle_deviation(lifted, circle[0], circle[20], circle[40]) == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_arc_is_split_until_it_fits() -> None:
+    angle = np.linspace(0, 3, 201)
+    bent = np.stack([(1 + 1e-3 * np.cos(4 * angle)) * np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    arcs, reached = place_arcs(bent, 1e-5, 30)
+    assert reached and len(arcs) > 1 and arcs[-1][1] == 200
+    few, reached = place_arcs(bent, 1e-5, 2)
+    assert not reached and len(few) == 2
