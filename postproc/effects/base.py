@@ -31,6 +31,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table
+from postproc.effects.forms import JointBasis, Variant, by_joint, variant
 from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
 
 __all__ = [
@@ -54,40 +55,6 @@ __all__ = [
 T = TypeVar("T")
 _STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 FILLED_BY_MODEL = ("load", "pose", "robot")
-
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """One form of an effect that a diagnosis tries.
-
-    Args:
-        effect: the effect with null amplitudes and starting values for what only forms it.
-        free: (p,) which entries of ``effect.vector()`` enter linearly and are screened.
-        refit: (p,) which entries a full fit of this form moves (those of ``free`` and the forming ones).
-        label: what tells it from the other forms, such as ``joint 3, order 12``.
-    """
-
-    effect: Effect
-    free: NDArray[np.bool_]
-    refit: NDArray[np.bool_]
-    label: str = ""
-
-    @property
-    def count(self) -> int:
-        """Number of parameters that this form frees beyond those the model already holds."""
-        return int((self.free | (self.refit & ~self.effect.amplitudes())).sum())
-
-
-@dataclass(frozen=True, slots=True)
-class JointBasis:
-    """Columns of an effect that is linear and moves one joint by each parameter: dq[:, joint[k]] += values[:, k] * x[k].
-
-    Args:
-        joint: (p,) joint index from 0; values: (n, p) [rad per unit of the parameter].
-    """
-
-    joint: NDArray[np.int_]
-    values: Array
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False)
@@ -130,13 +97,13 @@ class Effect:
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
 
     def __post_init__(self) -> None:
-        for name, meta in self.structures().items():
+        for name in self.structures():
             value = getattr(self, name)
             if isinstance(value, (list, np.ndarray)):
                 object.__setattr__(self, name, tuple(np.asarray(value).tolist()))
         for name, meta in self.parameters().items():
             value, shape = getattr(self, name), self.shape(name)
-            array = np.array(np.broadcast_to(np.asarray(meta.null if value is None else value, dtype=float), shape))
+            array = broadcast(meta.null if value is None else value, shape).copy()
             array.setflags(write=False)
             object.__setattr__(self, name, float(array) if shape == () else array)
 
@@ -193,13 +160,15 @@ class Effect:
 
     def with_vector(self, x: Array) -> Self:
         """The same effect with other parameters."""
-        changes, at = {}, 0
+        changes: dict[str, Array] = {}
+        at = 0
         for name in self.parameters():
             shape = self.shape(name)
             size = int(np.prod(shape))
             changes[name] = np.asarray(x[at : at + size], dtype=float).reshape(shape)
             at += size
-        return dataclasses.replace(self, **changes)
+        kept = {name: getattr(self, name) for name in self.structures()}
+        return type(self)(**kept, **changes)
 
     def names(self) -> tuple[str, ...]:
         """(p,) ``half_gap_rad[2]``: entries count from 1, so that a joint's number stands there."""
@@ -275,22 +244,6 @@ class Effect:
         return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
 
 
-def variant(effect: Effect, label: str = "", free: NDArray[np.bool_] | None = None, refit: Any = None) -> Variant:
-    """A form with all amplitudes screened and everything refitted, unless masks say otherwise."""
-    free = effect.amplitudes() if free is None else free
-    everything = free | ~effect.amplitudes() if refit is None else refit
-    return Variant(effect, free, np.asarray(everything, dtype=bool), label)
-
-
-def by_joint(effect: Effect) -> tuple[Variant, ...]:
-    """Forms of an effect with one amplitude a joint: all joints at once, then each joint alone."""
-    amplitudes = effect.amplitudes()
-    where = np.array([name.rpartition("[")[2].rstrip("]") for name in effect.names()])
-    alone = [(j, where == str(j)) for j in range(1, 7)]
-    single = [variant(effect, f"joint {j}", here & amplitudes, here) for j, here in alone]
-    return (variant(effect, "all joints"), *single)
-
-
 def channel(state: State, name: str) -> Array | None:
     """A channel of the state by the name that effects declare, or None where it was not recorded."""
     if name in state.channels:
@@ -305,7 +258,10 @@ def displacement_of(effect: Effect, state: State) -> Displacement:
     result = effect.displacement(state)
     if result is None:
         return Displacement()
-    return result if isinstance(result, Displacement) else Displacement(joint=np.asarray(result, dtype=float))
+    if not isinstance(result, Displacement):
+        return Displacement(joint=np.asarray(result, dtype=float))
+    # Bodies that stay where they are cost a model as much as those that move.
+    return dataclasses.replace(result, body={b: x for b, x in result.body.items() if np.any(x)})
 
 
 def load_of(effect: Effect, state: State) -> Load:
@@ -340,5 +296,5 @@ def _plain(value: Any) -> Any:
 
 
 def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:
-    every = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    every: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
     return {f.name: f.metadata[META] for f in every if isinstance(f.metadata.get(META), kind)}

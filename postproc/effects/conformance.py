@@ -5,33 +5,20 @@ An effect is tried on the arm and the states of `example_state`, with only the c
 
 from __future__ import annotations
 
-import inspect
 import pickle
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import fields, replace
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, has_errors
-from postproc.effects.base import (
-    FILLED_BY_MODEL,
-    Displacement,
-    Effect,
-    Load,
-    State,
-    Variant,
-    displacement_of,
-    load_of,
-)
+from postproc.diagnostics import Diagnostic, has_errors
+from postproc.effects.base import FILLED_BY_MODEL, Effect, State, Variant
 from postproc.effects.example import example_state
 from postproc.effects.parameters import unit_suffix
-from postproc.effects.registry import describe, finding, line_of
+from postproc.effects.registry import describe, finding
+from postproc.effects.trial import Failure, contribution, displaced, locked, raised, rows_of, sensitivity
 
-T = TypeVar("T")
-Rows = NDArray[np.int_]
 ROWS = 240
 MOST_VARIANTS = 12
 CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
@@ -46,19 +33,13 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable):
         try:
             found += check(cls, state)
-        except _Failure as failure:
+        except Failure as failure:
             found.append(failure.diagnostic)
         except Exception as error:
-            found.append(_raised(cls, error, "it"))
+            found.append(raised(cls, error, "it"))
         if has_errors(found):
             break  # Later checks would only repeat the first failure.
     return found
-
-
-class _Failure(Exception):
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
 
 def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
@@ -98,14 +79,7 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
         wanted |= {"robot", "T_base_body"}
     dropped = {f.name: None for f in fields(state) if f.name not in wanted}
     known = {n: x for n, x in state.channels.items() if n in cls.reads}
-    return _locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
-
-
-def _locked(state: State) -> State:
-    for value in [*(getattr(state, f.name) for f in fields(state)), *state.channels.values()]:
-        if isinstance(value, np.ndarray):
-            value.setflags(write=False)
-    return state
+    return locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
@@ -120,7 +94,7 @@ def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         largest = float(np.abs(contribution(effect, state)).max(initial=0.0))
         if largest > 0.0:
             message = f"`{cls.key}` does not vanish at its null parameters: {largest:.3g} is left"
-            member = "displacement" if np.any(_displaced(effect, state)) else "load"
+            member = "displacement" if np.any(displaced(effect, state)) else "load"
             help = "every term must be multiplied by an amplitude whose null value is 0"
             yield finding("EFF004", message, cls, member=member, help=help)
             return
@@ -149,7 +123,7 @@ def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     if columns is not None:
         exact = np.zeros((len(few), 6, len(step)))
         exact[:, columns.joint, np.arange(len(step))] = columns.values
-        if not np.allclose(_displaced(effect, few)[:, :6], exact @ effect.vector(), atol=1e-12):
+        if not np.allclose(displaced(effect, few)[:, :6], exact @ effect.vector(), atol=1e-12):
             yield finding("EFF012", f"`basis` and `displacement` of `{cls.key}` disagree", cls, member="basis")
             return
     if cls.linear:
@@ -207,92 +181,3 @@ def _scaled(effect: Effect, share: float) -> Array:
 
 def _sized(effect: Effect) -> Effect:
     return effect.with_vector(_scaled(effect, 1.0))
-
-
-def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
-    """(rows, k) change of everything the effect gives, per typical size of each freed parameter."""
-    exact = effect.basis(state)
-    if exact is not None:
-        return np.asarray(exact.values[:, freed] * effect.scale()[freed])
-    x, step = effect.vector(), 1e-4 * effect.scale()
-    columns = []
-    for i in freed:
-        up, down = x.copy(), x.copy()
-        up[i], down[i] = x[i] + step[i], x[i] - step[i]
-        columns.append(contribution(effect.with_vector(up), state) - contribution(effect.with_vector(down), state))
-    return np.stack([c.ravel() for c in columns], axis=1) / 2e-4
-
-
-def contribution(effect: Effect, state: State) -> Array:
-    """(n, 108) everything an effect gives: displacement of joints, bodies, tool, instrument; load on joints, bodies."""
-    return np.concatenate([_displaced(effect, state), _loaded(effect, state)], axis=1)
-
-
-def _displaced(effect: Effect, state: State) -> Array:
-    given: Displacement = _call(effect, "displacement", lambda: displacement_of(effect, state))
-    return _blocks(effect, "displacement", state, (given.joint, given.body, given.tool, given.instrument))
-
-
-def _loaded(effect: Effect, state: State) -> Array:
-    given: Load = _call(effect, "load", lambda: load_of(effect, state))
-    return _blocks(effect, "load", state, (given.joint, given.body))
-
-
-def _call(effect: Effect, member: str, ask: Callable[[], T]) -> T:
-    try:
-        return ask()
-    except PostprocError:
-        raise
-    except Exception as error:
-        raise _Failure(_raised(type(effect), error, f"`{member}`")) from error
-
-
-def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
-    """Everything given as (n, 6 k), refusing what is not (n, 6), not finite, or on a body that is not there."""
-    n, result = len(state), []
-    for part in parts:
-        if isinstance(part, Mapping):
-            if not set(part) <= set(range(7)):
-                raise _Failure(_shape(effect, member, f"names body {max(part)}", "bodies are numbered 0 to 6"))
-            result += [_block(effect, member, n, part.get(b)) for b in range(7)]
-        else:
-            result.append(_block(effect, member, n, part))
-    return np.concatenate(result, axis=1)
-
-
-def _block(effect: Effect, member: str, n: int, part: object) -> Array:
-    if part is None:
-        return np.zeros((n, 6))
-    array = np.asarray(part)
-    if array.shape not in ((n, 6), (6,)):
-        text = f"gives shape {array.shape} for {n} states"
-        raise _Failure(_shape(effect, member, text, "give (n, 6): one row a state, six numbers a row"))
-    if array.dtype.kind not in "fi" or not np.all(np.isfinite(array)):
-        raise _Failure(_shape(effect, member, "gives numbers that are not finite", "look for a division by zero"))
-    return np.broadcast_to(array.astype(float), (n, 6))
-
-
-def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
-    cls = type(effect)
-    return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
-
-
-def _raised(cls: type[Effect], error: Exception, what: str) -> Diagnostic:
-    line = line_of(error, inspect.getsourcefile(cls) or "")
-    if isinstance(error, ValueError) and "read-only" in str(error):
-        help = "work on a copy: q = state.q.copy()"
-        return finding("EFF010", f"`{cls.key}` writes into the state", cls, line=line, help=help)
-    help = ""
-    if "NoneType" in str(error):
-        help = f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
-    return finding("EFF005", f"{what} of `{cls.key}` fails: {describe(error)}", cls, line=line, help=help)
-
-
-def rows_of(state: State, rows: Rows) -> State:
-    """Some rows of a state, with every channel."""
-    changes = {
-        f.name: getattr(state, f.name)[rows]
-        for f in fields(state)
-        if isinstance(getattr(state, f.name), np.ndarray) and f.name not in ("T_flange_tcp", "gravity")
-    }
-    return _locked(replace(state, channels={k: x[rows] for k, x in state.channels.items()}, **changes))

@@ -80,7 +80,7 @@ class Displacement:
 
     Args:
         joint: (n, 6) joint angles [rad].
-        body: displacement at the distal end of a body by its number, (n, 6) translation [m] and rotation [rad], body axes.
+        body: displacement at the distal end of a body by its number, (n, 6) translation [m], rotation [rad], body axes.
         tool: (n, 6) or (6,) at the TCP in tool axes; instrument: (n, 6) or (6,) of the base as the instrument sees it.
     """
 

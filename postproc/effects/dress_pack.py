@@ -22,8 +22,8 @@ class DressPack(
 ):
     """A hose pack pulls two bodies towards each other once it is taut.
 
-    Equation: force k max(|p_b - p_a| - l0, 0) along the line between point p_a of one body and p_b of another, equal and
-    opposite on the two; l0 is the slack length. Points are in body axes.
+    Equation: force k max(|p_b - p_a| - l0, 0) along the line between a point p_a of one body and p_b of another, equal
+    and opposite on the two; l0 is the slack length. Points are in body axes.
     Source: linear tension spring; arm loads of hoses in robot manuals.
     Typical size: 100 to 1000 N/m, 10 to 150 N at the flange.
     """
@@ -52,7 +52,7 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """From the forearm housing or the upper arm, above the elbow, to the flange; always taut, or slack half the time."""
+        """From above the elbow (forearm housing or upper arm) to the flange; always taut, or slack half the time."""
         if current is not None or state.T_base_body is None:
             return (variant(current or cls()),)
         found: list[Variant] = []

@@ -35,30 +35,36 @@ def force_at(point: Array, force: Array) -> Array:
     return np.concatenate([force, np.cross(point, force)], axis=1)
 
 
-def body_motion(state: State, body: int) -> tuple[Array, Array] | None:
-    """Acceleration (n, 3) of a body's origin and matrix A (n, 3, 3): a point of the body has a_o + A (p - o).
+def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int) -> tuple[Array, Array]:
+    """Acceleration (n, 3) of a body's origin and matrix A (n, 3, 3): a point p of the body has a_o + A (p - o).
 
-    The outward Newton-Euler recursion, in base axes; None where the state stands still or the arm is not known.
+    The outward Newton-Euler recursion, in base axes [m/s^2].
+
+    Args:
+        T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
     """
-    if state.robot is None or state.T_base_body is None or state.v is None or state.a is None:
-        return None
-    n = len(state)
-    spin, spin_rate, acceleration, origin = (np.zeros((n, 3)) for _ in range(4))
-    matrix = np.zeros((n, 3, 3))
+    spin, spin_rate, acceleration, origin = (np.zeros((len(v), 3)) for _ in range(4))
+    matrix = np.zeros((len(v), 3, 3))
     for j in range(body):
-        T = state.T_base_body[:, j + 1]
+        T = T_base_body[:, j + 1]
         acceleration = acceleration + turned(matrix, T[:, :3, 3] - origin)
         origin = T[:, :3, 3]
-        turn = T[:, :3, :3] @ state.robot.axis[j]
-        rate = turn * state.v[:, j, None]
-        spin_rate = spin_rate + turn * state.a[:, j, None] + np.cross(spin, rate)
+        turn = T[:, :3, :3] @ robot.axis[j]
+        rate = turn * v[:, j, None]
+        spin_rate = spin_rate + turn * a[:, j, None] + np.cross(spin, rate)
         spin = spin + rate
         matrix = cross_matrix(spin_rate) + cross_matrix(spin) @ cross_matrix(spin)
     return acceleration, matrix
 
 
+def point_acceleration(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int, point: Array) -> Array:
+    """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes; arguments as in `body_motion`."""
+    a_origin, matrix = body_motion(robot, T_base_body, v, a, body)
+    return a_origin + turned(matrix, point - T_base_body[:, body, :3, 3])
+
+
 def cross_matrix(x: Array) -> Array:
-    """(n, 3, 3) with cross_matrix(x) @ y = x cross y."""
+    """Matrices (n, 3, 3) of the cross product from the left with x (n, 3)."""
     zero = np.zeros(len(x))
     rows = [zero, -x[:, 2], x[:, 1], x[:, 2], zero, -x[:, 0], -x[:, 1], x[:, 0], zero]
     return np.stack(rows, axis=1).reshape(-1, 3, 3)
@@ -75,17 +81,16 @@ def weight(state: State, body: int, mass: float | Array, moment: Array, T_body_p
     Its moment of inertia about the body's own origin is not known from these and is left out.
 
     Args:
-        mass: [kg], or (n,); moment: (3,) or (n, 3) mass times centre [kg m] in body axes, or in those of ``T_body_part``.
+        mass: [kg], or (n,); moment: mass times centre [kg m], (3,) or (n, 3), in the axes of the body or of its part.
     """
     T_base = np.asarray(state.T_base_body)[:, body]
     T = T_base if T_body_part is None else T_base @ T_body_part
     m = np.broadcast_to(np.asarray(mass, dtype=float), (len(state),))[:, None]
     origin = T_base[:, :3, 3]
     first = turned(T[:, :3, :3], np.broadcast_to(moment, (len(state), 3))) + m * (T[:, :3, 3] - origin)
-    motion = body_motion(state, body)
-    a_origin, matrix = (np.zeros((len(state), 3)), None) if motion is None else motion
-    force = m * (state.gravity - a_origin)
-    torque = np.cross(first, state.gravity - a_origin)
-    if matrix is not None:
-        force = force - turned(matrix, first)
+    force, torque = m * state.gravity, np.cross(first, state.gravity)
+    if state.robot is not None and state.v is not None and state.a is not None:
+        a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), state.v, state.a, body)
+        force = force - m * a_origin - turned(matrix, first)
+        torque = torque - np.cross(first, a_origin)
     return np.concatenate([force, torque + np.cross(origin, force)], axis=1)

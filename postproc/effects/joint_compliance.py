@@ -10,7 +10,7 @@ class JointCompliance(
     Effect,
     reads=("load",),
     confused_with={
-        "arm_load": "weigh the part, or measure with two payloads: compliance scales with the payload, a fixed mass does not",
+        "arm_load": "weigh the part, or two payloads: compliance scales with the payload, a mass does not",
         "gravity_compensator": "two payloads at the same joint angles",
         "payload_error": "weigh the tool; compliance also answers to a known horizontal force",
         "transmission_error": "two payloads: a first harmonic of the gear does not change with the load",

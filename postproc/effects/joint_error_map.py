@@ -47,12 +47,12 @@ class JointErrorMap(
         )
 
     def roughness(self) -> Array:
-        return np.tile(np.arange(1.0, self.order + 1), 2 * len(self.joint))
+        return np.asarray(np.tile(np.arange(1.0, self.order + 1), 2 * len(self.joint)))
 
     def outside(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""
         mapped = np.isin(np.arange(1, 7), self.joint)
-        return np.maximum(np.maximum(q - np.array(self.high_rad), np.array(self.low_rad) - q), 0.0) * mapped
+        return np.asarray(np.maximum(np.maximum(q - np.array(self.high_rad), np.array(self.low_rad) - q), 0.0) * mapped)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -11,7 +11,7 @@ class JointOffset(
     confused_with={
         "instrument_frame": "nothing for joint 1",
         "tool_frame": "nothing for joint 6",
-        "joint_compliance": "a mean droop looks like an offset: two payloads, and joint 2 on both sides of the vertical",
+        "joint_compliance": "mean droop looks like an offset: two payloads, joint 2 on both sides of the vertical",
         "thermal_joint_drift": "the same poses cold and warm",
     },
 ):

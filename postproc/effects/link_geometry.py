@@ -17,7 +17,7 @@ class LinkGeometry(
         "joint_offset": "nothing for the turn about a joint's own axis; only one of the two is kept",
         "instrument_frame": "nothing for body 0",
         "tool_frame": "nothing for body 6",
-        "transmission_error": "a first harmonic on a joint resembles an axis out of square: wide ranges of the next joints",
+        "transmission_error": "first harmonics resemble an axis out of square: wide ranges of the joints after it",
     },
 ):
     """Castings are a little longer, shorter or more twisted than the drawing.

@@ -76,7 +76,7 @@ def structure(default: Any, *, low: float = -np.inf, high: float = np.inf, choic
 
 
 def unit_suffix(unit: str) -> str:
-    """How a unit stands at the end of a name: ``rad/(N m)`` is ``_rad_per_Nm``, ``1/K`` is ``_per_K``, ``1`` nothing."""
+    """How a unit ends a name: ``rad/(N m)`` is ``_rad_per_Nm``, ``1/K`` is ``_per_K``, ``1`` is nothing."""
     over, _, under = unit.replace(" ", "").replace("^", "").replace("(", "").replace(")", "").partition("/")
     words = [w for w in ("" if over == "1" else over, f"per_{under}" if under else "") if w]
     return "".join(f"_{w}" for w in words)

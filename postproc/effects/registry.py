@@ -1,4 +1,4 @@
-"""Where effects come from: the library, installed packages (entry points ``postproc.effects``) and files of the user."""
+"""Where effects come from: the library, installed packages (entry points ``postproc.effects``), the user's files."""
 
 from __future__ import annotations
 

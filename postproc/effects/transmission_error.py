@@ -23,8 +23,8 @@ class TransmissionError(
 ):
     """A joint's angle oscillates with its own turning (eccentric gears, strain waves).
 
-    Equation: dq_j = A sin(n q_j) + B cos(n q_j); each term has a joint (from 1), an order n (motor orders are large, and
-    need not be whole) and its A and B. Source: gear catalogues (angular transmission accuracy).
+    Equation: dq_j = A sin(n q_j) + B cos(n q_j); each term has a joint (from 1), an order n (motor orders are large and
+    need not be whole), its A and its B. Source: gear catalogues (angular transmission accuracy).
     Typical size: 50 to 600 microradian (1 to 2 arcmin for strain-wave gears).
     """
 
@@ -46,11 +46,11 @@ class TransmissionError(
         new = np.tile(np.arange(terms + 1) == terms, 2)
         known = set(zip(old.joint, old.order, strict=True))
         found: list[Variant] = []
-        for j in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1) + 1:
+        for j in (int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)):
             for n in range(1, HIGHEST_ORDER + 1):
-                if (j, n) not in known:
+                if (j, float(n)) not in known:
                     effect = cls(
-                        joint=(*old.joint, int(j)),
+                        joint=(*old.joint, j),
                         order=(*old.order, float(n)),
                         sine_rad=np.append(old.sine_rad, 0.0),
                         cosine_rad=np.append(old.cosine_rad, 0.0),

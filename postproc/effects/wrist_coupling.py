@@ -18,8 +18,8 @@ class WristCoupling(
 ):
     """Turning one wrist axis turns the next ones a little.
 
-    Equation: dq_5 = k54 q_4, dq_6 = k64 q_4 + k65 q_5. Source: gear trains of hollow wrists, whose ratios the controller
-    corrects. Typical size: 0 when the ratios are right, 1e-4 to 1e-3 (mrad per turn) when they are not.
+    Equation: dq_5 = k54 q_4, dq_6 = k64 q_4 + k65 q_5. Source: gear trains of hollow wrists, whose ratios the
+    controller corrects. Typical size: 0 when the ratios are right, 1e-4 to 1e-3 when they are not.
     """
 
     k54: float = param(unit="1", low=-0.1, high=0.1, typical=1e-4)
