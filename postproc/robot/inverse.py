@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,7 +14,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.pose import pose_error
+from postproc.robot.pose import displace, invert, pose_error, transform
 
 SINGULAR_WRIST = 1e-7  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning
 BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
@@ -73,10 +74,38 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
     solver = _solver(closed_form(robot))
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     finite = np.isfinite(poses).all(axis=(1, 2))
-    poses = np.where(finite[:, None, None], poses, np.eye(4))
-    # Limits that nothing meets: skips the singular values that reach() would compute, four times faster.
-    joints = np.array(solver.reach(RigidTransform.from_matrix(poses), joint_limits=np.tile([10.0, 11.0], (6, 1))).joints)
+    poses = RigidTransform.from_matrix(np.where(finite[:, None, None], poses, np.eye(4))).as_matrix()
+
+    def solve(T: Array) -> Array:
+        # Limits that nothing meets: skips the singular values that reach() would compute, four times faster.
+        reach = solver.reach(RigidTransform.from_matrix(T), joint_limits=np.tile([10.0, 11.0], (6, 1)))
+        return np.array(reach.joints)
+
+    joints = solve(poses)
+    lost = np.isnan(joints).any(axis=(1, 2))
+    if lost.any():
+        joints[lost] = _with_straight_wrists(robot, poses[lost], joints[lost], solve)
     joints[~finite] = np.nan
+    return joints
+
+
+def _with_straight_wrists(robot: Robot, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
+    """Solutions with a straight wrist, which py-opw-kinematics loses when cos q5 rounds to more than one.
+
+    The hand is turned by a microradian about the wrist centre, which leaves axes 1 to 3 as they are; then the wrist is
+    straightened and axis 6 takes up what is left.
+    """
+    hand = transform(np.array([0.0, 0.0, closed_form(robot).c4]))
+    turned = solve(T @ invert(hand) @ displace(np.array([0.0, 0.0, 0.0, 1e-6, 0.0, 0.0])) @ hand)
+    straight = turned.copy()
+    straight[..., 4] = 0.0
+    repair = np.isnan(joints).any(axis=-1) & (np.abs(np.sin(turned[..., 4])) < 1e-5)
+    row, slot = np.nonzero(repair)
+    if len(row):
+        q = straight[row, slot]
+        rest = pose_error(forward(robot, q), T[row])[:, 3:]
+        q[:, 5] += np.einsum("ni,ni->n", rest, T[row, :3, 2])
+        joints[row, slot] = q
     return joints
 
 

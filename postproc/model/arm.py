@@ -1,0 +1,73 @@
+"""The model of a real arm: the nominal robot, the effects that make it deviate, and how it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.model.multibody import Multibody
+from postproc.robot.arm import Robot
+
+GRAVITY = 9.81  # [m/s^2]
+
+
+@dataclass(frozen=True)
+class Model:
+    """One real arm.
+
+    Args:
+        robot: what the controller believes.
+        effects: what it does not know, each kind at most once.
+        R_world_base: (3, 3) how the base stands in the world: identity on a floor, turned over for a gantry.
+        T_flange_tcp: (4, 4) nominal tool, where a program or a table does not name another.
+        robot_name: what the model file says about the robot (a library name or a path).
+        fit: what `fit` and `add` noted about how the parameters were found.
+    """
+
+    robot: Robot
+    effects: tuple[Effect, ...] = ()
+    R_world_base: Array = field(default_factory=lambda: np.eye(3))
+    T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
+    robot_name: str = ""
+    fit: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def gravity(self) -> Array:
+        """(3,) in base axes [m/s^2]."""
+        g: Array = self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
+        return g
+
+    @cached_property
+    def rigid(self) -> Multibody:
+        """The six joints alone."""
+        return Multibody(self.robot, self.gravity, ())
+
+    @cached_property
+    def elastic(self) -> Multibody:
+        """The six joints and a virtual spring at the far end of each of the seven bodies."""
+        return Multibody(self.robot, self.gravity, tuple(range(7)))
+
+    def effect(self, key: str) -> Effect | None:
+        """The effect with a key, if the model holds it."""
+        return next((e for e in self.effects if e.key == key), None)
+
+    def with_effects(self, *effects: Effect) -> Model:
+        """The same arm with other effects."""
+        return replace(self, effects=tuple(effects))
+
+    def state(self, q: Array, **channels: Any) -> State:
+        """States of this arm, with its own tool where no ``T_flange_tcp`` is given."""
+        channels.setdefault("T_flange_tcp", self.T_flange_tcp)
+        return State(np.asarray(q, dtype=float).reshape(-1, 6), **channels)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Pinocchio's models are rebuilt where they are needed: cheaper than sending them to another process.
+        cached = ("rigid", "elastic", "gravity")
+        return {key: value for key, value in self.__dict__.items() if key not in cached}

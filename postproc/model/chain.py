@@ -1,0 +1,127 @@
+"""Geometry of the deflected arm: T = product of nominal transforms, joint turns and displacements at the ends of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import axis_rotation, body_poses
+
+AXES = np.eye(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """The deflected arm in the base frame.
+
+    Args:
+        q: (n, 6) real joint angles [rad]; body: displacement (n, 6) at the far end of a body, by its number.
+        T_base_body: (n, 7, 4, 4); T_base_flange: (n, 4, 4).
+        tip: (n, 7, 3) displaced far ends [m]; turn: (n, 7, 3, 3) columns are the axes about which they turn.
+    """
+
+    q: Array
+    body: Mapping[int, Array]
+    T_base_body: Array
+    T_base_flange: Array
+    tip: Array | None
+    turn: Array | None
+
+
+def deflected_chain(robot: Robot, q: Array, body: Mapping[int, Array], ends: bool) -> Chain:
+    """The chain at real joint angles and displacements, body_b Trans(p_b + xi) Rx Ry Rz R_b Rot(axis, q).
+
+    Args:
+        ends: also work out where the far ends of the bodies are and turn.
+    """
+    if not body and not ends:
+        T = body_poses(robot, q)
+        return Chain(q, body, T, T[:, 6] @ robot.link[6], None, None)
+    n = len(q)
+    T = np.zeros((n, 7, 4, 4))
+    T[..., 3, 3] = 1.0
+    tip, turn = np.empty((n, 7, 3)), np.empty((n, 7, 3, 3))
+    R, p = np.broadcast_to(AXES, (n, 3, 3)), np.zeros((n, 3))
+    for b in range(7):
+        T[:, b, :3, :3], T[:, b, :3, 3] = R, p
+        turn[:, b] = R
+        span = robot.link[b, :3, 3]
+        if b in body:
+            xi = body[b]
+            p = p + (R @ (span + xi[:, :3])[:, :, None])[:, :, 0]
+            for k in range(3):
+                turn[:, b, :, k] = R[:, :, k]
+                R = R @ axis_rotation(AXES[k], xi[:, 3 + k])
+        else:
+            p = p + R @ span
+        tip[:, b] = p
+        R = R @ robot.link[b, :3, :3]
+        if b < 6:
+            R = R @ axis_rotation(robot.axis[b], q[:, b])
+    flange = np.zeros((n, 4, 4))
+    flange[:, :3, :3], flange[:, :3, 3], flange[:, 3, 3] = R, p, 1.0
+    return Chain(q, body, T, flange, tip, turn)
+
+
+@dataclass(frozen=True, slots=True)
+class Directions:
+    """How every coordinate moves what lies beyond it, in chain order, m coordinates.
+
+    Args:
+        slide: (n, m, 3) unit direction of sliding coordinates, zero for turns; spin: (n, m, 3) axis of turns, zero for
+        slides; origin: (n, m, 3) a point on the axis [m]; carried: (m,) first body that the coordinate moves (7: flange).
+    """
+
+    slide: Array
+    spin: Array
+    origin: Array
+    carried: tuple[int, ...]
+
+
+def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Directions:
+    """Directions of the joints and of the virtual springs of some bodies."""
+    axes = (chain.T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
+    origin = chain.T_base_body[:, 1:, :3, 3]
+    if not bodies:
+        return Directions(np.zeros_like(axes), axes, origin, tuple(range(1, 7)))
+    assert chain.tip is not None and chain.turn is not None
+    n = len(chain.q)
+    m = 6 + 6 * len(bodies)
+    slide, spin, points = np.zeros((n, m, 3)), np.zeros((n, m, 3)), np.zeros((n, m, 3))
+    carried, at = [], 0
+    for b in range(7):
+        if b in bodies:
+            slide[:, at : at + 3] = np.swapaxes(chain.T_base_body[:, b, :3, :3], 1, 2)
+            spin[:, at + 3 : at + 6] = np.swapaxes(chain.turn[:, b], 1, 2)
+            points[:, at : at + 6] = chain.tip[:, b, None]
+            carried += [b + 1] * 6
+            at += 6
+        if b < 6:
+            spin[:, at], points[:, at] = axes[:, b], origin[:, b]
+            carried.append(b + 1)
+            at += 1
+    return Directions(slide, spin, points, tuple(carried))
+
+
+def point_jacobian(along: Directions, point: Array) -> Array:
+    """J_theta of a point (n, 3) beyond all coordinates: linear and angular velocity by coordinate, (n, 6, m), base axes."""
+    linear = along.slide + np.cross(along.spin, point[:, None] - along.origin)
+    return np.concatenate([linear, along.spin], axis=-1).transpose(0, 2, 1)
+
+
+def spread(along: Directions, beyond: Array) -> Array:
+    """Generalised forces J^T w of wrenches, (n, m).
+
+    Args:
+        beyond: (n, 8, 6) force [N] and moment about the base origin [N m], base axes, summed over body k and all after it.
+    """
+    w = beyond[:, list(along.carried)]
+    force, moment = w[..., :3], w[..., 3:]
+    # spin . (M - origin x F), written without the cross product of every coordinate.
+    turning = np.einsum("nmi,nmi->nm", along.spin, moment - np.cross(along.origin, force))
+    result: Array = np.einsum("nmi,nmi->nm", along.slide, force) + turning
+    return result

@@ -1,0 +1,177 @@
+"""Model files: the robot, how it stands, its tool, its effects, and what a fit noted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.effects.base import Effect
+from postproc.effects.joint_compliance import JointCompliance
+from postproc.effects.registry import effect_library
+from postproc.model.arm import Model
+from postproc.robot.arm import Robot
+from postproc.robot.library import list_robots, load_robot
+from postproc.robot.pose import rpy, transform
+from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_key
+
+DEFAULT_ROBOT = "irb4600_60_205"
+
+Vec3 = tuple[float, float, float]
+
+
+class _Mounting(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+
+class _Tool(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    xyz_mm: Vec3 = (0.0, 0.0, 0.0)
+    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    robot: Annotated[str, Field(min_length=1)]
+    mounting: _Mounting = _Mounting()
+    tool: _Tool = _Tool()
+    effects: dict[str, dict[str, Any]] = {}
+    fit: dict[str, Any] = {}
+
+
+def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
+    """The shipped model of a robot: its published joint stiffness, gravity of links and tool on.
+
+    Raises:
+        PostprocError: KIN006 unknown robot, MOD004 nobody knows how stiff it is.
+    """
+    robot = load_robot(robot_name)
+    if robot.joint_compliance is None:
+        raise PostprocError(
+            Diagnostic(
+                "MOD004",
+                "error",
+                f"nothing is known about the stiffness of `{robot.name}`, so it cannot be compensated without a fitted model",
+                help=f"measure the arm and run `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
+                "then give that model with -m",
+            )
+        )
+    return Model(robot, (JointCompliance(compliance_rad_per_Nm=robot.joint_compliance),), robot_name=str(robot_name))
+
+
+def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
+    """The model in a TOML file.
+
+    Args:
+        library: effects by key; those of the package and of installed packages where none is given.
+
+    Raises:
+        PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown
+            effect, EFF021..EFF024 its parameters, KIN006 or KIN007 its robot; each at file:line:col.
+    """
+    return parse_model(read_source(Path(path), "MOD001"), library)
+
+
+def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = None) -> Model:
+    """The model in the text of a model file; see `read_model`."""
+    file = check(_File, parse_toml(source, "MOD001"), source, "MOD002")
+    effects = _effects(file, source, effect_library() if library is None else library)
+    tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
+    mounting = rpy(np.radians(file.mounting.rpy_deg))
+    return Model(_robot(file.robot, source), effects, mounting, tool, file.robot, file.fit)
+
+
+def _robot(name: str, source: Source) -> Robot:
+    beside = Path(source.path).parent / name
+    try:
+        return load_robot(beside if name not in list_robots() and beside.is_file() else name)
+    except PostprocError as error:
+        if error.diagnostics[0].code != "KIN006":
+            raise
+        found = error.diagnostics[0]
+        at = span_of(source, ("robot",), value=True)
+        raise PostprocError(Diagnostic("KIN006", "error", found.message, source, at, found.help)) from error
+
+
+def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
+    found: list[Diagnostic] = []
+    effects: list[Effect] = []
+    for key, table in file.effects.items():
+        where = ("effects", key)
+        if key not in library:
+            at = unknown_key(where, sorted(library), source, "MOD003")
+            found.append(Diagnostic("MOD003", "error", f"there is no effect `{key}`", source, at.span, at.help))
+            continue
+        problems = library[key].problems(table)
+        found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
+        if not problems:
+            effects.append(library[key].from_file(table))
+    if found:
+        raise PostprocError(found)
+    return tuple(effects)
+
+
+def render_model(model: Model, before: str = "") -> str:
+    """The text of a model file; comments and order of the text it replaces are kept.
+
+    Args:
+        before: the file as the user wrote it, if there is one.
+    """
+    import tomlkit
+
+    document = tomlkit.parse(before) if before else tomlkit.document()
+    content = {"robot": model.robot_name or model.robot.name, **_frames(model, document)}
+    content["effects"] = {e.key: e.to_file() for e in model.effects}
+    if model.fit:
+        content["fit"] = dict(model.fit)
+    _merge(document, content, prune=("effects", "fit"))
+    return tomlkit.dumps(document)
+
+
+def write_model(model: Model, path: str | Path, like: str | Path | None = None) -> None:
+    """Write a model file, keeping the comments of the file it is derived from (``like``, or the one it replaces)."""
+    import os
+
+    target = Path(path)
+    origin = Path(like) if like is not None else target
+    before = origin.read_text(encoding="utf-8-sig") if origin.is_file() else ""
+    unfinished = target.with_name(target.name + ".part")
+    unfinished.write_text(render_model(model, before), encoding="utf-8", newline="\n")
+    os.replace(unfinished, target)
+
+
+def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
+    from scipy.spatial.transform import Rotation
+
+    def angles(R: Any) -> list[float]:
+        return [round(float(a), 9) + 0.0 for a in np.degrees(Rotation.from_matrix(R).as_euler("xyz"))]
+
+    tool: dict[str, Any] = {"xyz_mm": [round(float(x) * 1e3, 9) + 0.0 for x in model.T_flange_tcp[:3, 3]]}
+    turn = angles(model.T_flange_tcp[:3, :3])
+    if any(turn) or "rpy_deg" in document.get("tool", {}):
+        tool["rpy_deg"] = turn
+    return {"mounting": {"rpy_deg": angles(model.R_world_base)}, "tool": tool}
+
+
+def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) -> None:
+    """Put values into a tomlkit table: unchanged ones are left as the user wrote them, changed ones keep their comment."""
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            if key not in table:
+                import tomlkit
+
+                table[key] = tomlkit.table(is_super_table=key == "effects")
+            for old in [k for k in table[key] if k not in value] if key in prune or not prune else []:
+                del table[key][old]
+            _merge(table[key], value)
+        elif key not in table or _unwrapped(table[key]) != value:
+            table[key] = value
+
+
+def _unwrapped(item: Any) -> Any:
+    return item.unwrap() if hasattr(item, "unwrap") else item

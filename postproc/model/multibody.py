@@ -1,0 +1,88 @@
+"""The pinocchio model of the arm, with virtual springs as extra joints (Pashkevich's virtual joints; physics of Sec. 3.1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.robot.arm import Robot
+
+
+class Multibody:
+    """Weight and inertia of the links on every coordinate of the deflected arm.
+
+    The virtual spring at the far end of body b is three sliding joints along the body's axes, then turns about x, y and z:
+    coordinates with one number each, so that loads are their exact conjugates and the stiffness matrix is symmetric.
+
+    Args:
+        gravity: (3,) base axes [m/s^2].
+        bodies: bodies with a virtual spring.
+
+    Attributes:
+        joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, bodies: tuple[int, ...]) -> None:
+        import pinocchio
+
+        self.pin: Any = pinocchio
+        pin = self.pin
+        model = pin.Model()
+        model.gravity = pin.Motion(np.asarray(gravity, dtype=float), np.zeros(3))
+        kinds = (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ, pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
+        parent, joint, spring = 0, [], []
+        for b in range(7):
+            distal = pin.SE3(np.eye(3), robot.link[b, :3, 3])
+            turn = pin.SE3(robot.link[b, :3, :3], np.zeros(3))
+            if b in bodies:
+                columns = []
+                for k, kind in enumerate(kinds):
+                    parent = model.addJoint(parent, kind(), distal if k == 0 else pin.SE3.Identity(), f"spring {b} {k}")
+                    columns.append(parent - 1)
+                spring.append(columns)
+                distal = pin.SE3.Identity()
+            if b < 6:
+                axis = pin.JointModelRevoluteUnaligned(np.asarray(robot.axis[b], dtype=float))
+                parent = model.addJoint(parent, axis, distal * turn, f"joint {b + 1}")
+                joint.append(parent - 1)
+                inertia = pin.Inertia(float(robot.mass[b + 1]), robot.center[b + 1], robot.inertia[b + 1])
+                model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
+        self.model, self.data = model, model.createData()
+        self.pool = pin.ModelPool(model, 1)
+        self.bodies = bodies
+        self.joint = np.array(joint)
+        self.spring = np.array(spring, dtype=int).reshape(len(bodies), 6)
+
+    @property
+    def size(self) -> int:
+        return int(self.model.nv)
+
+    def rnea(self, coordinates: Array, v: Array | None = None, a: Array | None = None) -> Array:
+        """Generalised forces M a + C v + g that hold the motion (recursive Newton-Euler), (n, size).
+
+        Args:
+            coordinates: (n, size); v, a: (n, 6) of the arm joints, virtual springs stand still [rad/s], [rad/s^2].
+        """
+        q = np.asfortranarray(coordinates.T)
+        rates = [np.zeros_like(q, order="F") for _ in range(2)]
+        for rate, given in zip(rates, (v, a), strict=True):
+            if given is not None:
+                rate[self.joint] = given.T
+        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).T
+
+    def weight_stiffness(self, coordinates: Array) -> Array:
+        """Derivative of the links' weight on every coordinate by every coordinate: the gravity part of K_E (Eq. 21), (n, size, size)."""
+        none = self.pin.StdVec_Force()
+        none.extend([self.pin.Force.Zero()] * self.model.njoints)
+        # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.
+        return np.array([-self.pin.computeStaticTorqueDerivatives(self.model, self.data, q, none) for q in coordinates])
+
+    def inertia(self, coordinates: Array) -> Array:
+        """Joint-space inertia of the links by the composite rigid body algorithm, (n, size, size)."""
+        result = np.empty((len(coordinates), self.size, self.size))
+        for i, q in enumerate(coordinates):
+            M = np.triu(self.pin.crba(self.model, self.data, q))
+            result[i] = M + np.triu(M, 1).T
+        return result
