@@ -20,6 +20,15 @@ COMMANDS = (
 )
 SUBCOMMANDS = (
     (
+        "effects",
+        "The library of physical effects, and your own.",
+        {
+            "list_": "List the effects by key.",
+            "show": "Show an effect: equation, source, parameters, what it is confused with.",
+            "check": "Check the effects of a Python file; its code is run.",
+        },
+    ),
+    (
         "robots",
         "The arms in the library.",
         {"list_": "List the arms.", "show": "Show an arm's numbers, each with its source."},

@@ -21,6 +21,7 @@ def _positive(_: object, value: float) -> None:
 Tolerance = Annotated[float, Parameter(validator=_positive)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1)]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 

@@ -1,0 +1,86 @@
+"""``postproc effects list|show|check``: the library of physical effects and the user's own."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from postproc.cli import report
+from postproc.cli.options import EffectFiles
+from postproc.cli.report import print_json
+from postproc.diagnostics import has_errors
+from postproc.effects.base import Effect
+from postproc.effects.conformance import check_effect
+from postproc.effects.registry import effect_library, find_effect, load_effect_file, origin
+
+
+def list_(*, effects: EffectFiles = (), json: bool = False) -> int:
+    """List the effects by key.
+
+    Args:
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        json: print the postproc/effects/1 document.
+    """
+    library = effect_library(effects)
+    if json:
+        print_json({"schema": "postproc/effects/1", "effects": [_document(cls) for cls in library.values()]})
+        return 0
+    for key, cls in library.items():
+        print(f"{key:22} {cls.title}")
+    return 0
+
+
+def show(key: str, /, *, effects: EffectFiles = (), json: bool = False) -> int:
+    """Show an effect: equation, source, parameters, what it needs, what it is confused with.
+
+    Args:
+        key: as in a model file, such as joint_compliance.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        json: print the postproc/effect/1 document.
+    """
+    cls = find_effect(key, effect_library(effects))
+    if json:
+        print_json({"schema": "postproc/effect/1", **_document(cls)})
+        return 0
+    print(f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}\n")
+    print("parameters")
+    for name, meta in cls.parameters().items():
+        print(f"  {name} [{meta.unit}], ordinary size {meta.typical}, vanishes at {meta.null}")
+    for name in cls.structures():
+        print(f"  {name}, chosen by search")
+    print(f"reads {', '.join(cls.reads)}")
+    if cls.confused_with:
+        print("is confused with")
+        for other, remedy in cls.confused_with.items():
+            print(f"  {other}; to tell them apart: {remedy}")
+    return 0
+
+
+def check(file: Path, /, *, json: bool = False) -> int:
+    """Run the effects of a Python file through the conformance kit; exit 1 if one fails.
+
+    Args:
+        file: Python file with effects; its code is run.
+        json: print the postproc/effects-check/1 document.
+    """
+    classes = load_effect_file(file, check=False)
+    found = [finding for cls in classes for finding in check_effect(cls)]
+    report.show(found)
+    if json:
+        findings = [finding.as_json() for finding in found]
+        keys = [cls.key for cls in classes]
+        print_json({"schema": "postproc/effects-check/1", "effects": keys, "diagnostics": findings})
+    elif not has_errors(found):
+        print("\n".join(f"{cls.key}: fit for every command" for cls in classes))
+    return int(has_errors(found))
+
+
+def _document(cls: type[Effect]) -> dict[str, object]:
+    return {
+        "key": cls.key,
+        "title": cls.title,
+        "reads": cls.reads,
+        "parameters": {name: {"unit": meta.unit, "null": meta.null} for name, meta in cls.parameters().items()},
+        "confused_with": cls.confused_with,
+        "origin": origin(cls),
+    }
