@@ -127,3 +127,7 @@ class MotionEvent:
     reason: str | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
     options: Mapping[str, bool] = field(default_factory=dict)  # conf_l, conf_j, ... as far as known
+    detached: bool = False  # the arm may come from elsewhere than the event before
+    velocity_override: float = 100.0  # VelSet [%]
+    velocity_limit: float | None = None  # VelSet [mm/s]
+    acceleration: float = 100.0  # AccSet [%]

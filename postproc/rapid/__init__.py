@@ -1,0 +1,1 @@
+"""Reads the RAPID language; knows nothing about robots."""

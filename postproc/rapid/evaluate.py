@@ -1,0 +1,203 @@
+"""The value of an expression, as far as the text alone gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from postproc.rapid import functions
+from postproc.rapid.expressions import (
+    Aggregate,
+    Binary,
+    Call,
+    Component,
+    Expression,
+    Index,
+    Name,
+    Number,
+    Star,
+    Text,
+    Truth,
+    Unary,
+)
+from postproc.rapid.pose import quat_mult
+from postproc.rapid.values import Data, Fields, NotKnown, Value
+
+
+class Scope(Protocol):
+    """Where names get their meaning while an expression is evaluated; every method may raise NotKnown."""
+
+    records: Mapping[str, Fields]
+
+    def lookup(self, name: Name) -> Value: ...
+
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value: ...
+
+    def call(self, call: Call) -> Value | None:
+        """Result of a function of the program's own; None if there is none of that name."""
+
+    def present(self, name: str) -> bool: ...
+
+
+def evaluate(expression: Expression, scope: Scope) -> Value:
+    """Value of an expression.
+
+    Raises:
+        NotKnown: it depends on something that only running the program tells.
+    """
+    match expression:
+        case Number(_, value):
+            return Value(value, "num")
+        case Text(_, text):
+            return Value(text, "string")
+        case Truth(_, truth):
+            return Value(truth, "bool")
+        case Name():
+            return scope.lookup(expression)
+        case Aggregate(_, items):
+            return Value(tuple(evaluate(item, scope).data for item in items))
+        case Index(_, base, indices):
+            return _indexed(base, tuple(_whole(evaluate(i, scope).data) for i in indices), scope)
+        case Component(_, base, name):
+            return component(evaluate(base, scope), name, scope.records)
+        case Unary(_, operator, operand):
+            return _unary(operator, evaluate(operand, scope))
+        case Binary(_, operator, left, right):
+            return _binary(operator, left, right, scope)
+        case Call():
+            return _call(expression, scope)
+        case Star():
+            raise NotKnown("the position is stored without a name (`*`) and not visible in the text")
+
+
+def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
+    fields = records.get(value.type, ())
+    for at, (field, kind) in enumerate(fields):
+        if field == name and isinstance(value.data, tuple) and at < len(value.data):
+            return Value(value.data[at], kind)
+    raise NotKnown(f"`.{name}` is not a known component")
+
+
+def _whole(data: Data) -> int:
+    if isinstance(data, bool) or not isinstance(data, (int, float)) or data != int(data):
+        raise NotKnown("an array index is not a whole number")
+    return int(data)
+
+
+def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
+    if isinstance(base, Name):
+        return scope.element(base, indices)
+    return pick(evaluate(base, scope), indices)
+
+
+def pick(value: Value, indices: tuple[int, ...]) -> Value:
+    """Element of an array value; indices count from 1."""
+    data = value.data
+    for index in indices:
+        if not isinstance(data, tuple) or not 1 <= index <= len(data):
+            raise NotKnown(f"the array has no element {', '.join(map(str, indices))}")
+        data = data[index - 1]
+    return Value(data, value.type, max(0, value.rank - len(indices)), value.declaration, (*value.at, *indices))
+
+
+def _unary(operator: str, value: Value) -> Value:
+    if operator == "()":
+        return value
+    if operator == "not":
+        if isinstance(value.data, bool):
+            return Value(not value.data, "bool")
+        raise NotKnown("NOT needs a truth value")
+    if isinstance(value.data, tuple):
+        return Value(tuple(-x for x in value.data) if operator == "-" else value.data, value.type)
+    if isinstance(value.data, (bool, str)):
+        raise NotKnown(f"`{operator}` needs a number")
+    return Value(-value.data if operator == "-" else value.data, value.type)
+
+
+def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
+    if operator in ("and", "or"):
+        return _logical(operator == "or", left, right, scope)
+    a, b = evaluate(left, scope), evaluate(right, scope)
+    x, y = a.data, b.data
+    try:
+        match operator:
+            case "=":
+                return Value(x == y, "bool")
+            case "<>":
+                return Value(x != y, "bool")
+            case "<":
+                return Value(x < y, "bool")
+            case ">":
+                return Value(x > y, "bool")
+            case "<=":
+                return Value(x <= y, "bool")
+            case ">=":
+                return Value(x >= y, "bool")
+            case "xor":
+                return Value(x is not y, "bool")
+            case "div":
+                return Value(float(int(x / y)), "num")
+            case "mod":
+                return Value(x - y * int(x / y), "num")
+            case "/":
+                return Value(x / y, a.type)
+            case "*":
+                return _product(a, b)
+            case "+" if isinstance(x, str) or isinstance(y, str):
+                return Value(x + y, "string")
+            case "+":
+                return Value(tuple(map(_sum, x, y)) if isinstance(x, tuple) else _sum(x, y), a.type)
+            case _:
+                return Value(tuple(map(_difference, x, y)) if isinstance(x, tuple) else _difference(x, y), a.type)
+    except (TypeError, ValueError, ArithmeticError) as error:
+        raise NotKnown(f"`{operator}` has no value for these operands") from error
+
+
+def _sum(x: Data, y: Data) -> Data:
+    return x + y
+
+
+def _difference(x: Data, y: Data) -> Data:
+    return x - y
+
+
+def _product(a: Value, b: Value) -> Value:
+    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined)."""
+    x, y = a.data, b.data
+    if isinstance(x, tuple) and isinstance(y, tuple):
+        if len(x) == 4:
+            return Value(quat_mult((x[0], x[1], x[2], x[3]), (y[0], y[1], y[2], y[3])), "orient")
+        return Value((x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]), "pos")
+    if isinstance(y, tuple):
+        return Value(tuple(x * item for item in y), b.type)
+    if isinstance(x, tuple):
+        return Value(tuple(item * y for item in x), a.type)
+    return Value(x * y, a.type)
+
+
+def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
+    """AND and OR: one known side can decide when the other is not known."""
+    unknown: NotKnown | None = None
+    for side in (left, right):
+        try:
+            if evaluate(side, scope).data is decisive:
+                return Value(decisive, "bool")
+        except NotKnown as error:
+            unknown = error
+    if unknown is not None:
+        raise unknown
+    return Value(not decisive, "bool")
+
+
+def _call(call: Call, scope: Scope) -> Value:
+    if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], Name):
+        return Value(scope.present(call.arguments[0].name), "bool")
+    own = scope.call(call)
+    if own is not None:
+        return own
+    if call.name not in functions.FUNCTIONS:
+        functions.call(call.name, (), {})
+    arguments = tuple(evaluate(argument, scope).data for argument in call.arguments)
+    options = {name: True if value is None else evaluate(value, scope).data for name, value in call.options}
+    kind, data = functions.call(call.name, arguments, options)
+    return Value(data, kind)

@@ -1,0 +1,148 @@
+"""Built-in functions that depend on nothing but their arguments (ABB RAPID reference manual, functions)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from postproc.rapid.pose import (
+    about,
+    add,
+    dot,
+    euler_zyx,
+    frame_of_points,
+    orient_zyx,
+    pose_inv,
+    pose_mult,
+    quat_mult,
+    rotate,
+    subtract,
+)
+from postproc.rapid.values import Data, NotKnown, as_pose, to_pose, to_quat
+
+Options = Mapping[str, Data]
+Function = Callable[[tuple[Data, ...], Options], Data]
+
+
+def offs(arguments: tuple[Data, ...], options: Options) -> Data:
+    """Offs: displacement in the object frame, orientation unchanged."""
+    target, x, y, z = arguments
+    return (add(target[0], (x, y, z)), *target[1:])
+
+
+def rel_tool(arguments: tuple[Data, ...], options: Options) -> Data:
+    r"""RelTool: displacement, then ``Rx Ry Rz``, all in the tool frame of the target."""
+    target, x, y, z = arguments
+    rot = to_quat(target[1])
+    turn = quat_mult(
+        quat_mult(about(0, options.get("rx", 0.0)), about(1, options.get("ry", 0.0))), about(2, options.get("rz", 0.0))
+    )
+    return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
+
+
+def def_frame(arguments: tuple[Data, ...], options: Options) -> Data:
+    p1, p2, p3 = arguments
+    return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(options.get("origin", 1))))
+
+
+def def_dframe(arguments: tuple[Data, ...], options: Options) -> Data:
+    """DefDFrame: the displacement that carries three old points onto three new ones."""
+    old1, old2, old3, new1, new2, new3 = (point[0] for point in arguments)
+    old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
+    return as_pose(pose_mult(new, pose_inv(old)))
+
+
+def pose_vect(arguments: tuple[Data, ...], options: Options) -> Data:
+    pose = to_pose(arguments[0])
+    return add(pose.trans, rotate(pose.rot, arguments[1]))
+
+
+def euler(arguments: tuple[Data, ...], options: Options) -> Data:
+    x, y, z = euler_zyx(to_quat(arguments[0]))
+    return x if "x" in options else y if "y" in options else z
+
+
+def shortened(value: float, decimals: float, up: bool) -> float:
+    """Round (half away from zero) or Trunc to a number of decimals."""
+    scale = 10.0 ** int(decimals)
+    return math.copysign(math.floor(abs(value) * scale + (0.5 if up else 0.0)) / scale, value)
+
+
+def dimension(arguments: tuple[Data, ...], options: Options) -> Data:
+    array, level = arguments
+    for _ in range(int(level) - 1):
+        array = array[0]
+    return float(len(array))
+
+
+def _plain(function: Callable[..., Data]) -> Function:
+    return lambda arguments, options: function(*arguments)
+
+
+def _mult(a: Data, b: Data) -> Data:
+    return as_pose(pose_mult(to_pose(a), to_pose(b)))
+
+
+def _inv(a: Data) -> Data:
+    return as_pose(pose_inv(to_pose(a)))
+
+
+def _distance(a: Data, b: Data) -> float:
+    difference = subtract(a, b)
+    return math.sqrt(dot(difference, difference))
+
+
+# Result type and function by lower-case name.
+FUNCTIONS: Mapping[str, tuple[str, Function]] = {
+    "offs": ("robtarget", offs),
+    "reltool": ("robtarget", rel_tool),
+    "posemult": ("pose", _plain(_mult)),
+    "poseinv": ("pose", _plain(_inv)),
+    "posevect": ("pos", pose_vect),
+    "defframe": ("pose", def_frame),
+    "defdframe": ("pose", def_dframe),
+    "orientzyx": ("orient", _plain(orient_zyx)),
+    "eulerzyx": ("num", euler),
+    "norient": ("orient", _plain(to_quat)),
+    "distance": ("num", _plain(_distance)),
+    "vectmagn": ("num", _plain(lambda v: math.sqrt(dot(v, v)))),
+    "dotprod": ("num", _plain(dot)),
+    "sqrt": ("num", _plain(math.sqrt)),
+    "sin": ("num", _plain(lambda x: math.sin(math.radians(x)))),
+    "cos": ("num", _plain(lambda x: math.cos(math.radians(x)))),
+    "tan": ("num", _plain(lambda x: math.tan(math.radians(x)))),
+    "asin": ("num", _plain(lambda x: math.degrees(math.asin(x)))),
+    "acos": ("num", _plain(lambda x: math.degrees(math.acos(x)))),
+    "atan": ("num", _plain(lambda x: math.degrees(math.atan(x)))),
+    "atan2": ("num", _plain(lambda y, x: math.degrees(math.atan2(y, x)))),
+    "abs": ("num", _plain(abs)),
+    "exp": ("num", _plain(math.exp)),
+    "pow": ("num", _plain(math.pow)),
+    "round": ("num", lambda a, o: shortened(a[0], o.get("dec", 0.0), True)),
+    "trunc": ("num", lambda a, o: shortened(a[0], o.get("dec", 0.0), False)),
+    "dim": ("num", dimension),
+    "strlen": ("num", _plain(lambda s: float(len(s)))),
+    "numtodnum": ("dnum", _plain(float)),
+    "dnumtonum": ("num", _plain(float)),
+}
+
+RUN_TIME = frozenset(
+    ["crobt", "cjointt", "cpos", "ctool", "cwobj", "calcrobt", "calcjointt", "orobt", "clkread", "testdi", "doutput", "dinput", "goutput", "ginput", "aoutput", "ainput", "gettime", "cdate", "ctime", "poserror", "isstoppos", "reltime", "getnextsym"]
+)
+
+
+def call(name: str, arguments: tuple[Data, ...], options: Options) -> tuple[str, Data]:
+    """Result type and value of a built-in function.
+
+    Raises:
+        NotKnown: the function is not one of these, or has no value for these arguments.
+    """
+    found = FUNCTIONS.get(name)
+    if found is None:
+        what = "known only at run time" if name in RUN_TIME else "a function this version does not know"
+        raise NotKnown(f"`{name}` is {what}")
+    kind, function = found
+    try:
+        return kind, function(arguments, options)
+    except (TypeError, ValueError, IndexError, KeyError, ArithmeticError) as error:
+        raise NotKnown(f"`{name}` has no value for these arguments") from error

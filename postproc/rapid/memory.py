@@ -1,0 +1,223 @@
+"""What names mean while the program is walked: data with their present values, parameters, loop variables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from postproc.diagnostics import Span
+from postproc.rapid import patterns
+from postproc.rapid.changes import Changes
+from postproc.rapid.evaluate import evaluate, pick
+from postproc.rapid.expressions import Call, ExpressionError, Name, read_whole_expression
+from postproc.rapid.predefined import PREDEFINED
+from postproc.rapid.program import Program
+from postproc.rapid.syntax import Declaration, Routine
+from postproc.rapid.tokens import skip
+from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, Value, zero
+
+MAX_ELEMENTS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A parameter that stands for the caller's data: key of its declaration and element."""
+
+    declaration: Declaration
+    indices: tuple[int, ...] = ()
+
+
+Binding = Value | NotKnown | Reference
+
+
+@dataclass(slots=True)
+class Frame:
+    """One call: the routine, its parameters and loop variables by lower-case name."""
+
+    routine: Routine
+    bindings: dict[str, Binding] = field(default_factory=dict)
+    present: set[str] = field(default_factory=set)
+
+
+class Constants:
+    """Values that declarations give, each read once."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.values: dict[str, Value | NotKnown] = {}
+        self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
+        self.records: Mapping[str, Fields] = {
+            **RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}
+        }  # fmt: skip
+
+
+@dataclass(slots=True)
+class Memory:
+    """Present values by key, over the initial values; a copy is cheap and independent.
+
+    ``changed`` holds only what the walk has assigned or had to forget.
+    """
+
+    program: Program
+    changes: Changes
+    constants: Constants
+    frame: Frame
+    function: Callable[[Call, Memory], Value | None]
+    changed: dict[str, Data] = field(default_factory=dict)
+
+    @property
+    def records(self) -> Mapping[str, Fields]:
+        return self.constants.records
+
+    # -- Scope ---------------------------------------------------------------------------------------------------
+
+    def lookup(self, name: Name) -> Value:
+        bound = self.frame.bindings.get(name.name)
+        if isinstance(bound, NotKnown):
+            raise bound
+        if isinstance(bound, Value):
+            return bound
+        if isinstance(bound, Reference):
+            value = self.value(bound.declaration)
+            return pick(value, bound.indices) if bound.indices else value
+        declaration = self.find(name.name)
+        if declaration is not None:
+            return self.value(declaration)
+        if name.name in PREDEFINED:
+            kind, data = PREDEFINED[name.name]
+            return Value(data, kind)
+        raise NotKnown(f"`{name.name}` is not declared in these files", name.name, name.span)
+
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value:
+        bound = self.frame.bindings.get(name.name)
+        declaration = bound.declaration if isinstance(bound, Reference) else self.find(name.name)
+        if isinstance(bound, Reference):
+            indices = (*bound.indices, *indices)
+        elif bound is not None or declaration is None:
+            return pick(self.lookup(name), indices)
+        if not self.is_initial(declaration):
+            return pick(self.value(declaration), indices)
+        span = self.element_span(declaration, indices)
+        if span is None:
+            return pick(self.value(declaration), indices)
+        data = self._initial(declaration, span).data
+        rank = max(0, len(declaration.dims) - len(indices))
+        return Value(data, declaration.type, rank, declaration.key, indices)
+
+    def call(self, call: Call) -> Value | None:
+        return self.function(call, self)
+
+    def present(self, name: str) -> bool:
+        return name in self.frame.present
+
+    # -- declared data -------------------------------------------------------------------------------------------
+
+    def find(self, name: str) -> Declaration | None:
+        routine = self.frame.routine
+        return self.program.declaration(name, routine.module, routine.name)
+
+    def is_initial(self, declaration: Declaration) -> bool:
+        """Whether the declaration's own value holds: it is CONST, or nothing in the program writes it."""
+        key = declaration.key
+        return declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.everything)
+
+    def value(self, declaration: Declaration) -> Value:
+        key = declaration.key
+        if declaration.storage != "CONST":
+            if key in self.changes.volatile:
+                raise NotKnown(f"`{declaration.name}` is written by a trap routine")
+            if key in self.changed:
+                data = self.changed[key]
+                if isinstance(data, NotKnown):
+                    raise data
+                return Value(data, declaration.type, len(declaration.dims))
+            if key in self.changes.everything:
+                raise NotKnown(f"`{declaration.name}` is written by the program and has no certain value here")
+        known = self.constants.values.get(key)
+        if known is None:
+            self.constants.values[key] = NotKnown(f"the value of `{declaration.name}` depends on itself")
+            try:
+                known = self._initial(declaration, declaration.init)
+            except NotKnown as error:
+                known = error
+            self.constants.values[key] = known
+        if isinstance(known, NotKnown):
+            raise known
+        return known
+
+    def initialise(self, declaration: Declaration) -> None:
+        """Give a routine's own variable its initial value, as every call does."""
+        if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
+            return
+        try:
+            self.changed[declaration.key] = self._initial(declaration, declaration.init).data
+        except NotKnown as error:
+            self.changed[declaration.key] = error
+
+    def _initial(self, declaration: Declaration, span: Span | None) -> Value:
+        rank = len(declaration.dims)
+        if span is None:
+            if declaration.storage == "PERS":
+                raise NotKnown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
+            return Value(self._zeros(declaration), declaration.type, rank)
+        home = self._home(declaration)
+        try:
+            tree = read_whole_expression(declaration.source.data, *span)
+        except ExpressionError as error:
+            raise NotKnown(f"the value of `{declaration.name}` cannot be read: {error}") from error
+        return Value(evaluate(tree, home).data, declaration.type, rank, declaration.key)
+
+    def _home(self, declaration: Declaration) -> Memory:
+        """The scope in which a declaration's own expression is read."""
+        routine = self.program.routine(declaration.routine, declaration.module) if declaration.routine else None
+        if routine is None:
+            empty: tuple[()] = ()
+            routine = Routine(
+                declaration.source, (0, 0), declaration.module, "PROC", "", False, "", empty, empty, empty
+            )
+        return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})
+
+    def _zeros(self, declaration: Declaration) -> Data:
+        data = zero(declaration.type, self.records)
+        total = 1
+        for span in reversed(declaration.dims):
+            try:
+                size = evaluate(read_whole_expression(declaration.source.data, *span), self._home(declaration)).data
+            except ExpressionError as error:
+                raise NotKnown(f"the size of `{declaration.name}` cannot be read") from error
+            total *= max(1, int(size))
+            if total > MAX_ELEMENTS:
+                raise NotKnown(f"`{declaration.name}` is too large to follow")
+            data = (data,) * int(size)
+        return data
+
+    def element_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
+        """Span of one array element in the text of its declaration; None if it is not written as an aggregate."""
+        if declaration.init is None or not 1 <= len(indices) <= len(declaration.dims):
+            return None
+        span = declaration.init
+        for level, index in enumerate(indices):
+            spans = self.constants.elements.get((declaration.key, indices[:level]))
+            if spans is None:
+                spans = element_spans(declaration.source.data, span)
+                self.constants.elements[declaration.key, indices[:level]] = spans
+            if not 1 <= index <= len(spans):
+                raise NotKnown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
+            span = spans[index - 1]
+        return span
+
+
+def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
+    """Spans of the items of the aggregate at ``span``; none if it is none."""
+    start, end = span
+    if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
+        return ()
+    found = []
+    at = start + 1
+    while at < end - 1:
+        part = patterns.PART.match(data, at, end - 1)
+        stop = part.end() if part else end - 1
+        first = skip(data, at, stop)
+        found.append((first, patterns.trimmed(data, first, stop)))
+        at = stop + 1
+    return tuple(found)

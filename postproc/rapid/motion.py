@@ -1,0 +1,69 @@
+"""A motion instruction and its arguments, each with role and span."""
+
+from __future__ import annotations
+
+from sys import intern
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid import patterns
+from postproc.rapid.events import Argument, MotionStatement
+from postproc.rapid.signatures import SIGNATURES, Signature
+
+
+def read_arguments(data: bytes, start: int, end: int) -> tuple[tuple[str, Span, Span], ...]:
+    r"""Arguments of the instruction text ``data[start:end]`` (after the name, before the semicolon).
+
+    Returns:
+        For each: ``\name`` of an optional argument or nothing, span of the expression, span of the whole argument.
+    """
+    found: list[tuple[str, Span, Span]] = []
+    at = start
+    match = patterns.PIECE.match
+    while at < end:
+        piece = match(data, at, end)
+        if piece is None or piece.end() == at:
+            break
+        at = piece.end()
+        _, option, _, expression = piece.regs[1:5]
+        if expression[0] < expression[1] and (data[expression[1] - 1] <= 32 or b"!" in piece[4]):
+            expression = (expression[0], patterns.trimmed(data, *expression))
+        if option[0] >= 0:
+            first = data.rfind(b"\\", start, option[0])
+            last = expression[1] if piece[3] else option[1]
+            found.append(
+                ("\\" + piece[2].decode("latin-1").lower(), expression if piece[3] else (last, last), (first, last))
+            )
+        elif expression[0] < expression[1]:
+            found.append(("", expression, expression))
+    return tuple(found)
+
+
+def positional_roles(signature: Signature, count: int) -> tuple[str, ...]:
+    return signature.older if signature.older and count == len(signature.older) else signature.roles
+
+
+def read_motion(source: Source, span: Span, word: str, module: str, routine: str) -> MotionStatement | None:
+    """The motion statement at ``span``, or None if ``word`` is no motion instruction.
+
+    Positional arguments beyond the signature get the role ``extra``.
+    """
+    signature = SIGNATURES.get(word)
+    if signature is None:
+        return None
+    data = source.data
+    start = span[0] + len(word)
+    end = span[1] - 1 if data[span[1] - 1 : span[1]] == b";" else span[1]
+    pieces = read_arguments(data, start, end)
+    roles = iter(positional_roles(signature, sum(not name for name, _, _ in pieces)))
+    arguments = []
+    for name, at, whole in pieces:
+        role = intern(name) if name else next(roles, "extra")
+        expression = data[at[0] : at[1]].decode("latin-1")
+        arguments.append(Argument(role, at, intern(expression) if at[1] - at[0] < 24 else expression, whole))
+    return MotionStatement(signature.name, source, span, module, routine, tuple(arguments), signature.interpolation)
+
+
+def fits(statement: MotionStatement, signature: Signature) -> bool:
+    """Whether the statement has exactly the positional arguments of its signature."""
+    count = sum(not a.role.startswith("\\") for a in statement.arguments)
+    return count == len(signature.roles) or (bool(signature.older) and count == len(signature.older))

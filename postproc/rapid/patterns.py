@@ -1,0 +1,150 @@
+"""Regular expressions for pieces larger than a token; every repetition is possessive, so none can run away."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.rapid.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING
+
+GAP = rb"(?:" + BLANK + rb"++|" + COMMENT + rb")*+"
+DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array in an aggregate needs 5)
+
+
+def _nested(depth: int) -> bytes:
+    inner = b"|" + _nested(depth - 1) if depth > 1 else b""
+    return rb"[\[({](?:[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner + rb")*+[\])}]"
+
+
+BRACKETED = _nested(DEPTH)
+# An expression up to a comma, backslash, semicolon or closing bracket outside its own brackets.
+EXPRESSION = rb"(?:[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED + rb")*+"
+
+
+def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
+    """Text before the next ``word`` that is outside strings and comments."""
+    first = word[:1]
+    both = first.lower() + first.upper()
+    semicolon = b";" if stop_at_semicolon else b""
+    return re.compile(
+        rb"(?:[^\"!"
+        + both
+        + semicolon
+        + rb"]++|"
+        + STRING
+        + rb"|"
+        + COMMENT
+        + rb"|(?!(?<![\w\x80-\xff])(?i:"
+        + word
+        + rb")(?![\w\x80-\xff]))["
+        + both
+        + rb"]|\")*+"
+    )
+
+
+# The first word of a statement and what follows it.
+LEAD = re.compile(GAP + rb"(?:(" + IDENTIFIER + rb")" + GAP + rb"(:=|:|\{|\.)?)?")
+WORD = re.compile(GAP + rb"(" + IDENTIFIER + rb")")
+TO_SEMICOLON = re.compile(rb"(?:[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\")*+")
+TO_LINE_END = re.compile(rb"[^\n]*+")
+PLACE = re.compile(PLACEHOLDER)
+REFERENCE = re.compile(
+    IDENTIFIER + rb"(?:" + GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb"))*+" + GAP + rb"(:=)"
+)
+# A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
+HARD_STOP = re.compile(
+    rb"\n[ \t]*+(?i:(?:END(?:PROC|FUNC|TRAP|MODULE|RECORD|IF|FOR|WHILE|TEST)|ELSE|ELSEIF|CASE|DEFAULT|PROC|FUNC|TRAP"
+    rb"|MODULE|LOCAL|CONST|PERS|VAR)(?![\w\x80-\xff])|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
+)
+DECLARATION = re.compile(
+    rb"(?i:(CONST|PERS|VAR))"
+    + GAP
+    + rb"("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"(?:("
+    + BRACKETED
+    + rb")"
+    + GAP
+    + rb")?(:=)?"
+)
+MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + rb"(" + IDENTIFIER + rb")(?:" + GAP + rb"(\([^()]*+\)))?")
+ROUTINE_HEAD = re.compile(
+    rb"(?i:(PROC|FUNC|TRAP))"
+    + GAP
+    + rb"(?:("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"(?=[A-Za-z\x80-\xff]))?"
+    + rb"("
+    + IDENTIFIER
+    + rb")(?:"
+    + GAP
+    + rb"(\((?:[^()\"!]++|"
+    + STRING
+    + rb"|"
+    + COMMENT
+    + rb")*+\)))?"
+)
+PARAMETER = re.compile(
+    GAP
+    + rb"([,|(]?)"
+    + GAP
+    + rb"(\\?)"
+    + GAP
+    + rb"(?:(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])"
+    + GAP
+    + rb")?"
+    + rb"("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"(\{[^{}]*+\})?"
+)
+FIELD = re.compile(GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb";")
+# One argument of an instruction: separator, \name, := or ?, expression.
+PIECE = re.compile(
+    GAP
+    + rb"(,?)"
+    + GAP
+    + rb"(?:\\"
+    + GAP
+    + rb"("
+    + IDENTIFIER
+    + rb")"
+    + GAP
+    + rb"(?:(:=|\?)"
+    + GAP
+    + rb")?)?+("
+    + EXPRESSION
+    + rb")"
+)
+# One step through an expression (group 1: blank or comment), and an expression up to a comma.
+TOKEN = re.compile(rb"((?:" + BLANK + rb"++|" + COMMENT + rb"))|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
+PART = re.compile(rb"(?:[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED + rb")*+")
+
+
+def trimmed(data: bytes, start: int, end: int) -> int:
+    """``end`` moved back over blanks and trailing comments."""
+    piece = data[start:end]
+    if b"!" in piece:
+        at = start
+        last = start
+        while at < end:
+            found = TOKEN.match(data, at, end)
+            if found is None:
+                break
+            at = found.end()
+            if not found[1]:
+                last = at
+        return last
+    return start + len(piece.rstrip())

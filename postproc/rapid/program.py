@@ -1,0 +1,188 @@
+"""One task's program: its modules, declarations and motion statements, with names resolved as the controller does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.events import MotionStatement
+from postproc.rapid.motion import fits, read_motion
+from postproc.rapid.parse import parse
+from postproc.rapid.signatures import SIGNATURES
+from postproc.rapid.syntax import Declaration, Module, Routine, Statement
+from postproc.rapid.tokens import identifiers
+
+
+@dataclass(frozen=True)
+class Program:
+    """What was read from the files of one task.
+
+    Args:
+        sources: the files, as given.
+        modules: in the order of the files and of the text.
+        declarations: data of modules and routines, in text order.
+        statements: every motion statement in text order.
+        diagnostics: what is wrong or not understood.
+        identifiers: all words in lower case, those in comments and strings too.
+        motions: the same motion statements by path and offset.
+    """
+
+    sources: tuple[Source, ...]
+    modules: tuple[Module, ...]
+    declarations: tuple[Declaration, ...]
+    statements: tuple[MotionStatement, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    identifiers: frozenset[str] = field(repr=False)
+    motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
+    names: Mapping[tuple[str, str, str], Declaration] = field(repr=False)
+    routines: Mapping[tuple[str, str], Routine] = field(repr=False)
+
+    def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
+        """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
+        low, where = name.lower(), module.lower()
+        return (
+            (self.names.get((where, routine.lower(), low)) if routine else None)
+            or self.names.get((where, "", low))
+            or self.names.get(("", "", low))
+        )
+
+    def routine(self, name: str, module: str = "") -> Routine | None:
+        """The routine that ``name`` means inside a module."""
+        low = name.lower()
+        return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
+
+    def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
+        return self.motions.get(source.path, {}).get(statement.span[0])
+
+    def all_routines(self) -> Iterator[Routine]:
+        for module in self.modules:
+            yield from module.routines
+
+
+def statements_in(body: Sequence[Statement]) -> Iterator[Statement]:
+    """Every statement of a body in text order, those inside blocks too."""
+    for statement in body:
+        yield statement
+        for branch in statement.branches:
+            yield from statements_in(branch.body)
+
+
+def bodies(routine: Routine) -> Iterator[tuple[Statement, ...]]:
+    yield routine.body
+    yield from routine.handlers
+
+
+def is_encrypted(data: bytes) -> bool:
+    """Whether a module is stored encrypted: first byte 0xFC or 0xFE and control bytes behind it."""
+    return data[:1] in (b"\xfc", b"\xfe") and any(byte < 9 for byte in data[:256])
+
+
+def read_program(sources: Sequence[Source] | Source) -> Program:
+    """Read the files of one task; nothing raises, findings are collected in ``diagnostics``."""
+    files = (sources,) if isinstance(sources, Source) else tuple(sources)
+    modules: list[Module] = []
+    diagnostics: list[Diagnostic] = []
+    words: set[str] = set()
+    for source in files:
+        found, problems = _read_source(source)
+        modules += found
+        diagnostics += problems
+        words |= identifiers(source.data)
+    names = _names(modules, diagnostics)
+    routines = _routines(modules)
+    motions: dict[str, dict[int, MotionStatement]] = {}
+    for module in modules:
+        known = motions.setdefault(module.source.path, {})
+        for routine in module.routines:
+            for body in bodies(routine):
+                for statement in statements_in(body):
+                    if statement.kind != "call" or statement.word not in SIGNATURES:
+                        continue
+                    # A routine of the user's with that name wins over the instruction.
+                    if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
+                        continue
+                    motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
+                    if motion is not None:
+                        known[statement.span[0]] = motion
+                        diagnostics += _check(motion)
+    return Program(
+        files,
+        tuple(modules),
+        tuple(_all_declarations(modules)),
+        tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items())),
+        tuple(diagnostics),
+        frozenset(words),
+        motions,
+        names,
+        routines,
+    )
+
+
+def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
+    data = source.data
+    if not data.strip():
+        return [], [Diagnostic("RAP001", "error", "the file is empty", source, None, "give a RAPID module")]
+    if is_encrypted(data):
+        return [], [
+            Diagnostic(
+                "RAP013", "info", "the module is encrypted: nothing in it is visible, it is kept as it stands", source
+            )
+        ]
+    if b"\0" in data[:4096] or data[:2] == b"PK":
+        return [], [
+            Diagnostic("RAP002", "error", "the file is binary, not RAPID text", source, None, "give a RAPID module")
+        ]
+    if data.lstrip().startswith((b"<?xml", b"<Program")):
+        return [], []  # a .pgf lists the modules of a task
+    modules, problems = parse(source)
+    if not modules:
+        help = "give a file with MODULE .. ENDMODULE"
+        problems.append(Diagnostic("RAP011", "error", "there is no MODULE in the file", source, None, help))
+    return modules, problems
+
+
+def _all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
+    for module in modules:
+        yield from module.declarations
+        for routine in module.routines:
+            yield from routine.declarations
+
+
+def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tuple[str, str, str], Declaration]:
+    """Declarations by (module, routine, name); names visible in the whole task under ("", "", name) too."""
+    names: dict[tuple[str, str, str], Declaration] = {}
+    for declaration in _all_declarations(modules):
+        module, routine, name = declaration.key.split(".", 2)
+        if not routine and declaration.scope != "LOCAL":
+            first = names.setdefault(("", "", name), declaration)
+            if first is not declaration and first.module.lower() != module:
+                diagnostics.append(
+                    Diagnostic(
+                        "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
+                        declaration.source, declaration.span, "give the files of one task only, each once",
+                    )
+                )  # fmt: skip
+        names.setdefault((module, routine, name), declaration)
+    return names
+
+
+def _routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
+    routines: dict[tuple[str, str], Routine] = {}
+    for module in modules:
+        for routine in module.routines:
+            name = routine.name.lower()
+            routines.setdefault((module.name.lower(), name), routine)
+            if not routine.local:
+                routines.setdefault(("", name), routine)
+    return routines
+
+
+def _check(motion: MotionStatement) -> Iterator[Diagnostic]:
+    signature = SIGNATURES[motion.instruction.lower()]
+    if signature.roles and not fits(motion, signature):
+        wanted = ", ".join(signature.roles)
+        yield Diagnostic(
+            "RAP014", "error", f"`{motion.instruction}` does not have the arguments it needs: {wanted}",
+            motion.source, motion.span, "check commas and backslashes of this statement",
+        )  # fmt: skip

@@ -1,0 +1,237 @@
+"""One execution of a motion statement: its arguments evaluated and the state of the moment put beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.memory import Memory
+from postproc.rapid.motion import fits
+from postproc.rapid.predefined import PREDEFINED
+from postproc.rapid.program import Program
+from postproc.rapid.records import JointTarget, LoadData, Pose, RobTarget, SpeedData, ToolData, Weld, WobjData, ZoneData
+from postproc.rapid.signatures import SIGNATURES
+from postproc.rapid.state import NO_MASS
+from postproc.rapid.targets import Targets
+from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_tool, to_wobj, to_zone
+
+T = TypeVar("T")
+UNKNOWN_SPEED = SpeedData(0.0)
+_KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
+
+
+class EventMaker:
+    """Makes events; values of names that cannot change are read once."""
+
+    def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+        self.program = program
+        self.diagnostics = diagnostics
+        self.targets = Targets()
+        self.fixed: dict[tuple[str, str, str, str], Any] = {}
+        self.reported: set[str] = set()
+        self.options: dict[tuple[tuple[str, bool], ...], Mapping[str, bool]] = {}
+
+    def event(self, statement: MotionStatement, memory: Memory, conditional: bool, detached: bool) -> MotionEvent:
+        """The event of one execution."""
+        signature = SIGNATURES[statement.instruction.lower()]
+        found: list[Diagnostic] = []
+        reasons: list[str] = []
+        arguments = {a.role: a for a in statement.arguments}
+
+        def known(role: str, convert: Callable[[str, Data], T], default: T) -> T:
+            argument = arguments.get(role)
+            if argument is None or not self.given(argument, memory):
+                return default
+            try:
+                return self.constant(argument, convert, memory)
+            except NotKnown as error:
+                reasons.append(self.explained(error, argument, statement.source, found))
+                return default
+
+        target: RobTarget | JointTarget | NotKnown
+        via: RobTarget | NotKnown | None = None
+        target, origin, via_origin = NotKnown("it names no target"), Origin("runtime"), None
+        to = arguments.get("to")
+        if signature.why_not and not signature.roles:
+            target = NotKnown(signature.why_not)
+        elif signature.roles and not fits(statement, signature):
+            target = NotKnown("its arguments cannot be read")
+        elif to is not None and signature.jointed:
+            target, origin = self.targets.jointtarget(statement.source, to.span, memory)
+        elif to is not None:
+            target, origin = self.targets.robtarget(statement.source, to.span, memory)
+            if "via" in arguments:
+                via, via_origin = self.targets.robtarget(statement.source, arguments["via"].span, memory)
+        if isinstance(target, NotKnown):
+            reasons.append(self.explained(target, to, statement.source, found))
+        if isinstance(via, NotKnown):
+            reasons.append(self.explained(via, arguments["via"], statement.source, found))
+        if signature.why_not and signature.roles:
+            reasons.append(signature.why_not)
+
+        tool = known("tool", to_tool, ToolData())
+        wobj = known("\\wobj", to_wobj, WobjData())
+        speed = known("speed", _speed, UNKNOWN_SPEED)
+        zone = known("zone", _zone, ZoneData(True))
+        v_tcp = known("\\v", _number, None)
+        duration = known("\\t", _number, None)
+        size = known("\\z", _number, None)
+        total = known("\\tload", _load, None)
+        if v_tcp is not None:
+            speed = replace(speed, v_tcp=v_tcp)
+        if size is not None:
+            zone = replace(zone, pzone_tcp=size)
+        state = memory.changed
+        payload = self.state(state, "@gripload", LoadData(), "the payload is not known", reasons)
+        if total is not None and total.mass > NO_MASS:
+            tool, payload = replace(tool, tload=total), LoadData()
+        displacement = self.state(state, "@pdisp", Pose(), "the program displacement is not known", reasons)
+        if not wobj.ufprog:
+            reasons.append(f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`")
+        if state.get("@eoffs") is not False:
+            reasons.append("an offset of the external axes is active")
+        override, limit = _pair(state.get("@velset"))
+        acceleration = state.get("@accset", 100.0)
+        return MotionEvent(
+            statement,
+            None if isinstance(target, NotKnown) or isinstance(via, NotKnown) else target,
+            None if isinstance(via, NotKnown) else via,
+            origin,
+            via_origin,
+            tool,
+            wobj,
+            speed,
+            zone,
+            self.weld(statement, memory),
+            duration,
+            payload,
+            displacement,
+            conditional,
+            "; ".join(dict.fromkeys(reasons)) or None,
+            tuple(found),
+            self.known_options(state),
+            detached,
+            override,
+            limit,
+            100.0 if isinstance(acceleration, NotKnown) else acceleration,
+        )
+
+    def given(self, argument: Argument, memory: Memory) -> bool:
+        r"""Whether an optional argument counts: ``\Opt?name`` only if the routine got that parameter."""
+        if not argument.role.startswith("\\"):
+            return True
+        between = argument.whole[0], argument.span[0]
+        return b"?" not in memory.frame.routine.source.data[slice(*between)] or (
+            argument.text.strip().lower() in memory.frame.present
+        )
+
+    def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
+        """Value of an argument, remembered if the name it consists of cannot change."""
+        routine = memory.frame.routine
+        key = (argument.role, argument.text, routine.module, routine.name)
+        if key in self.fixed:
+            result: T = self.fixed[key]
+            return result
+        try:
+            tree = read_whole_expression(routine.source.data, *argument.span)
+        except ExpressionError as error:
+            raise NotKnown(f"`{argument.text}` cannot be read") from error
+        value = evaluate(tree, memory)
+        wanted = _KINDS.get(argument.role)
+        if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():
+            raise NotKnown(f"`{argument.text}` is {value.type}, not {wanted}")
+        result = convert(self.name(value, argument), value.data)
+        low = argument.text.strip().lower()
+        if low.isidentifier() and low not in memory.frame.bindings:
+            declaration = memory.find(low)
+            if low in PREDEFINED if declaration is None else memory.is_initial(declaration):
+                self.fixed[key] = result
+        return result
+
+    def name(self, value: Value, argument: Argument) -> str:
+        """Name of the declared data behind an argument, as it is declared."""
+        if value.declaration is None:
+            return argument.text.strip()
+        module, routine, name = value.declaration.split(".", 2)
+        declared = self.program.names[module, routine, name].name
+        return declared + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
+
+    def explained(self, error: NotKnown, argument: Argument | None, source: Source, found: list[Diagnostic]) -> str:
+        """The reason of an event; a name that is declared nowhere is reported once."""
+        if error.missing is not None and argument is not None and error.missing not in self.reported:
+            self.reported.add(error.missing)
+            what = {"tool": "tool", "\\wobj": "work object"}.get(argument.role, "data")
+            found.append(
+                Diagnostic(
+                    "RAP020", "error", f"the {what} `{error.missing}` has no value in these files", source, argument.span,
+                    f"give the file that declares `{error.missing}` too, often a system module such as user.sys or"
+                    " CalibData.mod",
+                )
+            )  # fmt: skip
+            self.diagnostics += found[-1:]
+        return error.reason
+
+    @staticmethod
+    def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:
+        value = state.get(key, default)
+        if isinstance(value, NotKnown):
+            reasons.append(reason)
+            return default
+        result: T = value
+        return result
+
+    def known_options(self, state: Mapping[str, Data]) -> Mapping[str, bool]:
+        pairs = tuple((k[1:], state[k]) for k in ("@conf_l", "@conf_j") if isinstance(state.get(k), bool))
+        singarea = state.get("@singarea")
+        if isinstance(singarea, str):
+            pairs += (("singarea_wrist", singarea == "wrist"),)
+        if pairs not in self.options:
+            self.options[pairs] = MappingProxyType(dict(pairs))
+        return self.options[pairs]
+
+    def weld(self, statement: MotionStatement, memory: Memory) -> Weld | None:
+        """Phase of the seam and the speed while welding: the first number of welddata."""
+        signature = SIGNATURES[statement.instruction.lower()]
+        if not signature.phase:
+            return None
+        roles = {a.role for a in statement.arguments}
+        phase: Any = "start" if "\\on" in roles else "end" if "\\off" in roles else signature.phase
+        argument = statement.argument("weld")
+        try:
+            return Weld(phase, self.constant(argument, _first, memory) if argument else None)
+        except NotKnown:
+            return Weld(phase, None)
+
+
+def _speed(name: str, data: Data) -> SpeedData:
+    return to_speed(data)
+
+
+def _zone(name: str, data: Data) -> ZoneData:
+    return to_zone(data)
+
+
+def _load(name: str, data: Data) -> LoadData | None:
+    return to_load(data)
+
+
+def _number(name: str, data: Data) -> float | None:
+    if isinstance(data, bool) or not isinstance(data, (int, float)):
+        raise NotKnown(f"`{name}` is no number")
+    return float(data)
+
+
+def _first(name: str, data: Data) -> float | None:
+    if isinstance(data, tuple) and data and isinstance(data[0], float) and data[0] > 0:
+        return data[0]
+    return None
+
+
+def _pair(value: Data) -> tuple[float, float | None]:
+    return value if isinstance(value, tuple) else (100.0, None)

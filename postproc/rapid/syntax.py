@@ -1,0 +1,116 @@
+"""What a RAPID file consists of: modules, declarations, routines, statements. Every part keeps its byte span."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from postproc.diagnostics import Source, Span
+
+Kind = str  # the kinds of Statement are listed there
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """One statement; blocks carry their branches.
+
+    Args:
+        kind: ``call``, ``assign``, ``label``, ``goto``, ``return``, ``leave`` (RAISE, RETRY, TRYNEXT, EXIT, ExitCycle),
+            ``connect``, ``placeholder``, ``opaque``, ``if``, ``for``, ``while``, ``test``.
+        span: first byte to the byte after the last (``;`` included).
+        word: the name called, assigned, jumped to or declared, lower case; loop variable of ``for``.
+        parts: spans of expressions: value of ``return``; start, end and step of ``for``; condition of ``while``;
+            expression of ``test``; name and value of ``assign``.
+        branches: ``if``: one per condition; ``test``: one per CASE; loops: one.
+    """
+
+    kind: Kind
+    span: Span
+    word: str = ""
+    parts: tuple[Span, ...] = ()
+    branches: tuple[Branch, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Statements that run when a condition holds; no conditions means ELSE or DEFAULT."""
+
+    conditions: tuple[Span, ...]
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """A data declaration; ``init`` spans the expression after ``:=``, ``dims`` the expressions between braces."""
+
+    source: Source
+    span: Span
+    module: str
+    routine: str
+    scope: str  # LOCAL, TASK or nothing
+    storage: str  # CONST, PERS or VAR
+    type: str
+    name: str
+    dims: tuple[Span, ...] = ()
+    init: Span | None = None
+
+    @property
+    def key(self) -> str:
+        """Canonical name: ``module.routine.name`` or ``module..name``, lower case."""
+        return f"{self.module}.{self.routine}.{self.name}".lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter; ``mode`` is VAR, PERS, INOUT, SWITCH or nothing (by value)."""
+
+    name: str
+    type: str
+    mode: str = ""
+    optional: bool = False
+    rank: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Routine:
+    """PROC, FUNC or TRAP; ``handlers`` are the bodies of BACKWARD, ERROR and UNDO."""
+
+    source: Source
+    span: Span
+    module: str
+    kind: str
+    name: str
+    local: bool
+    type: str
+    parameters: tuple[Parameter, ...]
+    declarations: tuple[Declaration, ...]
+    body: tuple[Statement, ...]
+    handlers: tuple[tuple[Statement, ...], ...] = ()
+
+    @property
+    def key(self) -> str:
+        return f"{self.module}.{self.name}".lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A user's RECORD (fields as name and type) or ALIAS (one field without name)."""
+
+    name: str
+    fields: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """A module; ``head`` spans ``MODULE name(attributes)``, ``span`` reaches to the byte after ENDMODULE.
+
+    ``head`` is empty in a file that holds routines or data without a MODULE line.
+    """
+
+    source: Source
+    span: Span
+    head: Span
+    name: str
+    attributes: tuple[str, ...] = ()
+    records: tuple[Record, ...] = ()
+    declarations: tuple[Declaration, ...] = ()
+    routines: tuple[Routine, ...] = ()

@@ -1,0 +1,93 @@
+"""The target of a motion statement: its value and where its numbers stand."""
+
+from __future__ import annotations
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.events import Origin, TargetSpans
+from postproc.rapid.expressions import ExpressionError, Name, Star, read_whole_expression
+from postproc.rapid.literals import read_literal_target
+from postproc.rapid.memory import Memory
+from postproc.rapid.records import JointTarget, RobTarget
+from postproc.rapid.syntax import Declaration
+from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
+
+RUNTIME = Origin("runtime")
+
+
+class Targets:
+    """Reads targets; what declarations give is read once."""
+
+    def __init__(self) -> None:
+        self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
+
+    def robtarget(self, source: Source, span: Span, memory: Memory) -> tuple[RobTarget | NotKnown, Origin]:
+        """Value (or why there is none) and origin of a robtarget argument."""
+        try:
+            literal = read_literal_target(source, *span)
+            if literal is not None:
+                return literal[0], Origin("inline", literal[1])
+            tree = read_whole_expression(source.data, *span)
+        except NotKnown as error:
+            return error, Origin("inline")
+        except ExpressionError as error:
+            return NotKnown(f"the target cannot be read: {error}"), RUNTIME
+        if isinstance(tree, Star):
+            return NotKnown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
+        declaration = memory.find(tree.name) if isinstance(tree, Name) else None
+        if declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings:
+            done = self.declared.get((declaration.key, ()))
+            if done is not None and memory.is_initial(declaration):
+                return done
+        try:
+            value = evaluate(tree, memory)
+            return self._of_value(value, memory)
+        except NotKnown as error:
+            return error, _runtime(declaration)
+
+    def _of_value(self, value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        if value.declaration is None:
+            return to_robtarget(value.data), Origin("expression")
+        key = (value.declaration, value.at)
+        done = self.declared.get(key)
+        if done is None:
+            module, routine, name = value.declaration.split(".", 2)
+            declaration = memory.program.names[module, routine, name]
+            spans = self._spans(declaration, value.at, memory)
+            kind = ("element" if value.at else "declared") if spans is not None else "expression"
+            origin = Origin(kind, spans, value.declaration, declaration.storage)
+            done = self.declared[key] = (to_robtarget(value.data), origin)
+        return done
+
+    def _spans(self, declaration: Declaration, at: tuple[int, ...], memory: Memory) -> TargetSpans | None:
+        if declaration.init is None or declaration.type != "robtarget":
+            return None
+        span = memory.element_span(declaration, at) if at else declaration.init
+        literal = read_literal_target(declaration.source, *span) if span is not None else None
+        return literal[1] if literal else None
+
+    def jointtarget(self, source: Source, span: Span, memory: Memory) -> tuple[JointTarget | NotKnown, Origin]:
+        """Value (or why there is none) and origin of a jointtarget argument."""
+        declaration = None
+        try:
+            tree = read_whole_expression(source.data, *span)
+            if isinstance(tree, Star):
+                return NotKnown("the position is stored without a name (`*`)"), Origin("star")
+            declaration = memory.find(tree.name) if isinstance(tree, Name) else None
+            value = evaluate(tree, memory)
+            target = to_jointtarget(value.data)
+        except NotKnown as error:
+            return error, _runtime(declaration)
+        except ExpressionError as error:
+            return NotKnown(f"the target cannot be read: {error}"), RUNTIME
+        if value.declaration is None:
+            return target, Origin("inline" if source.data[span[0] : span[0] + 1] == b"[" else "expression")
+        module, routine, name = value.declaration.split(".", 2)
+        storage = memory.program.names[module, routine, name].storage
+        return target, Origin("element" if value.at else "declared", None, value.declaration, storage)
+
+
+def _runtime(declaration: Declaration | None) -> Origin:
+    if declaration is None:
+        return RUNTIME
+    return Origin("runtime", None, declaration.key, declaration.storage)

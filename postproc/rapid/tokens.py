@@ -1,0 +1,51 @@
+"""Tokens of RAPID text, on bytes: joined they give the input back, whatever the input is.
+
+Lexical rules: ABB RAPID reference, "Basic elements" (strings and identifiers are ISO 8859-1, free case, one line).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from postproc.diagnostics import Span
+
+# UTF-8 byte order mark, no-break space and ideographic space occur in files that went through word processors.
+ODD_BLANK = rb"\xef\xbb\xbf|\xc2\xa0|\xe3\x80\x80"
+BLANK = rb"(?:[ \t\r\n\f\v]|" + ODD_BLANK + rb")"
+COMMENT = rb"![^\n]*+"
+STRING = rb'"(?:[^"\r\n]|"")*+"'
+IDENTIFIER = rb"[A-Za-z_\x80-\xff](?:(?!" + ODD_BLANK + rb")[\w\x80-\xff])*+"
+NUMBER = rb"0[xX][0-9A-Fa-f]+|0[oO][0-7]+|0[bB][01]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+PLACEHOLDER = rb"<[A-Z]{2,6}>"
+
+MASTER = re.compile(
+    rb"(?P<blank>" + BLANK + rb"++)"
+    rb"|(?P<comment>" + COMMENT + rb")"
+    rb"|(?P<name>" + IDENTIFIER + rb")"
+    rb"|(?P<number>" + NUMBER + rb")"
+    rb"|(?P<string>" + STRING + rb")"
+    rb"|(?P<placeholder>" + PLACEHOLDER + rb")"
+    rb"|(?P<operator>:=|<>|<=|>=|[-+*/=<>,;:.(){}\[\]\\?%|#@])"
+    rb"|(?P<other>[\x00-\xff])"
+)
+NAMES = re.compile(IDENTIFIER)
+# Blanks and comments, as many as there are.
+SKIP = re.compile(rb"(?:" + BLANK + rb"++|" + COMMENT + rb")*+")
+
+
+def tokenize(data: bytes, start: int = 0, end: int | None = None) -> Iterator[tuple[str, Span]]:
+    """Kind and span of every token in ``data[start:end]``; the spans are adjacent and cover everything."""
+    for found in MASTER.finditer(data, start, len(data) if end is None else end):
+        yield found.lastgroup or "other", found.span()
+
+
+def skip(data: bytes, at: int, end: int) -> int:
+    """Offset of the first byte at or after ``at`` that is neither blank nor comment (at most ``end``)."""
+    found = SKIP.match(data, at, end)
+    return found.end() if found else at
+
+
+def identifiers(data: bytes) -> set[str]:
+    """Every word of the text in lower case, those in comments and strings too (a superset is safe for new names)."""
+    return {word.decode("latin-1").lower() for word in set(NAMES.findall(data))}

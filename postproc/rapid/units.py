@@ -1,0 +1,151 @@
+"""The one boundary between RAPID's millimetres and the metres of every other room.
+
+A RAPID target is the pose of the TCP in the object frame of the work object, after the program displacement:
+``T_base_tcp = T_uframe T_oframe T_displacement T_target`` (ABB RAPID reference manual, wobjdata and PDispSet).
+Base and world frame are the same here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.records import Pose, RobTarget, ToolData, WobjData
+
+MM = 1e-3
+
+
+def pose_matrix(trans_mm: ArrayLike, rot: ArrayLike) -> Array:
+    """Homogeneous matrices (..., 4, 4) [m] of positions (..., 3) [mm] and unit quaternions (..., 4), scalar first."""
+    trans, quat = np.asarray(trans_mm, float), np.asarray(rot, float)
+    w, x, y, z = np.moveaxis(quat, -1, 0)
+    matrix = np.zeros((*np.broadcast_shapes(trans.shape[:-1], quat.shape[:-1]), 4, 4))
+    matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 0, 2] = (
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+    )
+    matrix[..., 1, 0], matrix[..., 1, 1], matrix[..., 1, 2] = (
+        2 * (x * y + w * z),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - w * x),
+    )
+    matrix[..., 2, 0], matrix[..., 2, 1], matrix[..., 2, 2] = (
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        1 - 2 * (x * x + y * y),
+    )
+    matrix[..., :3, 3] = trans * MM
+    matrix[..., 3, 3] = 1.0
+    return matrix
+
+
+def matrix_pose(matrix: Array) -> Pose:
+    """Pose [mm, scalar first, q1 >= 0] of a homogeneous matrix (4, 4) [m]."""
+    x, y, z = (float(v) for v in matrix[:3, 3] / MM)
+    qx, qy, qz, qw = (float(v) for v in Rotation.from_matrix(matrix[:3, :3]).as_quat())
+    sign = -1.0 if qw < 0 else 1.0
+    return Pose((x, y, z), (sign * qw, sign * qx, sign * qy, sign * qz))
+
+
+def inverse(matrix: Array) -> Array:
+    """Inverse of homogeneous matrices (..., 4, 4)."""
+    result = np.zeros_like(matrix)
+    turned = np.swapaxes(matrix[..., :3, :3], -1, -2)
+    result[..., :3, :3] = turned
+    result[..., :3, 3] = -np.einsum("...ij,...j->...i", turned, matrix[..., :3, 3])
+    result[..., 3, 3] = 1.0
+    return result
+
+
+def tool_matrix(tool: ToolData) -> Array:
+    """``T_tool0_tcp`` (4, 4) [m]; for a stationary tool (``robhold`` FALSE) ``T_base_tcp``."""
+    return pose_matrix(tool.tframe.trans, tool.tframe.rot)
+
+
+def object_matrix(wobj: WobjData, displacement: Pose = Pose()) -> Array:
+    """``T_base_object`` (4, 4) [m] with the program displacement; ``T_tool0_object`` if the robot holds the object."""
+    uframe = pose_matrix(wobj.uframe.trans, wobj.uframe.rot)
+    oframe = pose_matrix(wobj.oframe.trans, wobj.oframe.rot)
+    return uframe @ oframe @ pose_matrix(displacement.trans, displacement.rot)
+
+
+def target_matrix(event: MotionEvent) -> Array:
+    """``T_base_tcp`` (4, 4) [m] of an event's target; ``T_tool0_tcp`` if the robot holds the work object.
+
+    Raises:
+        ValueError: the event has no robtarget.
+    """
+    return _in_object(event, event.target)
+
+
+def via_matrix(event: MotionEvent) -> Array:
+    """As ``target_matrix``, for the circle point.
+
+    Raises:
+        ValueError: the event has no circle point.
+    """
+    return _in_object(event, event.via)
+
+
+def _in_object(event: MotionEvent, target: object) -> Array:
+    if not isinstance(target, RobTarget):
+        raise ValueError("the event has no such robtarget")
+    return object_matrix(event.wobj, event.displacement) @ pose_matrix(target.trans, target.rot)
+
+
+def target_matrices(events: Sequence[MotionEvent]) -> Array:
+    """``target_matrix`` of many events at once, (n, 4, 4) [m].
+
+    Raises:
+        ValueError: an event has no robtarget.
+    """
+    if not events:
+        return np.zeros((0, 4, 4))
+    frames: dict[tuple[WobjData, Pose], int] = {}
+    targets, rows = [], []
+    for event in events:
+        if not isinstance(event.target, RobTarget):
+            raise ValueError("the event has no robtarget")
+        targets.append((*event.target.trans, *event.target.rot))
+        rows.append(frames.setdefault((event.wobj, event.displacement), len(frames)))
+    numbers = np.array(targets)
+    objects = np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])
+    result: Array = objects[rows] @ pose_matrix(numbers[:, :3], numbers[:, 3:])
+    return result
+
+
+def target_pose(event: MotionEvent, T_base_tcp: Array) -> Pose:
+    """The pose to write as the event's target so that the TCP is commanded to ``T_base_tcp`` (4, 4) [m].
+
+    Inverse of ``target_matrix``; in the object frame, before the program displacement.
+    """
+    return matrix_pose(inverse(object_matrix(event.wobj, event.displacement)) @ T_base_tcp)
+
+
+def flange_matrix(event: MotionEvent) -> Array:
+    """``T_base_tool0`` (4, 4) [m] at the event's target, for tools held by the robot and stationary tools.
+
+    Held tool: ``T_base_tcp T_tool0_tcp^-1``. Stationary tool: ``T_base_tcp (T_tool0_object T_target)^-1``.
+
+    Raises:
+        ValueError: the event has no robtarget.
+    """
+    if event.tool.robhold:
+        return target_matrix(event) @ inverse(tool_matrix(event.tool))
+    return tool_matrix(event.tool) @ inverse(target_matrix(event))
+
+
+def flange_pose(event: MotionEvent, T_base_tool0: Array) -> Pose:
+    """The pose to write as the event's target so that the flange is commanded to ``T_base_tool0`` (4, 4) [m].
+
+    Inverse of ``flange_matrix``.
+    """
+    if event.tool.robhold:
+        return target_pose(event, T_base_tool0 @ tool_matrix(event.tool))
+    return target_pose(event, inverse(T_base_tool0) @ tool_matrix(event.tool))
