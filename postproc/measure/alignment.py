@@ -30,13 +30,14 @@ class Alignment:
     typical: float
 
 
-def align(T_base_flange: Array, position: Array) -> Alignment:
+def align(T_base_flange: Array, position: Array, tool: bool = True) -> Alignment:
     """Fit y = T_instrument_base (p + R t): first the linear problem p = A y - c - R t, then Gauss-Newton with Huber weights.
 
     The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values give the scale.
 
     Args:
         T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
+        tool: False where the measured point is the origin of those frames.
     """
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
     p_mean, y_mean = np.median(p, axis=0), np.median(y, axis=0)
@@ -47,7 +48,7 @@ def align(T_base_flange: Array, position: Array) -> Alignment:
     for axis in range(3):
         design[:, axis, 3 * axis : 3 * axis + 3] = y0 / spread
         design[:, axis, 9 + axis] = -1.0
-    design[:, :, 12:] = -R
+    design[:, :, 12:] = -R if tool else 0.0
     weight = np.ones(n)
     for _ in range(12):
         root = np.sqrt(weight)[:, None]
@@ -61,9 +62,9 @@ def align(T_base_flange: Array, position: Array) -> Alignment:
     if not 0.2 < scale < 5:
         return Alignment(np.eye(4), solution[12:], scale, mirrored, np.full((n, 3), np.nan), np.inf)
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
-    tool = solution[12:]
-    shift = y_mean - np.median((rotation @ (p + R @ tool)[:, :, None])[:, :, 0], axis=0) + np.median(y0, axis=0)
-    return _refine(R, p, y, rotation, shift, tool, scale, mirrored)
+    point = solution[12:]
+    shift = y_mean - np.median((p + R @ point) @ rotation.T, axis=0)
+    return _refine(R if tool else np.zeros_like(R), p, y, rotation, shift, point, scale, mirrored)
 
 
 def _refine(

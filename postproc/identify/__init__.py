@@ -1,0 +1,1 @@
+"""Fit, compare, diagnose, and the design of the next measurement."""

@@ -1,0 +1,375 @@
+"""Least squares of all parameters of a model on measured poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.effects.base import Effect
+from postproc.identify.linear import Linear, contiguous_blocks, hold_out
+from postproc.identify.problem import Problem, Weights, make_weights
+from postproc.identify.start import start_frames
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import Noise, estimate_noise
+from postproc.model.arm import Model
+
+FIRST = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+LAST = ("link_geometry",)
+"""Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
+
+Masks = Mapping[str, NDArray[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model and what the data says about it.
+
+    Args:
+        problem: the fitted model beside the measurements.
+        free: parameters that were fitted, by effect: masks over ``effect.vector()``.
+        held: parameters that the data cannot determine, as (effect, index).
+        at_bound: parameters that stopped at a bound.
+        columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
+        penalty: (p,) weights of the smoothness penalty, 0 where there is none.
+        noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
+    """
+
+    problem: Problem
+    free: Masks
+    held: tuple[tuple[str, int], ...]
+    at_bound: tuple[tuple[str, int], ...]
+    columns: Array
+    penalty: Array
+    noise: Noise
+    set_aside: tuple[int, ...] = ()
+
+    @property
+    def model(self) -> Model:
+        return self.problem.model
+
+    @property
+    def data(self) -> Measurements:
+        return self.problem.data
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[str, int], ...]:
+        """(effect, index in its vector) of every column."""
+        out = set(self.held) | set(self.at_bound)
+        every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
+        return tuple(p for p in every if p not in out)
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The fit as a linear problem: residual and an orthonormal basis of its columns (penalties as extra rows)."""
+        A, r = self.columns, self.problem.residual
+        row = self.problem.row
+        if self.penalty.any():
+            soft = np.flatnonzero(self.penalty)
+            extra = np.zeros((len(soft), A.shape[1]))
+            extra[np.arange(len(soft)), soft] = self.penalty[soft]
+            values = self._vector()[soft]
+            A, r = np.vstack([A, extra]), np.concatenate([r, -self.penalty[soft] * values])
+            row = np.concatenate([row, np.full(len(soft), -1)])
+        length = np.linalg.norm(A, axis=0)
+        basis = np.linalg.qr(A / np.where(length > 0, length, 1.0))[0] if A.shape[1] else A
+        return Linear(r, basis, row)
+
+    def _vector(self) -> Array:
+        values = {e.key: e.vector() for e in self.model.effects}
+        return np.array([values[key][i] for key, i in self.parameters])
+
+    @cached_property
+    def freedom(self) -> float:
+        """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
+        entries = self.linear.row >= 0
+        return float(entries.sum() - np.sum(self.linear.nuisance[entries] ** 2))
+
+    @cached_property
+    def variance(self) -> float:
+        """Residual variance over the stated one, sum of squares / (N - p); scipy's cost needs the factor 2 for this."""
+        return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1."""
+        length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
+        scale = np.where(length > 0, length, 1.0)
+        A = self.columns / scale
+        inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
+        return np.asarray(self.variance * inverse / np.outer(scale, scale))
+
+    @cached_property
+    def intervals(self) -> dict[str, Array]:
+        """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
+        from scipy.stats import t
+
+        width = t.ppf(0.975, max(self.freedom, 1.0)) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        result = {e.key: np.full(len(e.vector()), np.nan) for e in self.model.effects}
+        for (key, i), w in zip(self.parameters, width, strict=True):
+            result[key][i] = w
+        return result
+
+    @cached_property
+    def rms(self) -> float:
+        """Position error per axis of the rows in the fit [m]."""
+        return rms(self.position_error)
+
+    @cached_property
+    def position_error(self) -> Array:
+        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        error = self.problem.error[:, :3].copy()
+        error[list(self.set_aside)] = np.nan
+        return error
+
+    @cached_property
+    def held_out_error(self) -> Array:
+        """(n, 3) position error of every row as the other blocks predict it [m]; ten contiguous blocks, repeats together."""
+        blocks = contiguous_blocks(self.data.repeats)
+        linear = self.linear
+        number = np.where(linear.row >= 0, blocks[np.maximum(linear.row, 0)], -1)
+        out = hold_out(linear, (), number)[linear.row >= 0]
+        error = np.full(self.problem.weights.values.shape, np.nan)
+        used = self.problem.weights.used
+        error[used] = out / self.problem.weights.values[used]
+        return error[:, :3]
+
+    @cached_property
+    def held_out_rms(self) -> float:
+        return rms(self.held_out_error)
+
+
+def rms(error: Array) -> float:
+    """Root mean square of all finite numbers, per axis."""
+    good = error[np.isfinite(error)]
+    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
+
+
+def fit_model(
+    model: Model,
+    data: Measurements,
+    effects: Sequence[Effect] = (),
+    *,
+    free: Masks | None = None,
+    noise: float | None = None,
+    robust: bool = False,
+    penalty: Mapping[str, float] | None = None,
+) -> Fit:
+    """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
+
+    Args:
+        effects: further effects; one with the key of an effect of the model replaces it.
+        free: which entries of an effect's vector are fitted; the forms of its variants where an effect is not named.
+        noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        robust: Huber weights for all rows; rows far off are set aside in any case and named.
+        penalty: strength of the smoothness penalty by effect.
+
+    Raises:
+        PostprocError: DAT020, fewer measured numbers than parameters.
+    """
+    data = data.rows(data.usable)
+    new = {e.key: e for e in effects}
+    every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
+    every.sort(key=lambda e: FIRST.index(e.key) if e.key in FIRST else 99 if e.key in LAST else 50)
+    figures = estimate_noise(data, noise)
+    problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
+    masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
+    return _iterate(problem, masks, figures, robust, penalty or {})
+
+
+def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
+    """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
+    if effect.key == "joint_error_map" or type(effect).structures():
+        return np.asarray(effect.amplitudes() | True)
+    chosen = np.zeros(len(effect.vector()), dtype=bool)
+    for form in type(effect).variants(problem.sensitivity.state, effect):
+        if len(form.refit) == len(chosen):
+            chosen |= form.refit
+    return chosen
+
+
+def _iterate(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Fit:
+    frozen: set[tuple[str, int]] = set()
+    aside: tuple[int, ...] = ()
+    base_weights = problem.weights
+    cost = np.inf
+    for sweep in range(25):
+        columns, parameters, held = _columns(problem, masks, frozen)
+        if len(problem.residual) <= len(parameters):
+            message = f"{len(problem.residual)} measured numbers cannot determine {len(parameters)} parameters"
+            help_ = "measure more poses, or fit fewer effects"
+            raise PostprocError(Diagnostic("DAT020", "error", message, problem.data.source, help=help_))
+        soft = _penalty(problem, parameters, penalty)
+        now = _cost(problem, parameters, soft)
+        settled = sweep > 1 and abs(cost - now) <= 1e-8 * now + 1e-12
+        weights = base_weights
+        if sweep >= 1:
+            aside = _far_off(problem, base_weights, len(parameters))
+            values = _balanced(base_weights, problem, figures).values.copy()
+            if robust:
+                values = values * _huber(problem, values)[:, None]
+            values[list(aside)] = 0.0
+            weights = Weights(values)
+        changed = not np.array_equal(weights.values > 0, problem.weights.values > 0)
+        if settled and not changed:
+            bound = tuple(sorted(frozen))
+            return Fit(problem, masks, held, bound, columns, soft, figures, aside)
+        step = _solve(problem, columns, parameters, soft)
+        problem, now = _advance(problem, parameters, step, soft, now, frozen)
+        cost = now if not changed else np.inf
+        if not np.allclose(weights.values, problem.weights.values, rtol=1e-3):
+            problem = Problem(problem.model, problem.data, weights)
+            cost = np.inf
+    columns, parameters, held = _columns(problem, masks, frozen)
+    return Fit(problem, masks, held, tuple(sorted(frozen)), columns, _penalty(problem, parameters, penalty), figures, aside)
+
+
+def _columns(problem: Problem, masks: Masks, frozen: set[tuple[str, int]]) -> tuple[Array, list[tuple[str, int]], tuple[tuple[str, int], ...]]:
+    """Whitened columns of all free parameters that the data determines, effect by effect; the others are held.
+
+    A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or where it only
+    repeats what stands before it (rank 1e-7).
+    """
+    from scipy.linalg import qr
+
+    kept: list[Array] = []
+    parameters: list[tuple[str, int]] = []
+    held: list[tuple[str, int]] = []
+    basis = np.zeros((len(problem.residual), 0))
+    for effect in problem.model.effects:
+        mask = np.array(masks[effect.key], dtype=bool)
+        mask[[i for key, i in frozen if key == effect.key]] = False
+        index = np.flatnonzero(mask)
+        if not len(index):
+            continue
+        columns = problem.columns(effect, mask)
+        length = np.linalg.norm(columns, axis=0)
+        alive = length > 0
+        ordinary = 10 * effect.scale()[index]
+        fresh = columns - basis @ (basis.T @ columns)
+        fresh = fresh - basis @ (basis.T @ fresh)
+        unit = fresh / np.where(alive, length, 1.0)
+        triangle, pivot = qr(unit, mode="r", pivoting=True)
+        diagonal = np.zeros(len(index))
+        diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
+        soft = np.zeros(len(index), dtype=bool) if effect.roughness() is None else np.ones(len(index), dtype=bool)
+        good = soft & alive | alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
+        held += [(effect.key, int(i)) for i in index[~good]]
+        if good.any():
+            kept.append(columns[:, good])
+            parameters += [(effect.key, int(i)) for i in index[good]]
+            more = unit[:, good]
+            if soft.any():
+                more = more[:, diagonal[good] > 1e-7]
+            basis = np.hstack([basis, np.linalg.qr(more)[0]])
+    return np.hstack(kept) if kept else basis, parameters, tuple(held)
+
+
+def _penalty(problem: Problem, parameters: list[tuple[str, int]], strength: Mapping[str, float]) -> Array:
+    weights = {}
+    for effect in problem.model.effects:
+        rough = effect.roughness()
+        if rough is not None:
+            weights[effect.key] = strength.get(effect.key, 0.01) * rough / effect.scale()
+    return np.array([weights[key][i] if key in weights else 0.0 for key, i in parameters])
+
+
+def _values(problem: Problem, parameters: list[tuple[str, int]]) -> Array:
+    vectors = {e.key: e.vector() for e in problem.model.effects}
+    return np.array([vectors[key][i] for key, i in parameters])
+
+
+def _cost(problem: Problem, parameters: list[tuple[str, int]], soft: Array) -> float:
+    return float(problem.residual @ problem.residual + np.sum((soft * _values(problem, parameters)) ** 2))
+
+
+def _solve(problem: Problem, columns: Array, parameters: list[tuple[str, int]], soft: Array) -> Array:
+    length = np.sqrt(np.sum(columns**2, axis=0) + soft**2)
+    length = np.where(length > 0, length, 1.0)
+    A, b = columns / length, problem.residual
+    if soft.any():
+        at = np.flatnonzero(soft)
+        extra = np.zeros((len(at), A.shape[1]))
+        extra[np.arange(len(at)), at] = soft[at] / length[at]
+        A, b = np.vstack([A, extra]), np.concatenate([b, -soft[at] * _values(problem, parameters)[at]])
+    step, *_ = np.linalg.lstsq(A, b, rcond=1e-12)
+    return np.asarray(step / length)
+
+
+def _advance(
+    problem: Problem, parameters: list[tuple[str, int]], step: Array, soft: Array, now: float, frozen: set[tuple[str, int]]
+) -> tuple[Problem, float]:
+    """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls; parameters that leave their bounds stop there."""
+    share = 1.0
+    for _ in range(8):
+        effects, stopped = [], []
+        for effect in problem.model.effects:
+            x = effect.vector().copy()
+            at = [(k, i) for k, (key, i) in enumerate(parameters) if key == effect.key]
+            for k, i in at:
+                x[i] += share * step[k]
+            low, high = effect.bounds()
+            stopped += [(effect.key, i) for _, i in at if not low[i] <= x[i] <= high[i]]
+            effects.append(effect.with_vector(np.clip(x, low, high)))
+        trial = problem.at(effects)
+        try:
+            cost = _cost(trial, parameters, soft)
+        except PostprocError:
+            cost = np.inf
+        if cost <= now * (1 + 1e-9) or stopped:
+            if np.isfinite(cost):
+                frozen.update(stopped)
+                return trial, cost
+        share /= 2
+    return problem, now
+
+
+def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Weights:
+    """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise."""
+    values = weights.values.copy()
+    start = 3
+    for measured, known in ((problem.data.rotation is not None, figures.rotation), (problem.data.joint is not None, None)):
+        if not measured:
+            continue
+        stop = start + (3 if start == 3 and problem.data.rotation is not None else 6)
+        if known is None:
+            own = robust_rms(problem.error[:, start:stop])
+            reference = robust_rms(problem.error[:, :3]) * np.nanmax(values[:, :3], initial=0.0)
+            if own > 0 and reference > 0:
+                values[:, start:stop] = (values[:, start:stop] > 0) * reference / own
+            elif own > 0:
+                values[:, start:stop] = (values[:, start:stop] > 0) / own
+        start = stop
+    return Weights(values)
+
+
+def robust_rms(error: Array) -> float:
+    """1.4826 times the median absolute value of the finite numbers."""
+    good = error[np.isfinite(error)]
+    return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
+
+
+def _far_off(problem: Problem, weights: Weights, fitted: int) -> tuple[int, ...]:
+    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty."""
+    probe = Problem(problem.model, problem.data, weights)
+    probe.__dict__["rest"], probe.__dict__["error"] = problem.rest, problem.error
+    square = probe.row_square()
+    typical = float(np.median(square))
+    far = np.flatnonzero(square > max(100 * typical, 1e-12))
+    return tuple(int(i) for i in far) if len(far) <= max(1, len(square) // 20) else ()
+
+
+def _huber(problem: Problem, values: Array) -> Array:
+    length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
+    limit = 1.5 * float(np.median(length))
+    return np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300)))
+
+
+def fitted_with(fit: Fit, **changes: Any) -> Fit:
+    return replace(fit, **changes)

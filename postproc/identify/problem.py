@@ -1,0 +1,127 @@
+"""Measurements beside a model: whitened residuals, and what each parameter of an effect would do to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.identify.sensitivity import PLACES, Sensitivity, rotation_vectors, sensitivity
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import Noise
+from postproc.model.arm import Model
+from postproc.model.equilibrium import Equilibrium, equilibrium
+from postproc.robot.pose import displace
+
+
+@dataclass(frozen=True)
+class Weights:
+    """One over the standard deviation of every measured number, 0 where it was not measured or is set aside, (n, r).
+
+    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then the joint
+    angles (6) where they were measured on the output side.
+    """
+
+    values: Array
+
+    @property
+    def used(self) -> NDArray[np.bool_]:
+        return self.values > 0
+
+
+def make_weights(data: Measurements, noise: Noise, rotation: float | None = None, joint: float | None = None) -> Weights:
+    """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
+
+    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend on it are
+    scaled by the residual in the end.
+    """
+    sigma = noise.position or 3e-5
+    own = np.ones(len(data))
+    if data.sigma is not None:
+        own = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma))
+        own = own / np.sqrt(np.mean(own**2))
+    parts = [np.isfinite(data.position) / (sigma * own)[:, None]]
+    if data.rotation is not None:
+        measured = np.isfinite(data.rotation).all(axis=(1, 2))
+        parts.append(np.repeat(measured[:, None], 3, axis=1) / (rotation or noise.rotation or sigma))
+    if data.joint is not None:
+        parts.append(np.isfinite(data.joint) / (joint or sigma))
+    return Weights(np.hstack(parts))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A model beside measurements, at the model's present parameters."""
+
+    model: Model
+    data: Measurements
+    weights: Weights
+
+    @cached_property
+    def rest(self) -> Equilibrium:
+        state = self.data.state
+        if not self.data.tool_known:
+            state = state.with_(T_flange_tcp=self.model.T_flange_tcp)
+        return equilibrium(self.model, state)
+
+    @cached_property
+    def error(self) -> Array:
+        """(n, r) measured minus predicted [m, rad, rad], instrument axes; NaN where not measured."""
+        T = self.rest.T_base_tcp
+        if self.rest.deflection.instrument is not None:
+            T = displace(self.rest.deflection.instrument) @ T
+        parts = [self.data.position - T[:, :3, 3]]
+        if self.data.rotation is not None:
+            parts.append(rotation_vectors(self.data.rotation @ np.swapaxes(T[:, :3, :3], 1, 2)))
+        if self.data.joint is not None:
+            parts.append(self.data.joint - self.rest.chain.q)
+        return np.hstack(parts)
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N,) whitened errors of what was measured and is used."""
+        used = self.weights.used
+        return np.asarray(self.error[used] * self.weights.values[used])
+
+    @cached_property
+    def row(self) -> NDArray[np.int_]:
+        """(N,) measured row of each entry of the residual."""
+        return np.asarray(np.nonzero(self.weights.used)[0])
+
+    @cached_property
+    def sensitivity(self) -> Sensitivity:
+        found = sensitivity(self.model, self.rest)
+        n, r = self.weights.values.shape
+        if r == 6 and self.data.rotation is not None:
+            return found
+        matrix = np.zeros((n, r, PLACES))
+        pose = 3 if self.data.rotation is None else 6
+        matrix[:, :pose] = found.matrix[:, :pose]
+        if self.data.joint is not None:
+            matrix[:, pose:, :6] = np.eye(6)
+        return Sensitivity(matrix, found.state, found.along, found.column, found.springs)
+
+    def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
+        """(N, p) whitened derivative of the prediction by free parameters of an effect."""
+        return self.whiten(self.sensitivity.by_parameter(effect, free))
+
+    def whiten(self, columns: Array) -> Array:
+        """(n, r, p) -> (N, p): the used rows, each divided by its noise."""
+        used = self.weights.used
+        return np.asarray(columns[used] * self.weights.values[used][:, None])
+
+    def at(self, effects: Iterable[Effect]) -> Problem:
+        """The same measurements beside a model with other effects."""
+        return Problem(self.model.with_effects(*effects), self.data, self.weights)
+
+    def row_square(self) -> Array:
+        """(n,) sum of the squared whitened errors of each row, whether it is used or set aside."""
+        typical = np.where(self.weights.used, self.weights.values, 0.0)
+        scale = typical.max(axis=0, initial=0.0)
+        filled = np.where(typical > 0, typical, scale)
+        return np.asarray(np.nansum((self.error * filled) ** 2, axis=1))

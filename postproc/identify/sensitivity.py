@@ -1,0 +1,169 @@
+"""How the measured pose answers to every place where an effect can move the arm, and to every parameter of an effect.
+
+Places are joints (6), far ends of bodies (7 x 6), tool (6) and instrument (6): 60 columns a pose. One such matrix serves
+every effect: its columns by parameter are these columns times the derivative of its displacement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, displacement_of, load_of
+from postproc.effects.contract import Displacement, Load, State
+from postproc.model.arm import Model
+from postproc.model.chain import Directions, directions, point_jacobian, spread
+from postproc.model.equilibrium import Equilibrium, loaded_state
+from postproc.robot.kinematics import skew
+from postproc.robot.pose import displace
+
+JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivative of the TCP pose in the instrument's frame at the present parameters of a model.
+
+    Args:
+        matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, by place [rad or m].
+        state: the states with poses and loads filled in.
+        along: directions of all coordinates, to spread loads on the springs; column: (48,) place of each coordinate.
+        springs: effects whose displacement follows the load.
+    """
+
+    matrix: Array
+    state: State
+    along: Directions
+    column: NDArray[np.int_]
+    springs: tuple[Effect, ...]
+
+    def by_parameter(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
+        """(n, 6, p) derivative of the pose by the free parameters of an effect, at their present values.
+
+        Linear amplitudes are exact; others are central differences over a thousandth of the ordinary size.
+        """
+        index = np.flatnonzero(free)
+        basis = None if effect.missing(self.state) else effect.basis(self.state)
+        if basis is not None:
+            return self.matrix[:, :, basis.joint[index]] * basis.values[:, None, index]
+        moved = self.displacement_by_parameter(effect, index)
+        used = np.flatnonzero(np.any(moved, axis=(0, 2)))
+        return np.asarray(self.matrix[:, :, used] @ moved[:, used])
+
+    def displacement_by_parameter(self, effect: Effect, index: NDArray[np.int_]) -> Array:
+        """(n, 60, p) derivative of the displacement of all places by parameters of an effect, its load on the springs included."""
+        state, n = self.state, len(self.state)
+        result = np.zeros((n, PLACES, len(index)))
+        if effect.missing(state):
+            return result
+        x, scale, amplitude = effect.vector(), effect.scale(), effect.amplitudes()
+        loads = type(effect).load is not Effect.load
+        for k, i in enumerate(index):
+            exact = effect.linear and bool(amplitude[i])
+            step = np.zeros_like(x)
+            step[i] = scale[i] if exact else 1e-3 * scale[i]
+            high, low = effect.with_vector(x + step), effect.with_vector(x if exact else x - step)
+            change = flat(displacement_of(high, state), n) - flat(displacement_of(low, state), n)
+            if loads:
+                change += self.by_load(load_of(high, state), load_of(low, state))
+            result[:, :, k] = change / (step[i] if exact else 2 * step[i])
+        return result
+
+    def by_load(self, high: Load, low: Load) -> Array:
+        """(n, 60) displacement of the springs by the difference of two loads."""
+        state, n = self.state, len(self.state)
+        forces, torques = np.zeros((n, 8, 6)), np.zeros((n, 6))
+        for sign, load in ((1.0, high), (-1.0, low)):
+            if load.joint is not None:
+                torques += sign * load.joint
+            for body, wrench in load.body.items():
+                forces[:, body] += sign * wrench
+        every = np.empty((n, 48))
+        every[:, self.column] = spread(self.along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
+        loaded = state.with_(
+            joint_load=state.joint_load + torques + every[:, :6],
+            body_load=state.body_load + every[:, 6:].reshape(n, 7, 6),
+        )
+        change = np.zeros((n, PLACES))
+        for spring in self.springs:
+            change += flat(displacement_of(spring, loaded), n) - flat(displacement_of(spring, state), n)
+        return change
+
+
+def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
+    """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
+    state = loaded_state(model, rest.state, rest.deflection, True)
+    n = len(state)
+    along = directions(model.robot, rest.chain if rest.chain.tip is not None else _with_ends(model, rest), tuple(range(7)))
+    column = np.empty(48, dtype=int)
+    column[model.elastic.joint] = np.arange(6)
+    column[model.elastic.spring.ravel()] = np.arange(6, 48)
+    J = np.zeros((n, 6, PLACES))
+    J[:, :, column] = point_jacobian(along, rest.T_base_tcp[:, :3, 3])
+    R_tool = rest.chain.T_base_flange[:, :3, :3] @ state.T_flange_tcp[..., :3, :3]
+    J[:, :3, TOOL : TOOL + 3] = R_tool
+    J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turning(rest.deflection.tool, n)
+    T = _instrument(rest, n)
+    R = T[:, :3, :3]
+    J[:, :3, :INSTRUMENT] = R @ J[:, :3, :INSTRUMENT]
+    J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
+    left = _turning(rest.deflection.instrument, n)
+    J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
+    J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
+    J[:, 3:, INSTRUMENT + 3 :] = left
+    springs = tuple(e for e in model.effects if "load" in e.reads)
+    return Sensitivity(J, state, along, column, springs)
+
+
+def flat(displacement: Displacement, n: int) -> Array:
+    """(n, 60) a displacement by place."""
+    result = np.zeros((n, PLACES))
+    if displacement.joint is not None:
+        result[:, JOINT:BODY] = displacement.joint
+    for body, xi in displacement.body.items():
+        result[:, BODY + 6 * body : BODY + 6 * body + 6] += xi
+    if displacement.tool is not None:
+        result[:, TOOL:INSTRUMENT] = displacement.tool
+    if displacement.instrument is not None:
+        result[:, INSTRUMENT:] = displacement.instrument
+    return result
+
+
+def _with_ends(model: Model, rest: Equilibrium):  # type: ignore[no-untyped-def]
+    from postproc.model.chain import deflected_chain
+
+    return deflected_chain(model.robot, rest.chain.q, rest.deflection.body, True)
+
+
+def _instrument(rest: Equilibrium, n: int) -> Array:
+    T = np.eye(4) if rest.deflection.instrument is None else displace(rest.deflection.instrument)
+    return np.asarray(np.broadcast_to(T, (n, 4, 4)))
+
+
+def _turning(displacement: Array | None, n: int) -> Array:
+    """(n, 3, 3) left Jacobian of the rotation vector: what a change of the vector turns, in the axes before the rotation.
+
+    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any angle.
+    """
+    vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
+    vector = np.broadcast_to(vector, (n, 3))
+    t = np.linalg.norm(vector, axis=1)[:, None, None]
+    S = skew(vector)
+    small = t < 1e-5
+    safe = np.where(small, 1.0, t)
+    a = np.where(small, 0.5, (1 - np.cos(safe)) / safe**2)
+    b = np.where(small, 1 / 6, (safe - np.sin(safe)) / safe**3)
+    return np.asarray(np.eye(3) + a * S + b * (S @ S))
+
+
+def rotation_vectors(R: Array) -> Array:
+    """(n, 3) rotation vectors of (n, 3, 3) rotations; NaN rows stay NaN."""
+    result = np.full((len(R), 3), np.nan)
+    good = np.isfinite(R).all(axis=(1, 2))
+    if good.any():
+        result[good] = Rotation.from_matrix(R[good]).as_rotvec()
+    return result
