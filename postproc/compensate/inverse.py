@@ -21,6 +21,7 @@ from postproc.model.equilibrium import (
     tcp,
     unsettled,
 )
+from postproc.model.states import take
 from postproc.robot.inverse import inverse
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert, pose_error
@@ -28,7 +29,8 @@ from postproc.robot.pose import invert, pose_error
 SWEEPS = 30
 NEAR = 1e-7  # [m] or [rad]: start joints farther from the pose than this are replaced by the nearest closed-form solution
 DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
-PATIENCE = 6  # sweeps of Newton steps before the closed form takes over
+PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
+BATCH = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,17 +66,42 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
     Raises:
         PostprocError: MOD010, the deflection does not settle.
     """
-    desired = np.asarray(T_base_tcp, dtype=float)
+    desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     state = state.with_(robot=model.robot, gravity=model.gravity)
+    # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
+    done = [_command(model, take(state, b), desired[b], tolerance) for b in _batches(len(state))]
+    q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
+    return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual, max(d[2] for d in done))
+
+
+def _batches(n: int) -> list[slice]:
+    return [slice(i, i + BATCH) for i in range(0, max(n, 1), BATCH)]
+
+
+def _command(model: Model, state: State, desired: Array, tolerance: float) -> tuple[Array, Array, int]:
+    """Commanded joints (n, 6), residuals (n,) [m] and sweeps of one batch."""
     theta = _start(model, state, desired)
+    deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
+    q, residual, sweep = _sweeps(model, state, desired, theta, deflection, tolerance, PATIENCE)
+    slow = np.flatnonzero(residual > tolerance)
+    if len(slow):
+        rest = take(state, slow)
+        theta, deflection = _start(model, rest, desired[slow]), Deflection(np.zeros((len(slow), 6)), {}, None, None)
+        q[slow], residual[slow], more = _sweeps(model, rest, desired[slow], theta, deflection, tolerance, SWEEPS)
+        sweep += more
+    return q, residual, sweep
+
+
+def _sweeps(
+    model: Model, state: State, desired: Array, theta: Array, deflection: Deflection, tolerance: float, most: int
+) -> tuple[Array, Array, int]:
     loaded = carries_load(model)
     ends = loaded and len(state) > 0 and reads_body_loads(model, state)
     # Where only joints deflect, by loads alone, the real joint angles fix the loads and the first sweep is exact.
     coupled = ends or any("q" in e.reads for e in model.effects)
-    deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     residual, last, sweep = np.zeros(len(state)), np.inf, 0
     newton: Array | None = None
-    for sweep in range(1, SWEEPS + 1):
+    for sweep in range(1, most + 1):
         seen = state.with_(q=theta - deflection.joint)
         if loaded:
             seen = loaded_state(model, seen, deflection, ends)
@@ -88,17 +115,14 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
         residual, last = np.maximum(still, np.abs(error).max(axis=1)), worst
         if not np.isfinite(still).all() or worst > 10.0 * REACH:
             raise unsettled(int(np.argmax(~(moved <= REACH))))
-        if residual.max(initial=0.0) <= tolerance or sweep == SWEEPS:
+        if residual.max(initial=0.0) <= tolerance or sweep == most:
             break
-        open_ = np.abs(error).max(axis=1) > 0.1 * tolerance
-        if open_.any():
-            newton = _newton(model, state, theta) if newton is None else newton
-            step = np.einsum("nij,nj->ni", newton, error)
-            theta = np.where(open_[:, None], theta + step, theta)
         if sweep >= PATIENCE and model.robot.opw is not None:
-            theta = _closed_form_steps(model, state, theta, deflection, desired, np.abs(error).max(axis=1) > tolerance)
-    q = theta - deflection.joint
-    return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual, sweep)
+            theta = _closed_form_steps(model, state, theta, deflection, desired)
+        else:
+            newton = _newton(model, state, theta) if newton is None else newton
+            theta = theta + np.einsum("nij,nj->ni", newton, error)
+    return theta - deflection.joint, residual, sweep
 
 
 def _start(model: Model, state: State, desired: Array) -> Array:
@@ -137,10 +161,11 @@ def _newton(model: Model, state: State, theta: Array) -> Array:
 
 
 def _closed_form_steps(
-    model: Model, state: State, theta: Array, deflection: Deflection, desired: Array, rows: Array
+    model: Model, state: State, theta: Array, deflection: Deflection, desired: Array
 ) -> Array:
     """Eq. 25 with the closed form, p_f <- p_f + (p - p_c), for poses where the Jacobian is nearly singular."""
     nominal = forward(model.robot, theta)
     real = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)
-    solved = _nearest(model, desired @ invert(real) @ nominal, theta)
-    return np.where(rows[:, None], solved, theta)
+    # In the flange's axes, so that the correction needs no base frame: T_f <- T_f (T_c^-1 T) with the tool taken off.
+    tool = state.T_flange_tcp
+    return _nearest(model, nominal @ tool @ invert(real) @ desired @ invert(tool), theta)

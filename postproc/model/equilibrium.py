@@ -14,6 +14,7 @@ from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, deflected_chain, directions, spread
+from postproc.model.states import take
 from postproc.robot.pose import displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
@@ -117,20 +118,9 @@ def carries_load(model: Model) -> bool:
 def reads_body_loads(model: Model, state: State) -> bool:
     """Whether any effect moves or loads the ends of bodies: asked of one state with loads that are not numbers."""
     nan = {"joint_load": np.zeros((1, 6)), "body_load": np.full((1, 7, 6), np.nan)}
-    probe = first_row(state).with_(T_base_body=deflected_chain(model.robot, state.q[:1], {}, False).T_base_body, **nan)
+    probe = take(state, slice(0, 1)).with_(T_base_body=deflected_chain(model.robot, state.q[:1], {}, False).T_base_body, **nan)
     shares = [displacement_of(e, probe) for e in model.effects]
     return any(s.body or (s.joint is not None and np.isnan(s.joint).any()) for s in shares)
-
-
-def first_row(state: State) -> State:
-    """The first of n states."""
-    rows = {}
-    for name in ("q", "v", "a", "approach", "payload_mass", "payload_center", "wrench", "temperature", "time", "session"):
-        value = getattr(state, name)
-        rows[name] = None if value is None else value[:1]
-    tool = state.T_flange_tcp
-    channels = {name: value[:1] for name, value in state.channels.items()}
-    return state.with_(**rows, T_flange_tcp=tool if tool.ndim == 2 else tool[:1], channels=channels)
 
 
 def loaded_state(model: Model, state: State, deflection: Deflection, ends: bool) -> State:
