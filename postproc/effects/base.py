@@ -67,7 +67,9 @@ class Effect:
         linear: loads and displacement are linear in all amplitudes.
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
-        ambiguous: cannot be told from geometry or frames by any pose measurement; only held as a finding.
+        about_data: a finding about the measurements, not a property of the arm.
+
+    What is not given is taken from the class it derives from.
     """
 
     key: ClassVar[str]
@@ -75,16 +77,16 @@ class Effect:
     reads: ClassVar[tuple[str, ...]] = ("q",)
     linear: ClassVar[bool] = True
     confused_with: ClassVar[Mapping[str, str]] = {}
-    ambiguous: ClassVar[bool] = False
+    about_data: ClassVar[bool] = False
 
     def __init_subclass__(
         cls,
         *,
-        reads: Sequence[str] = ("q",),
-        linear: bool = True,
+        reads: Sequence[str] | None = None,
+        linear: bool | None = None,
         key: str = "",
         confused_with: Mapping[str, str] | None = None,
-        ambiguous: bool = False,
+        about_data: bool | None = None,
         **rest: Any,
     ) -> None:
         super().__init_subclass__(**rest)
@@ -92,8 +94,10 @@ class Effect:
         doc = cls.__dict__.get("__doc__") or ""
         cls.title = doc.strip().split("\n")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        cls.reads, cls.linear, cls.ambiguous = (reads,) if isinstance(reads, str) else tuple(reads), linear, ambiguous
-        cls.confused_with = dict(confused_with or {})
+        cls.reads = cls.reads if reads is None else (reads,) if isinstance(reads, str) else tuple(reads)
+        cls.linear = cls.linear if linear is None else linear
+        cls.about_data = cls.about_data if about_data is None else about_data
+        cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
 
     def __post_init__(self) -> None:

@@ -68,7 +68,7 @@ def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
 
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """The state with nothing but q and what the effect reads, all arrays locked."""
-    extra = {n: np.linspace(-1.0, 1.0, ROWS) for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row")}
+    extra = {n: np.linspace(-1.0, 1.0, ROWS) for n in _own_channels(cls)}
     keep = {
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),
@@ -80,6 +80,10 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
     dropped = {f.name: None for f in fields(state) if f.name not in wanted}
     known = {n: x for n, x in state.channels.items() if n in cls.reads}
     return locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
+
+
+def _own_channels(cls: type[Effect]) -> tuple[str, ...]:
+    return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
@@ -156,8 +160,15 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         if np.any(size == 0.0):
             dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
             help = "remove the parameter, or check the channel and the index that it acts on"
-            yield finding("EFF014", f"{dead} of `{cls.key}` changes nothing on a rich set of poses", cls, help=help)
-            return
+            # A threshold has no slope, and a channel of the user's own may need other values than the kit's.
+            excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or bool(_own_channels(cls))
+            message = f"{dead} of `{cls.key}` changes nothing on a rich set of poses"
+            yield finding("EFF014", message, cls, help=help, warn=excused)
+            if not excused:
+                return
+        columns, size = columns[:, size > 0.0], size[size > 0.0]
+        if columns.shape[1] == 0:
+            continue
         if effect.roughness() is not None:
             continue  # A penalty, not the data, decides between columns that nearly repeat each other.
         singular = np.linalg.svd(columns / size, compute_uv=False)

@@ -28,7 +28,7 @@ def example_state(n: int = 240, seed: int = 1) -> State:
     """States spread over the joint space, with every channel recorded and the model's share filled in."""
     rng = np.random.default_rng(seed)
     robot = example_arm()
-    spread = np.array([3.1, 1.2, 1.2, 3.1, 2.0, 6.0])
+    spread = np.array([3.1, 2.6, 3.1, 6.9, 2.2, 6.9])
     state = State(
         q=rng.uniform(-spread, spread, (n, 6)),
         v=rng.normal(0.0, 1.0, (n, 6)),
@@ -37,8 +37,8 @@ def example_state(n: int = 240, seed: int = 1) -> State:
         payload_mass=rng.choice([5.0, 30.0, 60.0], n),
         payload_center=rng.normal(0.0, 0.1, (n, 3)),
         wrench=rng.normal(0.0, 150.0, (n, 6)),
-        temperature=rng.uniform(15.0, 35.0, n),
-        time=np.sort(rng.uniform(0.0, 3600.0, n)),
+        temperature=rng.uniform(5.0, 45.0, n),
+        time=np.sort(rng.uniform(0.0, 28800.0, n)),
         session=rng.integers(0, 3, n).astype(float),
         channels={"row": np.arange(n, dtype=float)},
         robot=robot,

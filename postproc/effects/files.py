@@ -93,8 +93,8 @@ def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
             FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has rows of different lengths", f"give {wanted}")
         ]
     if array.shape != shape:
-        has = " x ".join(map(str, array.shape)) or "one"
-        return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` has {has} numbers", f"give {wanted}")]
+        has = f"has {' x '.join(map(str, array.shape))} numbers" if array.shape else "is a single number"
+        return [FieldProblem("EFF022", name, f"`{name}` of `{like.key}` {has}", f"give {wanted}")]
     low, high = broadcast(meta.low, shape), broadcast(meta.high, shape)
     outside = ~((array >= low) & (array <= high))  # NaN is outside as well
     if not outside.any():

@@ -19,7 +19,7 @@ def joint_axis(robot: Robot, joint: int) -> Array:
     return np.asarray(robot.link[joint][:3, :3] @ robot.axis[joint], dtype=float)
 
 
-def long_bodies(robot: Robot, share: float = 0.3) -> tuple[int, ...]:
+def long_bodies(robot: Robot, share: float = 0.5) -> tuple[int, ...]:
     """Arm bodies (1 to 5) at least ``share`` as long as the longest one: the upper arm and the forearm."""
     length = np.linalg.norm(robot.link[1:6, :3, 3], axis=1)
     return tuple(int(b) + 1 for b in np.flatnonzero(length >= share * length.max()))

@@ -13,7 +13,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, channel,
 class Outlier(
     Effect,
     reads=("row",),
-    ambiguous=True,
+    about_data=True,
     confused_with={
         "session": "measure the row again",
         "backlash": "measure the row again from both sides",

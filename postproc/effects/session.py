@@ -13,7 +13,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, param, s
 class Session(
     Effect,
     reads=("session",),
-    ambiguous=True,
+    about_data=True,
     confused_with={
         "frame_drift": "reference poses at the start and the end of each session",
         "thermal_growth": "the temperature of each session, and two temperatures within one",

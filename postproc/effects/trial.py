@@ -56,7 +56,8 @@ def _loaded(effect: Effect, state: State) -> Array:
 
 def _call(effect: Effect, member: str, ask: Callable[[], T]) -> T:
     try:
-        return ask()
+        with np.errstate(all="ignore"):  # What is not finite is found in the result.
+            return ask()
     except PostprocError:
         raise
     except Exception as error:

@@ -1,0 +1,192 @@
+"""Every effect of the library passes the kit, and every check of the kit catches an effect made to fail it."""
+
+import importlib.util
+import textwrap
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError
+from postproc.effects.conformance import check_effect
+from postproc.effects.example import example_state
+from postproc.effects.registry import BUILT_IN, load_effect_file
+from postproc.effects.trial import contribution, sensitivity
+
+HEAD = """\
+import numpy as np
+from postproc.effects.base import Array, Displacement, Effect, Load, param, structure
+
+
+"""
+GOOD = '''\
+class GearStep(Effect, reads=("q",)):
+    """Joint 2 jumps beyond an angle. Source: own measurements."""
+
+    step_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
+
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, 1] = self.step_rad * (state.q[:, 1] > 0.4)
+        return dq
+'''
+
+
+@pytest.fixture
+def effect_file(tmp_path):
+    def write(text):
+        path = tmp_path / "my_effects.py"
+        path.write_text(HEAD + textwrap.dedent(text))
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)
+def test_library(cls):
+    assert check_effect(cls) == []
+
+
+def test_a_users_effect_of_nine_lines_passes(effect_file):
+    (cls,) = load_effect_file(effect_file(GOOD))
+    assert (cls.key, cls.title) == ("gear_step", "Joint 2 jumps beyond an angle. Source: own measurements.")
+    assert check_effect(cls) == []
+
+
+def body(text, head='class Broken(Effect):\n    """A broken effect."""\n\n'):
+    return head + textwrap.indent(textwrap.dedent(text), "    ")
+
+
+STEP = 'step_rad: Array = param(unit="rad", shape=(6,), typical=1e-4)\n'
+
+
+@pytest.mark.parametrize(
+    ("code", "line", "text", "says"),
+    [
+        ("EFF006", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q\n", "class Broken(Effect):\n"), "`Broken` has no docstring"),
+        ("EFF002", 8, body("step_rad: Array = param(shape=(6,))\ndef displacement(self, state): return self.step_rad * state.q\n"), "the parameter `step_rad` of `broken` has no unit"),
+        ("EFF016", 8, body('step_rad: float = param(unit="rad", low=1.0)\ndef displacement(self, state): return self.step_rad * state.q\n'), "the bounds of `step_rad` of `broken` leave out its null value"),
+        ("EFF016", 5, body("def displacement(self, state): return 0 * state.q\n"), "`broken` has no parameters"),
+        ("EFF014", 5, body(STEP), "`broken` has neither `displacement` nor `load`"),
+        ("EFF003", 9, body(STEP + "def displacement(self, state): return self.step_rad[0] * state.q[:, 0]\n"), "`displacement` of `broken` gives shape (240,) for 240 states"),
+        ("EFF003", 9, body(STEP + "def displacement(self, state): return self.step_rad / 0.0 * state.q\n"), "`displacement` of `broken` gives numbers that are not finite"),
+        ("EFF003", 9, body(STEP + "def displacement(self, state): return Displacement(body={7: self.step_rad * state.q})\n"), "`displacement` of `broken` names body 7"),
+        ("EFF003", 9, body(STEP + "def load(self, state): return Load(joint=self.step_rad[:3] * state.q[:, :3])\n"), "`load` of `broken` gives shape (240, 3) for 240 states"),
+        ("EFF004", 9, body(STEP + "def displacement(self, state): return self.step_rad * state.q + 1e-5\n"), "`broken` does not vanish at its null parameters: 1e-05 is left"),
+        ("EFF005", 10, body(STEP + "def displacement(self, state):\n    return self.step * state.q\n"), "`displacement` of `broken` fails: AttributeError: 'Broken' object has no attribute 'step'"),
+        ("EFF005", 9, body(STEP + "def displacement(self, state): return self.step_rad * state.temperature[:, None]\n"), "`displacement` of `broken` fails: TypeError: 'NoneType' object is not subscriptable"),
+        ("EFF009", 9, body(STEP + "def displacement(self, state): return self.step_rad * (state.q - state.q.mean(axis=0))\n"), "a row of `broken` depends on the other rows"),
+        ("EFF010", 10, body(STEP + "def displacement(self, state):\n    state.q[:, 1] += self.step_rad[1]\n    return self.step_rad * state.q\n"), "`broken` writes into the state"),
+        ("EFF011", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q * self.noise()\ndef noise(self):\n    Broken.count = getattr(Broken, 'count', 0) + 1\n    return 1.0 + 1e-12 * Broken.count\n"), "`broken` gives another answer the second time"),
+        ("EFF012", 5, body(STEP + "def displacement(self, state): return self.step_rad**2 * state.q\n"), "`broken` says it is linear in its amplitudes and is not"),
+        ("EFF014", 5, body(STEP + "def displacement(self, state):\n    dq = self.step_rad * state.q\n    dq[:, 4] = 0.0\n    return dq\n"), "`step_rad[5]` of `broken` changes nothing on a rich set of poses"),
+        ("EFF014", 5, body('a_rad: float = param(unit="rad")\nb_rad: float = param(unit="rad")\ndef displacement(self, state): return (self.a_rad + 2 * self.b_rad) * state.q\n'), "the 2 parameters of `broken` (all) repeat each other"),
+    ],
+)  # fmt: skip
+def test_the_kit_catches(effect_file, code, line, text, says):
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(text))
+    (found,) = error.value.diagnostics
+    assert (found.code, found.severity) == (code, "error")
+    assert says in found.message
+    assert found.place.rsplit(":", 2)[1] == str(line)
+    assert found.source.path.endswith("my_effects.py")
+
+
+def test_basis_that_disagrees_with_displacement(effect_file):
+    text = body(
+        STEP
+        + "def basis(self, state):\n    from postproc.effects.base import JointBasis\n    return JointBasis(np.arange(6), state.q)\n"
+        + "def displacement(self, state): return -self.step_rad * state.q\n"
+    )
+    with pytest.raises(PostprocError, match="`basis` and `displacement` of `broken` disagree"):
+        load_effect_file(effect_file(text))
+
+
+def test_effects_that_cannot_be_pickled(effect_file):
+    text = "def make():\n" + textwrap.indent(GOOD, "    ") + "    return GearStep\n\n\nGearStep = make()\n"
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(text))
+    assert error.value.diagnostics[0].code == "EFF013"
+    assert error.value.diagnostics[0].help == "define the class at the top level of its file"
+
+
+def test_a_name_without_its_unit_is_a_warning(effect_file):
+    (cls,) = load_effect_file(effect_file(GOOD.replace("step_rad", "step")))
+    (found,) = check_effect(cls)
+    assert (found.code, found.severity, found.help) == ("EFF017", "warning", "rename it to `step_rad`")
+
+
+def test_a_nonlinear_effect_says_so(effect_file):
+    text = body(
+        STEP + "def displacement(self, state): return self.step_rad**2 * state.q\n",
+        'class Broken(Effect, linear=False):\n    """Quadratic."""\n',
+    )
+    (cls,) = load_effect_file(effect_file(text))
+    assert cls.linear is False
+
+
+def test_a_threshold_without_slope_is_a_warning(effect_file):
+    text = GOOD.replace(
+        "    def displacement",
+        '    angle_rad: float = param(unit="rad", null=0.4, amplitude=False)\n\n    def displacement',
+    )
+    (cls,) = load_effect_file(effect_file(text.replace("> 0.4", "> self.angle_rad")))
+    (found,) = check_effect(cls)
+    assert (found.code, found.severity) == ("EFF014", "warning")
+    assert found.message == "`angle_rad` of `gear_step` changes nothing on a rich set of poses"
+
+
+def test_own_columns_of_the_table_are_channels(effect_file):
+    text = body(
+        STEP + 'def displacement(self, state): return self.step_rad * state.channels["humidity"][:, None]\n',
+        'class Damp(Effect, reads=("humidity",)):\n    """Swells."""\n',
+    )
+    (cls,) = load_effect_file(effect_file(text))
+    assert cls.reads == ("humidity",)
+
+
+@pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)
+def test_derivatives_against_central_differences(cls):
+    """Columns by parameter (by basis where there is one) against differences of the whole contribution."""
+    state = example_state(30)
+    for form in cls.variants(state)[:4]:
+        effect = form.effect
+        sized = effect.with_vector(np.where(effect.amplitudes(), 0.3 * effect.scale(), effect.vector()))
+        freed = np.flatnonzero(form.refit)
+        step = 1e-5 * sized.scale()
+        for column, i in zip(sensitivity(sized, state, freed).T, freed, strict=True):
+            up, down = (sized.with_vector(sized.vector() + s * step * (np.arange(len(step)) == i)) for s in (1, -1))
+            whole = (contribution(up, state) - contribution(down, state)) / 2e-5
+            exact = whole[:, :6] if effect.basis(state) is not None else whole
+            dense = column if effect.basis(state) is None else spread_over_joints(effect, state, column, i)
+            np.testing.assert_allclose(dense, exact.ravel(), rtol=1e-5, atol=1e-7 * np.abs(whole).max())
+
+
+def spread_over_joints(effect, state, column, i):
+    dense = np.zeros((len(state), 6))
+    dense[:, effect.basis(state).joint[i]] = column
+    return dense.ravel()
+
+
+def test_error_map_of_300_columns_on_12000_rows_is_cheap():
+    state = example_state(12000)
+    (cls,) = (c for c in BUILT_IN if c.key == "joint_error_map")
+    effect = cls(order=25)
+    start = perf_counter()
+    columns = effect.basis(state)
+    assert columns.values.shape == (12000, 300)
+    assert perf_counter() - start < 2.0
+
+
+def test_importing_the_registry_needs_numpy_alone():
+    import subprocess
+    import sys
+
+    code = (
+        "import sys, postproc.effects.registry, postproc.effects.conformance\n"
+        "print([m for m in ('scipy', 'pinocchio', 'toppra', 'pydantic') if m in sys.modules])"
+    )
+    assert importlib.util.find_spec("scipy") is not None
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
