@@ -23,8 +23,10 @@ class Move:
         q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
         T_flange_tcp: (4, 4) tool in force; payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
         speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
-        fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation.
+        fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation;
+            zone_angle [rad]: the same for a reorientation in place.
         welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
+        first: how the arm gets to this goal is unknown; a chain of connected moves starts here.
     """
 
     event: int
@@ -42,7 +44,9 @@ class Move:
     fine: bool = False
     zone: float = 0.0
     zone_rotation: float = 0.0
+    zone_angle: float = 0.0
     welding: bool = False
+    first: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +56,11 @@ class Path:
     Args:
         T_base_tcp: (n, 4, 4) commanded TCP poses; q: (n, 6) nominal joint angles [rad], continuous.
         move: (n,) index into moves of the segment a sample belongs to (a goal belongs to the move that reaches it).
-        u: (n,) fraction along that move in [0, 1], 1 at the goal (zone corners are cut: u then runs through the corner).
+        u: (n,) fraction along that move in [0, 1], 1 at the goal (in a zone corner u runs through the corner).
         s: (n,) arc length along the TCP path [m] (pure reorientations add nothing).
         goal: (m,) sample index at which move i is reached (closest sample for a cut corner).
         blend: (n,) True inside a zone corner.
+        stop: (m,) True where the arm rests at the goal of move i: fine points, ends of chains, corners without a zone.
     """
 
     moves: tuple[Move, ...]
@@ -66,6 +71,7 @@ class Path:
     s: Array
     goal: Array
     blend: Array
+    stop: Array = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 @dataclass(frozen=True, slots=True)

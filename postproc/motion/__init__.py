@@ -1,0 +1,1 @@
+"""Paths, timing with toppra, inertial torques, jerk-limited smoothing with ruckig."""

@@ -1,0 +1,174 @@
+"""The curve of every move: a function of the fraction u in [0, 1], for any number of (move, u) pairs at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.motion.values import Move
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward
+
+LARGEST_ARC = np.radians(240.0)  # MoveC's own limit
+SHORTEST_ARC = 1e-4  # start-goal and start-circle-point distance [m] below which MoveC refuses
+SMALLEST_ARC_ANGLE = np.radians(1.0)  # between circle point and goal, seen from the start
+_JOINT_CHORDS = 8  # chords that measure the TCP length of a joint move
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Curves of m moves; row i leads from the goal of move i - 1 to the goal of move i.
+
+    Args:
+        joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) why an arc is none, into ``ARC_FAULTS``.
+        start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m]; turn: (m, 3) rotation vector
+            from start to goal in the start's axes [rad].
+        center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
+            p = center + cos(u angle) radial + sin(u angle) tangent.
+        q_start, q_change: (m, 6) of joint moves [rad].
+        T_flange_tcp: (m, 4, 4) tool of each move.
+        length: (m,) TCP path length [m]; zero for the first move of a chain.
+    """
+
+    joint: Array
+    arc: Array
+    fault: Array
+    start: Array
+    R_start: Array
+    chord: Array
+    turn: Array
+    center: Array
+    radial: Array
+    tangent: Array
+    angle: Array
+    q_start: Array
+    q_change: Array
+    T_flange_tcp: Array
+    length: Array
+
+
+ARC_FAULTS = (
+    "",
+    "start and end point are closer than 0.1 mm",
+    "start and circle point are closer than 0.1 mm",
+    "start, circle point and end point lie on a line",
+    "the arc is longer than 240 degrees",
+)
+
+
+def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
+    """Lay the curve of every move through the goal before it and its own goal."""
+    m = len(moves)
+    q = np.array([move.q for move in moves])
+    tool = np.array([move.T_flange_tcp for move in moves])
+    first = np.array([move.first for move in moves])
+    joint = np.array([move.kind in ("joint", "absjoint") for move in moves])
+    arc = np.array([move.kind == "arc" for move in moves]) & ~first
+    before = np.maximum(np.arange(m) - 1, 0)
+    before[first] = np.flatnonzero(first)
+    T_flange = forward(robot, q)
+    T_end = T_flange @ tool
+    for i, move in enumerate(moves):
+        if move.T_base_tcp is not None:
+            T_end[i] = move.T_base_tcp
+    # The start as this move's own tool sees it: the tool may have changed since the move before.
+    T_start = T_flange[before] @ tool
+    same_tool = (tool[before] == tool).all(axis=(1, 2))
+    T_start[same_tool] = T_end[before][same_tool]
+
+    chord = T_end[:, :3, 3] - T_start[:, :3, 3]
+    R_start = T_start[:, :3, :3]
+    turn = Rotation.from_matrix(R_start.transpose(0, 2, 1) @ T_end[:, :3, :3]).as_rotvec()
+    center, radial, tangent = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 3))
+    angle, fault = np.zeros(m), np.zeros(m, dtype=int)
+    rows = np.flatnonzero(arc)
+    if len(rows):
+        T_via = np.array([moves[i].T_base_via for i in rows])
+        circle = circle_through(T_start[rows, :3, 3], T_via[:, :3, 3], T_end[rows, :3, 3])
+        center[rows], radial[rows], tangent[rows], angle[rows], fraction, fault[rows] = circle
+        turn[rows] = _turn_past(turn[rows], R_start[rows], T_via[:, :3, :3], fraction)
+    length = np.where(arc & (fault == 0), np.linalg.norm(radial, axis=1) * angle, np.linalg.norm(chord, axis=1))
+    arc &= fault == 0
+    curves = Curves(
+        joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
+        q[before], q - q[before], tool, length,
+    )  # fmt: skip
+    rows = np.flatnonzero(joint & ~first)
+    if len(rows):
+        u = np.linspace(0.0, 1.0, _JOINT_CHORDS + 1)
+        p = pose_at(robot, curves, np.repeat(rows, len(u)), np.tile(u, len(rows)))[:, :3, 3].reshape(len(rows), -1, 3)
+        length[rows] = np.linalg.norm(np.diff(p, axis=1), axis=2).sum(axis=1)
+    return curves
+
+
+def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Circles from start over via to end, (k, 3) each [m].
+
+    Returns:
+        center, radial, tangent (k, 3); angle (k,) [rad]; fraction (k,) of the angle at via; fault (k,), see above.
+    """
+    to_via, to_end = via - start, end - start
+    normal = np.cross(to_via, to_end)
+    size = np.sum(normal * normal, axis=1)
+    safe = np.where(size > 0, size, 1.0)[:, None]
+    lift = np.cross(normal, to_via) * np.sum(to_end**2, axis=1)[:, None]
+    lift += np.cross(to_end, normal) * np.sum(to_via**2, axis=1)[:, None]
+    center = start + lift / (2 * safe)
+    radial = start - center
+    tangent = np.cross(normal / np.sqrt(safe), radial)
+
+    def seen(p: Array) -> Array:
+        d = p - center
+        return np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
+
+    angle, at_via = seen(end), seen(via)
+    d_via, d_end = np.linalg.norm(to_via, axis=1), np.linalg.norm(to_end, axis=1)
+    sine = np.sqrt(size) / np.maximum(d_via * d_end, 1e-300)
+    fault = np.select(
+        [d_end < SHORTEST_ARC, d_via < SHORTEST_ARC, sine < np.sin(SMALLEST_ARC_ANGLE), angle > LARGEST_ARC + 1e-6],
+        [1, 2, 3, 4],
+        0,
+    )
+    return center, radial, tangent, angle, at_via / np.maximum(angle, 1e-12), fault
+
+
+def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Array:
+    """The rotation from start to end in the direction that passes nearer the circle point's orientation.
+
+    The circle point only tells the two directions apart (RAPID Reference Manual, Basic Characteristics, MoveC).
+    """
+    size = np.linalg.norm(turn, axis=1)
+    long_way = turn * ((size - 2 * np.pi) / np.maximum(size, 1e-12))[:, None]
+    here = Rotation.from_matrix(R_start)
+    away = [(Rotation.from_matrix(R_via).inv() * here * Rotation.from_rotvec(t * fraction[:, None])).magnitude()
+            for t in (turn, long_way)]  # fmt: skip
+    # A turn of next to nothing has no axis whose long way round could be meant.
+    other = (away[1] < away[0] - 1e-6) & (size > np.radians(5.0))
+    return np.where(other[:, None], long_way, turn)
+
+
+def pose_at(robot: Robot, curves: Curves, move: Array, u: Array) -> Array:
+    """Poses (n, 4, 4) of the TCP on the curves of ``move`` (n,) at fractions ``u`` (n,)."""
+    T = np.zeros((len(u), 4, 4))
+    T[:, 3, 3] = 1.0
+    T[:, :3, 3] = curves.start[move] + curves.chord[move] * u[:, None]
+    on_arc = np.flatnonzero(curves.arc[move])
+    if len(on_arc):
+        i = move[on_arc]
+        phi = (curves.angle[i] * u[on_arc])[:, None]
+        T[on_arc, :3, 3] = curves.center[i] + np.cos(phi) * curves.radial[i] + np.sin(phi) * curves.tangent[i]
+    turn = Rotation.from_rotvec(curves.turn[move] * u[:, None]).as_matrix()
+    T[:, :3, :3] = curves.R_start[move] @ turn
+    in_joints = np.flatnonzero(curves.joint[move])
+    if len(in_joints):
+        q = joints_at(curves, move[in_joints], u[in_joints])
+        T[in_joints] = forward(robot, q) @ curves.T_flange_tcp[move[in_joints]]
+    return T
+
+
+def joints_at(curves: Curves, move: Array, u: Array) -> Array:
+    """Joint angles (n, 6) of joint moves at fractions ``u`` (n,)."""
+    return curves.q_start[move] + curves.q_change[move] * u[:, None]

@@ -1,0 +1,30 @@
+"""Findings of this room, placed at the target of the motion statement that they speak of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent
+
+
+def place(event: MotionEvent, role: str = "to") -> tuple[Source, Span]:
+    """Where the argument of that role stands, or the whole statement."""
+    argument = event.statement.argument(role)
+    return event.statement.source, argument.span if argument else event.statement.span
+
+
+def at_move(
+    events: Sequence[MotionEvent], move: Move, code: str, severity: Severity, message: str, help: str = ""
+) -> Diagnostic:
+    source, span = place(events[move.event])
+    return Diagnostic(code, severity, message, source, span, help)
+
+
+def once(findings: list[Diagnostic]) -> list[Diagnostic]:
+    """Without repetitions: a statement in a loop or in a shared routine runs several times but is wrong once."""
+    seen: dict[tuple[str, str | None, Span | None], Diagnostic] = {}
+    for d in findings:
+        seen.setdefault((d.code, d.source.path if d.source else None, d.span), d)
+    return list(seen.values())

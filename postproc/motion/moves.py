@@ -1,0 +1,179 @@
+"""From motion events, in the units of the program, to moves in SI units with joint angles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
+from postproc.motion.findings import once, place
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData
+from postproc.rapid.units import pose_matrix, target_matrices, tool_matrix, via_matrix
+from postproc.robot.arm import Robot
+from postproc.robot.inverse import Failure, joint_solution, track
+from postproc.robot.pose import invert
+
+MM = 1e-3
+_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """Tool and load on the flange: T_flange_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
+
+    T_flange_tcp: Array
+    mass: float
+    center: Array
+
+
+def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move], list[Diagnostic]]:
+    """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
+
+    An event without target, or one that is left alone for another reason, breaks the path: the next move starts a chain.
+
+    Returns:
+        The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed.
+        Moves with a finding of severity ``error`` are left out, and the chain breaks there.
+    """
+    known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
+    held: dict[tuple[int, int], _Held] = {}
+    for i in known:
+        e = events[i]
+        held.setdefault((id(e.tool), id(e.gripload)), _on_flange(e.tool, e.gripload))
+    loads = [held[id(events[i].tool), id(events[i].gripload)] for i in known]
+    q, T_base_tcp, failures = _solve(robot, events, known, loads)
+    findings = [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
+    bad = {failure.index for failure in failures}
+
+    moves: list[Move] = []
+    previous = -1
+    for row, (i, load) in enumerate(zip(known, loads, strict=True)):
+        e = events[i]
+        if e.speed.v_tcp <= 0.0 or (e.duration is not None and e.duration <= 0.0):
+            source, span = place(e, "speed")
+            text = "the programmed speed is zero or negative: the arm would never arrive"
+            findings.append(Diagnostic("MOT006", "error", text, source, span, "give a speed above zero"))
+            bad.add(row)
+        if row in bad:
+            continue
+        broken = any(_moves_arm(x) for x in events[previous + 1 : i]) if moves else True
+        moves.append(_move(i, e, load, q[row], T_base_tcp[row], broken))
+        previous = i
+    return moves, once(findings)
+
+
+def _moves_arm(event: MotionEvent) -> bool:
+    return event.statement.interpolation != "none" or event.reason is not None
+
+
+def _on_flange(tool: ToolData, grip: LoadData) -> _Held:
+    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass."""
+    T_flange_tcp = tool_matrix(tool)
+    mass = tool.tload.mass + grip.mass
+    tool_center = pose_matrix(tool.tload.cog, _UPRIGHT)[:3, 3]
+    grip_center = (T_flange_tcp @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
+    center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
+    return _Held(T_flange_tcp, mass, center)
+
+
+def _solve(
+    robot: Robot, events: Sequence[MotionEvent], known: list[int], loads: list[_Held]
+) -> tuple[Array, Array, list[Failure]]:
+    """Joint angles (k, 6) and TCP poses (k, 4, 4; NaN for joint targets) of the known events."""
+    q = np.full((len(known), 6), np.nan)
+    T = np.full((len(known), 4, 4), np.nan)
+    conf = np.zeros((len(known), 4), dtype=np.int64)
+    for row, i in enumerate(known):
+        target = events[i].target
+        if isinstance(target, JointTarget):
+            q[row] = np.radians(target.robax)
+        elif isinstance(target, RobTarget):
+            conf[row] = target.robconf
+    failures = _beyond_limits(robot, q)
+    posed = np.flatnonzero(np.isnan(q[:, 0]))
+    if len(posed) == 0:
+        return q, T, failures
+    T[posed] = target_matrices([events[known[row]] for row in posed])
+    T_base_flange = np.full_like(T, np.nan)
+    T_base_flange[posed] = T[posed] @ invert(np.array([loads[row].T_flange_tcp for row in posed]))
+    solution = joint_solution(robot, T_base_flange[posed], conf[posed])
+    q[posed] = solution.q
+    free = np.array([_any_configuration(events[i]) for i in known])
+    failures += [
+        replace(f, index=int(posed[f.index]))
+        for f in solution.failures
+        if f.reason == "unreachable" or not free[posed[f.index]]
+    ]
+    free[np.isnan(T[:, 0, 0])] = False
+    free[[f.index for f in failures]] = False
+    failures += _follow(robot, T_base_flange, q, free)
+    return q, T, sorted(failures, key=lambda f: f.index)
+
+
+def _any_configuration(event: MotionEvent) -> bool:
+    """ConfL or ConfJ is off: the arm keeps the configuration it comes with, whatever the target says."""
+    name = "conf_j" if event.statement.interpolation == "joint" else "conf_l"
+    return event.options.get(name) is False
+
+
+def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array) -> list[Failure]:
+    """Fill in, in place, the goals that are reached in the configuration of the goal before them."""
+    failures: list[Failure] = []
+    edges = np.diff(np.concatenate([[False], free, [False]]).astype(int))
+    for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        before = q[a - 1] if a > 0 and np.isfinite(q[a - 1]).all() else q[a]
+        if np.isfinite(before).all():
+            q[a:b] = track(robot, T_base_flange[a:b], before)
+        failures += [replace(f, index=f.index + int(a)) for f in _beyond_limits(robot, q[a:b])]
+        failures += [
+            Failure(int(row), "configuration", "the configuration in which the arm starts here is not known",
+                    "start with a MoveAbsJ, or with ConfJ\\On")
+            for row in range(a, b) if np.isnan(q[row]).any()
+        ]  # fmt: skip
+    return failures
+
+
+def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:
+    excess = np.maximum(robot.lower - q, q - robot.upper)
+    failures = []
+    for row in np.flatnonzero(excess.max(axis=1, initial=0.0) > 1e-9):
+        j = int(np.argmax(excess[row]))
+        limit = float(robot.lower[j] if q[row, j] < robot.lower[j] else robot.upper[j])
+        text = f"joint {j + 1} would stand at {np.degrees(q[row, j]):.1f} deg, its limit is {np.degrees(limit):.0f} deg"
+        failures.append(
+            Failure(int(row), "limit", text, "stay inside the limits", None, j + 1, float(q[row, j]), limit)
+        )
+    return failures
+
+
+def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_base_tcp: Array, first: bool) -> Move:
+    kind = e.statement.interpolation
+    assert kind != "none"
+    welding = e.weld is not None and e.weld.phase != "start"
+    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else e.speed.v_tcp
+    T_base_via = via_matrix(e) if kind == "arc" and e.via is not None else None
+    return Move(
+        event=index,
+        kind=kind,
+        q=q,
+        T_flange_tcp=load.T_flange_tcp,
+        T_base_tcp=None if np.isnan(T_base_tcp[0, 0]) else T_base_tcp,
+        T_base_via=T_base_via,
+        confdata=e.target.robconf if isinstance(e.target, RobTarget) else (0, 0, 0, 0),
+        payload_mass=load.mass,
+        payload_center=load.center,
+        speed=speed * MM,
+        rotation_speed=float(np.radians(e.speed.v_ori)),
+        duration=e.duration,
+        fine=e.zone.finep,
+        zone=e.zone.pzone_tcp * MM,
+        zone_rotation=e.zone.pzone_ori * MM,
+        zone_angle=float(np.radians(e.zone.zone_ori)),
+        welding=welding,
+        first=first,
+    )

@@ -1,0 +1,72 @@
+"""A path with time: speeds, accelerations and inertial torques at every sample, on the jerk-limited profile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.motion.inertia import inertial_torque
+from postproc.motion.spline import cut_runs
+from postproc.motion.sustained import sustained, time_steps
+from postproc.motion.timelaw import times_at
+from postproc.motion.timing import joint_motion, limited_law
+from postproc.motion.values import Path, Trajectory
+from postproc.rapid.events import MotionEvent
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import jacobian
+
+FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
+
+
+def retime(robot: Robot, path: Path, events: Sequence[MotionEvent], period: Array | None = None) -> Trajectory:
+    """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
+
+    toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where the
+    averaged motion would pass a limit the speed is lowered and solved again.
+
+    Args:
+        period: (n,) first natural period of the arm at each sample [s].
+
+    Raises:
+        PostprocError: MOT010, no speed along the path keeps the limits of a joint.
+    """
+    n = len(path.q)
+    tool, mass, center = _held(path)
+    runs = cut_runs(path, tool)
+    law = limited_law(robot, path, runs, events)
+    start = np.concatenate([[0.0], np.cumsum(law.duration)]) if runs.count else np.zeros(1)
+
+    t, v, a = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6))
+    if runs.count:
+        base = runs.s[np.flatnonzero(np.diff(runs.run, prepend=-1))]
+        inner = times_at(law, runs.run, runs.s - base[runs.run])
+        t[runs.sample] = start[runs.run] + inner
+        motion = joint_motion(runs, law, runs.run, inner)
+        v[runs.sample], a[runs.sample] = motion.v, motion.a
+    # Samples outside all runs stand where the last run ended.
+    t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
+
+    T1 = np.full(n, FIRST_PERIOD) if period is None else period
+    a_sustained = np.zeros_like(a)
+    if runs.count:
+        even = time_steps(float(start[-1]), T1)
+        run = np.clip(np.searchsorted(start, even, side="right") - 1, 0, runs.count - 1)
+        a_even = joint_motion(runs, law, run, even - start[run]).a
+        kept = sustained(even, a_even, np.interp(even, t, T1))
+        at = np.column_stack([np.interp(t, even, column) for column in kept.T])
+        a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))
+    torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
+    tcp_speed = np.linalg.norm(np.einsum("nij,nj->ni", jacobian(robot, path.q, tool)[:, :3], v), axis=1)
+    return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed)
+
+
+def _held(path: Path) -> tuple[Array, Array, Array]:
+    """Tool (n, 4, 4), payload mass (n,) and centre (n, 3) at every sample."""
+    if not path.moves:
+        return np.zeros((0, 4, 4)), np.zeros(0), np.zeros((0, 3))
+    index = path.move
+    tool = np.array([m.T_flange_tcp for m in path.moves])[index]
+    mass = np.array([m.payload_mass for m in path.moves])[index]
+    return tool, mass, np.array([m.payload_center for m in path.moves])[index]
