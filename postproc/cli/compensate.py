@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from postproc.cli.inputs import load_arm, read_source
-from postproc.cli.options import ModelFile, Output, Tolerance, VectorText, parse_vector
+from postproc.cli.inputs import load_model, read_source
+from postproc.cli.options import EffectFiles, ModelFile, Output, Tolerance, VectorText, parse_vector
 from postproc.cli.output import finish, output_path
 from postproc.cli.report import print_json, say, show
 from postproc.compensate.options import Options
@@ -25,6 +25,7 @@ def run(
     inertia: Literal["on", "off"] = "on",
     tolerance: Tolerance = 0.01,
     template: Path | None = None,
+    effects: EffectFiles = (),
     in_place: bool = False,
     check: bool = False,
     diff: bool = False,
@@ -45,6 +46,7 @@ def run(
         inertia: compensate the deflection under sustained acceleration.
         tolerance: largest distance from the programmed path [mm].
         template: folder of Jinja templates in place of the shipped ones.
+        effects: Python file with effects of your own; its code is run. May be repeated.
         in_place: write over the program itself.
         check: write nothing; exit 1 if the output (the program, without -o) would change.
         diff: write nothing; print the textual difference, exit 1 if there is one.
@@ -62,7 +64,7 @@ def run(
         inertia=inertia == "on",
         template_dir=template,
     )
-    result = compensate_program(source, load_arm(model, robot), options)
+    result = compensate_program(source, load_model(model, robot, effects), options)
     show(result.diagnostics)
     if json:
         print_json(result.report)

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
 
 
 def read_source(name: str) -> Source:
@@ -23,6 +29,27 @@ def read_source(name: str) -> Source:
             Diagnostic("CLI005", "error", f"`{source.path}` is empty", help="name the file that was meant")
         )
     return source
+
+
+def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Path] = ()) -> Model:
+    """The model in a file, or the shipped one; with another arm where one is named.
+
+    Args:
+        path: model file, None for the shipped model.
+        robot: library name or file of the arm that takes the place of the model's.
+        effects: Python files with effects that the model may use.
+
+    Raises:
+        PostprocError: what is wrong with one of the files.
+    """
+    from postproc.effects.registry import effect_library
+    from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
+    from postproc.robot.library import load_robot
+
+    if path is None:
+        return default_model(robot or DEFAULT_ROBOT)
+    model = parse_model(read_source(str(path)), effect_library(effects))
+    return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
 
 def _read(name: str) -> bytes:

@@ -1,0 +1,66 @@
+"""``postproc inspect``: what a program moves, where, and what would be left alone and why."""
+
+from __future__ import annotations
+
+from postproc.cli.inputs import load_model, read_source
+from postproc.cli.options import EffectFiles, ModelFile
+from postproc.cli.report import print_json, say, show
+from postproc.diagnostics import has_errors
+from postproc.report.inspection import Row, inspect_program
+
+
+def run(
+    program: str, /, *, model: ModelFile = None, robot: str | None = None, effects: EffectFiles = (), json: bool = False
+) -> int:
+    """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
+
+    Args:
+        program: RAPID module; - reads stdin.
+        model: TOML file of the real arm. Default: the shipped model.
+        robot: arm of the library, in place of the model's.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        json: print the postproc/inspect/1 document.
+    """
+    from postproc.robot.library import load_robot
+
+    arm = load_robot(robot) if model is None and robot is not None else load_model(model, robot, effects).robot
+    found = inspect_program(read_source(program), arm)
+    show(found.diagnostics)
+    if json:
+        findings = [d.as_json() for d in found.diagnostics]
+        statements = [_document(row) for row in found.rows]
+        print_json(
+            {"schema": "postproc/inspect/1", "robot": arm.name, "statements": statements, "diagnostics": findings}
+        )
+    elif found.rows:
+        print("\n".join(_text(row) for row in found.rows))
+    else:
+        say("no motion statements")
+    return int(has_errors(found.diagnostics))
+
+
+def _text(row: Row) -> str:
+    statement = row.statement
+    where = "      no position" if row.position_mm is None else "".join(f"{x:9.1f}" for x in row.position_mm)
+    head = f"{statement.line:5}  {statement.routine:16} {statement.instruction:10} {where}"
+    load = f"  {row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
+    times = f", {row.runs} times" if row.runs > 1 else ""
+    lines = [head + load + times, *(f"{'':7}note: {note}" for note in row.notes)]
+    return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
+
+
+def _document(row: Row) -> dict[str, object]:
+    statement = row.statement
+    return {
+        "line": statement.line,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "runs": row.runs,
+        "tool": row.tool or None,
+        "wobj": row.wobj or None,
+        "payload_kg": row.payload_mass,
+        "position_mm": row.position_mm,
+        "joints_deg": row.q_deg,
+        "notes": row.notes,
+        "reason": row.reason,
+    }

@@ -1,0 +1,132 @@
+"""What a program moves: one row for each motion statement, with the posture of the arm there and what is in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, Source
+from postproc.motion.moves import read_moves
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.program import read_program
+from postproc.rapid.walk import walk_program
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward, jacobian
+
+NEAR_LIMIT = np.radians(5.0)
+NEAR_SINGULAR = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One motion statement.
+
+    Args:
+        statement: as it stands in the text; runs: how often it is executed, as far as known.
+        tool, wobj: their names; payload_mass: tool and grip load [kg].
+        position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
+        notes: near a joint limit, near a singularity.
+        reason: why the statement would be left as it is, None where it would be corrected.
+    """
+
+    statement: MotionStatement
+    runs: int
+    tool: str
+    wobj: str
+    payload_mass: float
+    position_mm: Array | None
+    q_deg: Array | None
+    notes: tuple[str, ...]
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    rows: tuple[Row, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def inspect_program(source: Source, robot: Robot) -> Inspection:
+    """Read a program, follow it as it runs, and find the posture of the arm at every target."""
+    program = read_program(source)
+    followed = walk_program(program)
+    moves, unreachable = read_moves(robot, followed.events)
+    by_event = {move.event: move for move in moves}
+    grouped: dict[int, list[int]] = {}
+    for index, event in enumerate(followed.events):
+        grouped.setdefault(event.statement.span[0], []).append(index)
+    rows = [
+        _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, robot)
+        for statement in program.statements
+    ]
+    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable))
+
+
+def _row(
+    statement: MotionStatement,
+    events: Sequence[MotionEvent],
+    executions: Sequence[int],
+    moves: dict[int, Move],
+    robot: Robot,
+) -> Row:
+    if not executions:
+        return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
+    event = events[executions[0]]
+    known = [moves[i] for i in executions if i in moves]
+    mass = event.tool.tload.mass + event.gripload.mass
+    position = q = None
+    notes: tuple[str, ...] = ()
+    if known:
+        first = known[0]
+        q = np.degrees(first.q)
+        T_base_tcp = first.T_base_tcp
+        if T_base_tcp is None:
+            T_base_tcp = forward(robot, first.q[None])[0] @ first.T_flange_tcp
+        position = T_base_tcp[:3, 3] * 1e3
+        notes = posture_notes(robot, np.array([move.q for move in known]))
+    return Row(
+        statement, len(executions), event.tool.name, event.wobj.name, mass, position, q, notes, _reason(event, known)
+    )
+
+
+def _reason(event: MotionEvent, known: Sequence[Move]) -> str | None:
+    if event.reason is not None:
+        return event.reason
+    if event.statement.interpolation == "absjoint":
+        return "joint angles are taken as they are"
+    if not known:
+        return "the arm cannot reach the target as it is programmed"
+    return None
+
+
+def posture_notes(robot: Robot, q: Array) -> tuple[str, ...]:
+    """What is tight in the postures (n, 6) [rad]: the closest joint limit, a singular arm or wrist.
+
+    Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist;
+    singular is a block whose smallest singular value is below 5 % of its largest.
+    """
+    notes: list[str] = []
+    margin = np.minimum(q - robot.lower, robot.upper - q)
+    row, joint = np.unravel_index(int(np.argmin(margin)), margin.shape)
+    if margin[row, joint] < NEAR_LIMIT:
+        notes.append(f"joint {joint + 1} is {np.degrees(margin[row, joint]):.1f} deg from its limit")
+    if robot.opw is None:
+        return tuple(notes)
+    T_flange_wrist = np.eye(4)
+    T_flange_wrist[2, 3] = -robot.opw.c4
+    J = jacobian(robot, q, T_flange_wrist)
+    if _is_singular(J[:, 3:, 3:]):
+        angle = np.degrees(q[np.argmin(np.abs(np.sin(q[:, 4]))), 4])
+        notes.append(f"close to a singular wrist: joint 5 at {angle:.1f} deg")
+    if _is_singular(J[:, :3, :3]):
+        notes.append("close to a singular arm: stretched, or the wrist above axis 1")
+    return tuple(notes)
+
+
+def _is_singular(blocks: Array) -> bool:
+    values = np.linalg.svd(blocks, compute_uv=False)
+    return bool((values[:, 2] < NEAR_SINGULAR * values[:, 0]).any())

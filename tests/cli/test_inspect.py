@@ -1,0 +1,108 @@
+"""``inspect``: every motion statement is accounted for, and bad input never ends in a traceback."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .conftest import Call
+
+
+@pytest.mark.parametrize("name", ["hull_seam.mod", "corner_arc.mod", "panel_300.mod", "paper_case.mod"])
+def test_samples_are_reachable_as_they_are(call: Call, samples: Path, name: str) -> None:
+    outcome = call("inspect", samples / name, "--json")
+    assert outcome.code == 0, outcome.err
+    document = json.loads(outcome.out)
+    assert document["diagnostics"] == []
+    assert document["statements"]
+    for row in document["statements"]:
+        assert row["notes"] == []
+        assert row["runs"] >= 1
+        assert len(row["position_mm"]) == 3
+        assert (row["reason"] is None) == (row["instruction"] != "MoveAbsJ")
+
+
+def test_the_study_is_reachable_for_both_geometries(call: Call, samples: Path) -> None:
+    assert call("inspect", samples / "paper_case.mod", "--robot", "irb4600_60_205_seed").code == 0
+
+
+def test_rows_say_where_and_with_what(call: Call, samples: Path) -> None:
+    text = call("inspect", samples / "panel_300.mod").out.splitlines()
+    tacks = [line for line in text if "rTacks" in line]
+    assert len(tacks) == 3
+    assert all(line.endswith("48 times") for line in tacks)
+    # The work object is turned by a third of a degree only, so base and work object positions nearly add up.
+    first = next(line for line in text if "ArcLStart" in line).split()
+    assert [float(x) for x in first[3:6]] == pytest.approx([1010 + 12.5 + 116, -8 - 475, 430], abs=6.0)
+    assert first[6:] == ["tTorch", "5.6", "kg,", "wPanel"]
+
+
+def edited(samples: Path, tmp_path: Path, *changes: tuple[str, str]) -> Path:
+    """The hull seam with some text changed."""
+    text = (samples / "hull_seam.mod").read_bytes().decode()
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after, 1)
+    path = tmp_path / "edited.mod"
+    path.write_bytes(text.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "code", "words"),
+    [
+        ("[[698.15,5.53,0.48]", "[[698.15,-1005.53,0.48]", "KIN001", "reach"),
+        ("[0,-1,0,0]", "[2,-1,0,0]", "KIN002", "configuration"),
+        ("[-1,0,-1,0]", "[-1,0,-1,7]", "KIN002", "configuration"),
+    ],
+)
+def test_what_the_arm_cannot_do(
+    call: Call, samples: Path, tmp_path: Path, before: str, after: str, code: str, words: str
+) -> None:
+    path = edited(samples, tmp_path, (before, after))
+    outcome = call("inspect", path)
+    assert outcome.code == 1
+    assert f"error[{code}]" in outcome.err
+    assert f"--> {path}:" in outcome.err
+    assert "= help: " in outcome.err
+    assert words in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "exit_code"),
+    [
+        (b"", "error[CLI005]", 2),
+        (bytes(range(256)) * 4, "error[RAP002]", 1),
+        (b"\xfc\x81\x00\x01" * 40, "info[RAP013]", 0),  # an encrypted module is nobody's fault
+    ],
+)
+def test_what_is_no_program(call: Call, tmp_path: Path, content: bytes, code: str, exit_code: int) -> None:
+    path = tmp_path / "odd.mod"
+    path.write_bytes(content)
+    outcome = call("inspect", path)
+    assert (outcome.code, outcome.out) == (exit_code, "")
+    assert outcome.err.startswith(code)
+    assert str(path) in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", None),
+        ('robot = "irb4600_60_205"\nrobots = 3\n', ":2:1"),
+        ('robot = "irb4600_60_205"\n[effects.joint_compliance]\ncompliance_rad_per_Nm = [1, 2]\n', ":3:1"),
+        ('robot = "irb4600_60_205"\n[effects.backlas]\n', ":2:"),
+        ('robot = "irb46"\n', ":1:"),
+        ("robot = \n", ":1:"),
+        ("\xff\xfe", None),
+    ],
+)
+def test_wrong_model_files(call: Call, samples: Path, tmp_path: Path, text: str, place: str | None) -> None:
+    model = tmp_path / "m.toml"
+    model.write_bytes(text.encode("latin-1"))
+    outcome = call("inspect", samples / "hull_seam.mod", "-m", model)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("error[")
+    assert f"{model}{place or ''}" in outcome.err
