@@ -53,7 +53,7 @@ def edited(samples: Path, tmp_path: Path, *changes: tuple[str, str]) -> Path:
 @pytest.mark.parametrize(
     ("before", "after", "code", "words"),
     [
-        ("[[698.15,5.53,0.48]", "[[698.15,-1005.53,0.48]", "KIN001", "reach"),
+        ("[[698.15,5.53,0.48]", "[[698.15,-1405.53,0.48]", "KIN001", "reach"),
         ("[0,-1,0,0]", "[2,-1,0,0]", "KIN002", "configuration"),
         ("[-1,0,-1,0]", "[-1,0,-1,7]", "KIN002", "configuration"),
     ],
