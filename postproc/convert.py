@@ -182,6 +182,16 @@ def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:
     return Conversion({}, report, tuple(findings), exit_code)
 
 
+def _wrench_text(options: Options) -> str:
+    parts = [
+        f"{name} {', '.join(f'{x:g}' for x in vector)} {unit}"
+        for name, vector, unit in (("force", options.force, "N"), ("moment", options.moment, "N m"))
+        if any(vector)
+    ]
+    where = {"all": "along the whole program", "arc": "while the arc burns"}[options.force_on]
+    return f"{'; '.join(parts)}, {where}" if parts else ""
+
+
 def _mm(value: float) -> float:
     return round(1e3 * value, 5)
 
@@ -215,8 +225,7 @@ def _conclude(
                 "version": __version__,
                 "robot": model.robot.name,
                 "effects": ", ".join(e.key for e in model.effects) or "rigid",
-                "force": [*options.force, *options.moment] if any((*options.force, *options.moment)) else None,
-                "force_on": options.force_on,
+                "wrench": _wrench_text(options),
                 "before_mm": f"{1e3 * before_m:.3f}",
                 "after_mm": f"{1e3 * after_m:.3f}",
                 "added": len(plan.insertions),

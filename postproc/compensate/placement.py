@@ -7,6 +7,7 @@ correction. Only what is perpendicular to the path counts: a shift along it does
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -79,8 +80,12 @@ def place_vertices(
         return chord_deviation(u, shift, direction, a, b)
 
     best = _greedy(deviation, allowed, last, tolerance)
+    reached = best is not None
     if best is None:
-        return list(np.flatnonzero(allowed[1:last]) + 1), False
+        # Zones leave too little room: the fewest targets that come as close as all of them would.
+        edges = [0, *(np.flatnonzero(allowed[1:last]) + 1), last]
+        tolerance = max(deviation(int(a), int(b)) for a, b in pairwise(edges)) * (1 + 1e-9)
+        best = _greedy(deviation, allowed, last, tolerance) or []
     # The same number of targets with the smallest largest deviation: spreads them along the move.
     low, high = 0.0, tolerance
     for _ in range(12 if best else 0):
@@ -90,7 +95,7 @@ def place_vertices(
             best, high = tighter, middle
         else:
             low = middle
-    return best, True
+    return best, reached
 
 
 def circle_deviation(points: Array, a: Array, via: Array, b: Array) -> float:

@@ -30,7 +30,7 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
-from postproc.motion.timing import retime
+from postproc.motion.trajectory import retime
 from postproc.motion.values import Move, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
@@ -78,15 +78,13 @@ def read_motion(
         findings += more
         if has_errors(findings):
             return None, findings
-        trajectory, more = retime(model, path, events)
-        findings += more
-        if has_errors(findings) or trajectory is None:
-            return None, findings
+        trajectory = retime(model.robot, path, events)
         dense = np.where(changing_moves(moves, options), TRANSITION_INTERVALS, 0)
         samples = sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways)
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
-    state = build_state(samples, trajectory, options, burning(samples))
+    reads_speed = any("v" in effect.reads for effect in model.effects)
+    state = build_state(samples, trajectory, options, burning(samples), reads_speed)
     return Motion(moves, trajectory, samples, state), findings
 
 

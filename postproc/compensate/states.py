@@ -13,12 +13,13 @@ from postproc.motion.values import Trajectory
 _STANDSTILL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
-def build_state(samples: Samples, trajectory: Trajectory | None, options: Options, burning: Array) -> State:
+def build_state(samples: Samples, trajectory: Trajectory | None, options: Options, burning: Array, reads_speed: bool) -> State:
     """The state at every sample.
 
     Args:
         trajectory: where inertia, speeds and times come from; None leaves them out.
         burning: (n,) bool, whether the arc burns at a sample.
+        reads_speed: an effect of the model follows the joint speeds.
     """
     moves = samples.moves
     rows = samples.move
@@ -36,9 +37,10 @@ def build_state(samples: Samples, trajectory: Trajectory | None, options: Option
     if trajectory is None:
         return state
     v, a, t = (at_samples(samples, trajectory, x) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
-    if not options.inertia:
-        a = np.zeros_like(a)
-    return state.with_(v=v, a=a, time=t)
+    if options.inertia:
+        return state.with_(v=v, a=a, time=t)
+    # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
+    return state.with_(v=v if reads_speed else None, time=t)
 
 
 def at_samples(samples: Samples, trajectory: Trajectory, values: Array) -> Array:
