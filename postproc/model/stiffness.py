@@ -1,0 +1,75 @@
+"""Cartesian stiffness in the loaded configuration, and natural frequencies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.chain import point_jacobian
+from postproc.model.equilibrium import Equilibrium, equilibrium, payload_point
+from postproc.model.tangent import Frame, tangent
+
+
+def tcp_compliance(model: Model, state: State) -> Array:
+    """Motion of the TCP by a small further wrench on it, S = J (I - C K_E)^-1 C J^T, (n, 6, 6) [m/N .. rad/(N m)], base axes.
+
+    The inverse of Eq. 22, defined at singular poses and for rigid links as well.
+    """
+    at = tangent(model, equilibrium(model, state))
+    S: Array = at.J @ at.give @ at.compliance @ np.swapaxes(at.J, 1, 2)
+    return S
+
+
+def stiffness(model: Model, state: State) -> Array:
+    """K = (J (K_theta - K_E)^-1 J^T)^-1 at the TCP in base axes (seed paper, Eq. 22), (n, 6, 6) [N/m .. N m/rad].
+
+    Force before moment, translation before rotation. All entries are infinite at poses that have no give in some
+    direction: singular arms, rigid models.
+    """
+    S = tcp_compliance(model, state)
+    K = np.full_like(S, np.inf)
+    size = np.linalg.svd(S, compute_uv=False)
+    good = size[:, -1] > 1e-9 * size[:, 0]
+    K[good] = np.linalg.inv(S[good])
+    return K
+
+
+def principal_stiffness(K: Array) -> tuple[Array, Array]:
+    """Translational principal stiffnesses (n, 3) [N/m], ascending, and their directions as columns (n, 3, 3), base axes.
+
+    Of the force that answers to a displacement without rotation being held: the inverse of the upper left 3 x 3 block of
+    the compliance K^-1.
+    """
+    S = np.linalg.inv(K)[:, :3, :3]
+    values, directions_ = np.linalg.eigh((S + np.swapaxes(S, 1, 2)) / 2)
+    return 1.0 / values[:, ::-1], directions_[:, :, ::-1]
+
+
+def natural_frequencies(model: Model, state: State) -> Array:
+    """The six lowest natural frequencies, ascending, (n, 6) [Hz] (seed paper, Eq. 6: det(K - omega^2 M) = 0).
+
+    1 / omega^2 are the eigenvalues of (I - C K_E)^-1 C M over all coordinates, M with the payload as a point mass. With
+    springs at the joints alone this is Eq. 6 with M_cart = (J M^-1 J^T)^-1 and K of Eq. 22, and it also holds at singular
+    poses. Infinite for a rigid model.
+    """
+    rest = equilibrium(model, state)
+    at = tangent(model, rest)
+    squared = np.linalg.eigvals(at.give @ at.compliance @ inertia(rest, at.frame)).real
+    squared = np.sort(np.maximum(squared, 0.0), axis=1)[:, ::-1][:, :6]
+    with np.errstate(divide="ignore"):
+        frequencies: Array = 1.0 / (2 * np.pi * np.sqrt(squared))
+    return frequencies
+
+
+def inertia(rest: Equilibrium, at: Frame) -> Array:
+    """Inertia of links and payload by the coordinates of the arm, (n, m, m), m = 6 or 48."""
+    M = at.bodies.inertia(at.coordinates)
+    state = rest.state
+    if state.payload_mass is None:
+        return M
+    J = point_jacobian(at.along, payload_point(state, at.chain))[:, :3]
+    mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))
+    whole: Array = M + mass[:, None, None] * (np.swapaxes(J, 1, 2) @ J)
+    return whole
