@@ -49,6 +49,19 @@ class Conversion:
     curves: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def summary(self) -> str:
+        """One line for people."""
+        if not self.outputs:
+            return "nothing written"
+        r = self.report
+        count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
+        return (
+            f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs"
+            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated, {r['added_targets']} added,"
+            f" {count['unchanged']} unchanged, {count['skipped']} left as they are; cycle time {r['cycle_time_s']:.1f} s"
+        )
+
+    @property
     def output(self) -> bytes | None:
         """The corrected bytes of a single file."""
         return next(iter(self.outputs.values()), None)

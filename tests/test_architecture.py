@@ -23,6 +23,7 @@ ROOMS = (
     "measure",
     "identify",
     "render",
+    "convert",
     "report",
     "batch",
     "cli",

@@ -52,7 +52,7 @@ def run(
         diff: write nothing; print the textual difference, exit 1 if there is one.
         json: print the postproc/compensate/1 document.
     """
-    from postproc.compensate.program import compensate_program
+    from postproc.convert import compensate_program
 
     source = read_source(program)
     target = output_path(program, output, in_place)
