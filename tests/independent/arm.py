@@ -84,6 +84,7 @@ class Arm:
     lower: np.ndarray
     upper: np.ndarray
     lengths: dict[str, float] = field(default_factory=dict)
+    gyration: np.ndarray = field(default_factory=lambda: np.zeros(7))
 
     def forward(
         self, q: np.ndarray, tool: np.ndarray, dq: np.ndarray | float = 0.0, xi: np.ndarray | None = None
@@ -119,26 +120,37 @@ def point_load(body: int, point: np.ndarray, force: np.ndarray) -> tuple[int, np
     return body, point, np.broadcast_to(force, point.shape), np.zeros_like(point)
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Rows of a x b; numpy's own is slow on small arrays."""
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+
+
 def spring_loads(f: Frames, w: Wrenches) -> tuple[np.ndarray, np.ndarray]:
-    """Joint torques (n, 6) and wrenches (n, 7, 6) at the distal ends in body axes, from the forces beyond each spring."""
+    """Joint torques (n, 6) and wrenches (n, 7, 6) at the distal ends in body axes, from the forces beyond each spring.
+
+    A body's own forces do not load its distal spring, except those on the last body, which stand for the tool.
+    """
     n = len(f.flange)
+    force, moment = np.zeros((8, n, 3)), np.zeros((8, n, 3))
+    for body, point, push, turn in w.parts:
+        force[body] += push
+        moment[body] += cross(point, push) + turn
+    # Sums over the bodies from b outwards, moments about the base's origin.
+    force, moment = np.cumsum(force[::-1], axis=0)[::-1], np.cumsum(moment[::-1], axis=0)[::-1]
     tau = np.zeros((n, 6)) + w.joint
     wrench = np.zeros((n, 7, 6))
-    for body, point, force, moment in w.parts:
-        for j in range(body):
-            about = np.cross(point - f.pivot[j], force) + moment
-            tau[:, j] += np.einsum("ni,ni->n", f.axis[j], about)
-        for b in range(body):
-            wrench[:, b] += _at_distal(f, b, point, force, moment)
-        if body == 6:
-            wrench[:, 6] += _at_distal(f, 6, point, force, moment)
+    for j in range(6):
+        about = moment[j + 1] - cross(f.pivot[j], force[j + 1])
+        tau[:, j] += (f.axis[j] * about).sum(axis=1)
+    for b in range(7):
+        k = min(b + 1, 6)
+        r = f.distal[b][:, :3, :3]
+        about = moment[k] - cross(f.distal[b][:, :3, 3], force[k])
+        wrench[:, b, :3] = np.einsum("nji,nj->ni", r, force[k])
+        wrench[:, b, 3:] = np.einsum("nji,nj->ni", r, about)
     return tau, wrench
-
-
-def _at_distal(f: Frames, b: int, point: np.ndarray, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
-    r = f.distal[b][:, :3, :3]
-    about = np.cross(point - f.distal[b][:, :3, 3], force) + moment
-    return np.concatenate([np.einsum("nji,nj->ni", r, force), np.einsum("nji,nj->ni", r, about)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -165,6 +177,31 @@ def dead_loads(arm: Arm, f: Frames, load: Load) -> Wrenches:
     parts.append(point_load(6, c, m * load.gravity))
     tcp = f.tcp[:, :3, 3]
     parts.append((6, tcp, np.broadcast_to(load.force, (n, 3)), np.broadcast_to(load.moment, (n, 3))))
+    return Wrenches(parts)
+
+
+def inertial_loads(arm: Arm, f: Frames, v: np.ndarray, a: np.ndarray, load: Load) -> Wrenches:
+    """D'Alembert forces at joint speeds and accelerations (n, 6): -m c'' and -(I w' + w x I w), I = m r^2; payload a point."""
+    n = len(f.flange)
+    w, dw, ddp = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+    at = f.body[0][:, :3, 3]
+    parts = []
+
+    def pulled(point: np.ndarray) -> np.ndarray:
+        r = point - at
+        return ddp + cross(dw, r) + cross(w, cross(w, r))
+
+    for b in range(1, 7):
+        j = b - 1
+        ddp, at = pulled(f.pivot[j]), f.pivot[j]
+        turn = f.axis[j] * v[:, j : j + 1]
+        dw = dw + f.axis[j] * a[:, j : j + 1] + cross(w, turn)
+        w = w + turn
+        c = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ arm.center[b]
+        parts.append((b, c, -arm.mass[b] * pulled(c), -arm.mass[b] * arm.gyration[b] ** 2 * dw))
+    m = np.broadcast_to(np.asarray(load.mass, float), (n,))[:, None]
+    c = f.flange[:, :3, 3] + np.einsum("nij,nj->ni", f.flange[:, :3, :3], np.broadcast_to(load.center, (n, 3)))
+    parts.append((6, c, -m * pulled(c), np.zeros((n, 3))))
     return Wrenches(parts)
 
 
@@ -242,6 +279,7 @@ _CENTER_AT_ZERO = np.array(
         [1.24, 0, 1.57],
     ]
 )
+_GYRATION = np.array([0, 0.30, 0.35, 0.25, 0.22, 0.10, 0.05])
 _LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 120], [-400, 400]])
 
 
@@ -277,7 +315,7 @@ def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str =
     axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
     center = _CENTER_AT_ZERO - origin
     lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
-    return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths)
+    return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths, _GYRATION)
 
 
 def _dh(name: str, rows: list[tuple[float, float, float]], mass: list[float], center: list[list[float]]) -> Arm:

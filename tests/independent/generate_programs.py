@@ -52,7 +52,9 @@ class Style:
             wobj="",
             header=bool(g.random() < 0.3),
             attributes=str(g.choice(["", "(SYSMODULE)", "(NOSTEPIN)"], p=[0.8, 0.1, 0.1])),
-            blank_before_wobj=str(g.choice(["\\WObj:=", " \\WObj:=", ",\\WObj:=", "\\wobj:="], p=[0.6, 0.25, 0.1, 0.05])),
+            blank_before_wobj=str(
+                g.choice(["\\WObj:=", " \\WObj:=", ",\\WObj:=", "\\wobj:="], p=[0.6, 0.25, 0.1, 0.05])
+            ),
         )
 
 
@@ -115,7 +117,9 @@ class Fixture:
 def draw_tool(p: Program, k: int) -> Tool:
     g = p.g
     place = np.round([g.uniform(-80, 80), g.uniform(-60, 60), g.uniform(150, 480)], 2)
-    turn = R.matrix_quaternion(A.rotation(np.array([0, 1.0, 0]), np.array(np.radians(g.choice([0, 22, 36, 45])))) @ random_turn(g, 10))
+    turn = R.matrix_quaternion(
+        A.rotation(np.array([0, 1.0, 0]), np.array(np.radians(g.choice([0, 22, 36, 45])))) @ random_turn(g, 10)
+    )
     turn = np.round(turn, 7)
     mass = round(float(g.uniform(1.5, 18)), 2)
     cog = np.round([g.uniform(-40, 40), g.uniform(-30, 30), g.uniform(40, 200)], 1)
@@ -399,7 +403,9 @@ def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = No
         else:
             raise RuntimeError(f"seed {seed}: no reachable seam found")
     e, i = style.eol, style.indent
-    home = "[" + style.comma.join(p.number(v, 1) for v in [g.uniform(-20, 20), -20, 15, 0, 40, g.uniform(-30, 30)]) + "]"
+    home = (
+        "[" + style.comma.join(p.number(v, 1) for v in [g.uniform(-20, 20), -20, 15, 0, 40, g.uniform(-30, 30)]) + "]"
+    )
     axes = "[" + style.comma.join([style.no_axis] * 6) + "]"
     head = ["%%%", "  VERSION:1", "  LANGUAGE:ENGLISH", "%%%", ""] if style.header else []
     seen: set[str] = set()

@@ -147,7 +147,9 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
     return legs
 
 
-def real(arm: A.Arm, q: np.ndarray, m: Motion, displace: A.Displace, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+def real(
+    arm: A.Arm, q: np.ndarray, m: Motion, displace: A.Displace, force: np.ndarray, moment: np.ndarray
+) -> np.ndarray:
     """(n, 3) where the TCP of the elastic arm is."""
     load = A.Load(m.mass, m.center, force, moment)
     return A.equilibrium(arm, q, m.tool, load, displace).frames.tcp[:, :3, 3]
@@ -156,7 +158,9 @@ def real(arm: A.Arm, q: np.ndarray, m: Motion, displace: A.Displace, force: np.n
 def corner(before: np.ndarray, goal: np.ndarray, after: np.ndarray, u: np.ndarray) -> np.ndarray:
     """(n, 4, 4) a parabola past the goal, and the matching turn, between two poses."""
     p = (
-        (1 - u[:, None]) ** 2 * before[:3, 3] + 2 * (u * (1 - u))[:, None] * goal[:3, 3] + (u**2)[:, None] * after[:3, 3]
+        (1 - u[:, None]) ** 2 * before[:3, 3]
+        + 2 * (u * (1 - u))[:, None] * goal[:3, 3]
+        + (u**2)[:, None] * after[:3, 3]
     )
     a = slerp(before[:3, :3], goal[:3, :3], u)
     b = slerp(goal[:3, :3], after[:3, :3], u)
@@ -175,7 +179,12 @@ def cut_corners(legs: list[Leg], n: int = 16) -> list[np.ndarray]:
     curves: dict[int, np.ndarray] = {}
     for i in range(len(legs) - 1):
         a, b = legs[i], legs[i + 1]
-        if a.motion.kind not in "LC" or b.motion.kind not in "LC" or a.motion.zone <= 0 or not np.allclose(a.motion.tool, b.motion.tool):
+        if (
+            a.motion.kind not in "LC"
+            or b.motion.kind not in "LC"
+            or a.motion.zone <= 0
+            or not np.allclose(a.motion.tool, b.motion.tool)
+        ):
             continue
         r = min(a.motion.zone, lengths[i] / 2, lengths[i + 1] / 2)
         if r < 1e-6:

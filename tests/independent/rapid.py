@@ -6,6 +6,7 @@ raises ``Unreadable`` on the rest. Lengths in metres and angles in radians leave
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterator
@@ -183,7 +184,22 @@ FUNCTIONS: dict[str, Any] = {
     "__builtins__": {},
 }
 NO_TURN = [1.0, 0, 0, 0]
-_ZONES = {0: 0.3, 1: 1, 5: 5, 10: 10, 15: 15, 20: 20, 30: 30, 40: 40, 50: 50, 60: 60, 80: 80, 100: 100, 150: 150, 200: 200}
+_ZONES = {
+    0: 0.3,
+    1: 1,
+    5: 5,
+    10: 10,
+    15: 15,
+    20: 20,
+    30: 30,
+    40: 40,
+    50: 50,
+    60: 60,
+    80: 80,
+    100: 100,
+    150: 150,
+    200: 200,
+}
 
 
 def _predefined() -> dict[str, Any]:
@@ -200,7 +216,9 @@ def _predefined() -> dict[str, Any]:
     return names
 
 
-_WORD = re.compile(r'"(?:[^"\r\n]|"")*"|\d+\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?|[a-z_]\w*|:=|<>|<=|>=|.', re.I | re.S)
+_WORD = re.compile(
+    r'"(?:[^"\r\n]|"")*"|\d+\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?|[a-z_]\w*|:=|<>|<=|>=|.', re.I | re.S
+)
 
 
 def to_python(expression: str) -> str:
@@ -239,7 +257,11 @@ def to_python(expression: str) -> str:
         elif w[0] == '"':
             out.append(repr(w[1:-1]))
         else:
-            out.append(w.lower() if w[0].isalpha() or w[0] == "_" or w[0].isdigit() or w[0] == "." else (w if w.strip() else " "))
+            out.append(
+                w.lower()
+                if w[0].isalpha() or w[0] == "_" or w[0].isdigit() or w[0] == "."
+                else (w if w.strip() else " ")
+            )
     # A comma before an optional argument is allowed in the wild.
     return re.sub(r",\s*,", ",", "".join(out)).strip()
 
@@ -344,7 +366,7 @@ def read(text: str) -> Module:
 
 def evaluate(expression: str, names: dict[str, Any]) -> Any:
     try:
-        return eval(to_python(expression), FUNCTIONS, names)  # noqa: S307
+        return eval(to_python(expression), FUNCTIONS, names)
     except Exception as e:
         raise Unreadable(f"{expression.strip()[:80]}: {e}") from e
 
@@ -426,7 +448,7 @@ class Runner:
                 i = stop + 1
             elif s.block and re.match(r"IF\b", upper):
                 marks = [i, *self._matching(i, end, "IF")]
-                for a, b in zip(marks, marks[1:], strict=False):
+                for a, b in itertools.pairwise(marks):
                     m = re.match(r"(?:ELSE)?IF\b(.*)THEN$", items[a].code, re.I | re.S)
                     if m is None or evaluate(m[1], self._scope(local)):
                         self._run(a + 1, b, local)
@@ -473,7 +495,9 @@ class Runner:
             self.grip = evaluate(rest, self._scope(local))
         elif name in self.module.routines and not rest.startswith(":="):
             header = self.module.statements[self.module.routines[name][0] - 1].code
-            formal = re.findall(r"(\w+)\s*(?:\{[^}]*\})?\s*(?=[,)|\\])", header[header.find("(") :]) if "(" in header else []
+            formal = (
+                re.findall(r"(\w+)\s*(?:\{[^}]*\})?\s*(?=[,)|\\])", header[header.find("(") :]) if "(" in header else []
+            )
             given, _ = split_arguments(rest) if rest else ([], {})
             scope = self._scope(local)
             self._routine(name, {f.lower(): evaluate(g, scope) for f, g in zip(formal, given, strict=False)})
@@ -488,7 +512,9 @@ class Runner:
         positional, optional = split_arguments(rest)
         lower = name.lower()
         arc = lower.startswith("arc")
-        kind = "A" if lower == "moveabsj" else "J" if lower == "movej" else "C" if re.match(r"movec|arcc", lower) else "L"
+        kind = (
+            "A" if lower == "moveabsj" else "J" if lower == "movej" else "C" if re.match(r"movec|arcc", lower) else "L"
+        )
         shift = 1 if kind == "C" else 0
         zone_at = shift + (4 if arc else 2)
         tool = evaluate(positional[zone_at + 1], scope)

@@ -142,3 +142,31 @@ def test_work_of_the_springs_is_work_of_the_force() -> None:
 def test_ur10_stretched_out() -> None:
     f = A.ur10().forward(np.zeros((1, 6)), np.eye(4))
     assert f.flange[0, :3, 3] == pytest.approx([-1.1843, -0.256141, 0.0116], abs=1e-6)
+
+
+def test_inertia_is_the_time_derivative_of_momentum() -> None:
+    """Swinging: the D'Alembert torque on axis 1 is minus the rate of the whole angular momentum about the base's z axis."""
+    arm = A.irb4600()
+    q, v, a = poses(arm, 10), RNG.normal(size=(10, 6)), RNG.normal(size=(10, 6))
+    load = A.Load(mass=20.0, center=np.array([0.03, 0.02, 0.1]))
+
+    def momentum(t: float) -> np.ndarray:
+        """Angular momentum about z by central differences of the places."""
+        h = 1e-5
+        at = [arm.forward(q + v * s + a * s * s / 2, np.eye(4)) for s in (t - h, t, t + h)]
+        total = np.zeros(10)
+        for b in range(1, 8):
+            frames = [x.flange if b == 7 else x.body[b] for x in at]
+            center = load.center if b == 7 else arm.center[b]
+            mass = 20.0 if b == 7 else arm.mass[b]
+            c = [x[:, :3, 3] + x[:, :3, :3] @ center for x in frames]
+            total += mass * np.cross(c[1], (c[2] - c[0]) / (2 * h))[:, 2]
+            if b < 7:
+                turn = (frames[2][:, :3, :3] - frames[0][:, :3, :3]) / (2 * h) @ np.swapaxes(frames[1][:, :3, :3], 1, 2)
+                total += mass * arm.gyration[b] ** 2 * turn[:, 1, 0]
+        return total
+
+    f = arm.forward(q, np.eye(4))
+    tau, _ = A.spring_loads(f, A.inertial_loads(arm, f, v, a, load))
+    rate = (momentum(1e-3) - momentum(-1e-3)) / 2e-3
+    assert np.abs(tau[:, 0] + rate).max() < 1e-3 * np.abs(rate).max()

@@ -59,7 +59,7 @@ def test_a_perfect_program_passes_and_the_original_does_not(seam: tuple[list[np.
     (a, b), conf = seam
     original = program([a, b], conf)
     fine = [a + (b - a) * w for w in np.linspace(0, 1, 12)]
-    moved = compensated([a + [0, 0, 50], *fine])
+    moved = compensated([a + np.array([0, 0, 50]), *fine])
     output = program(moved[1:], conf).replace(target(moved[1] + [0, 0, 50], conf), target(moved[0], conf))
     report = verify.check(original, output, A.irb4600(), FORCE)
     assert report.violations == []
@@ -89,7 +89,9 @@ def test_illegal_changes_are_found(seam: tuple[list[np.ndarray], tuple[int, ...]
         "missing": original.replace("    ArcLEnd", "    !ArcLEnd"),
         "neither a move": output.replace("  PROC main", "  VAR num x:=1;\n  PROC main"),
         "longer than 32": output.replace("  PROC main", f"  CONST robtarget {'p' * 33}:={target(a)};\n  PROC main"),
-        "confdata": output.replace(f"[{','.join(map(str, conf))}],{AXES}],v20,sm,wd,fine", f"[1,1,1,1],{AXES}],v20,sm,wd,fine"),
+        "confdata": output.replace(
+            f"[{','.join(map(str, conf))}],{AXES}],v20,sm,wd,fine", f"[1,1,1,1],{AXES}],v20,sm,wd,fine"
+        ),
     }
     for word, text in cases.items():
         assert text != output
@@ -122,7 +124,7 @@ def test_corner_stays_within_the_zone(seam: tuple[list[np.ndarray], tuple[int, .
 @pytest.mark.parametrize("seed", range(4))
 def test_generated_programs_are_playable(seed: int) -> None:
     text = generate_programs.generate(seed)
-    module, moves, skipped = rapid.motions(text)
+    _, moves, skipped = rapid.motions(text)
     assert skipped == []
     assert len(moves) >= 5
     legs = paths.play(A.irb4600(), moves, 0.01)

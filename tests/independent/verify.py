@@ -125,7 +125,9 @@ def check(
             if written[k].problem and not leg.problem:
                 report.violations.append(f"output line {new[k].line}: {new[k].name}: {written[k].problem}")
         if final.conf_wrong and not leg.conf_wrong:
-            report.violations.append(f"output line {new[last].line}: confdata {new[last].conf} is not where the joints are")
+            report.violations.append(
+                f"output line {new[last].line}: confdata {new[last].conf} is not where the joints are"
+            )
         if leg.problem or final.problem or not len(leg.q) or not len(final.q):
             seg.counted, seg.note = False, leg.problem or final.problem or "not played"
             continue
@@ -269,7 +271,9 @@ def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm:
                 found.append(f"{where}: other data {mine} than {theirs}")
             keep = {"wobj", "weave", "track", "seamname", "corr", "tload"} if x.weld else {"wobj", "tload"}
             for name in keep:
-                if x.optional.get(name, "").lower() != m.optional.get(name, "").lower() or (name in x.optional) != (name in m.optional):
+                if x.optional.get(name, "").lower() != m.optional.get(name, "").lower() or (name in x.optional) != (
+                    name in m.optional
+                ):
                     found.append(f"{where}: \\{name} differs")
             if not np.allclose(x.tool, m.tool):
                 found.append(f"{where}: other tool")

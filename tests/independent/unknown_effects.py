@@ -1,0 +1,128 @@
+"""Effects that no library has: what remains must be called unknown, with the channel it follows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tests.independent import arm as A
+from tests.independent.cells import DEG, Hidden, States, column
+
+
+def _unknown(
+    kind: str, channels: tuple[str, ...], accept: tuple[str, ...] = (), needs: str = "", note: str = "", **parts: Any
+) -> Hidden:
+    return Hidden(kind, "unknown", accept=accept, channels=channels, needs=needs, note=note, **parts)
+
+
+def angle_step(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j = int(g.choice([0, 1, 2, 3]))
+    at = {0: g.uniform(-40, 40), 1: g.uniform(-5, 40), 2: g.uniform(-30, 15), 3: g.uniform(-60, 60)}[j] * DEG
+    size = g.uniform(0.015, 0.03) * DEG * (1 if j < 3 else 2.5)
+    return _unknown(
+        "angle_step",
+        (f"q{j + 1}",),
+        ("joint_error_map",),
+        note=f"{size / DEG:.3f} deg at {at / DEG:.0f} deg",
+        joint=lambda s, tau: column(j, size * (s.q[:, j] > at)),
+    )
+
+
+def kink(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j = int(g.choice([0, 1, 2]))
+    at, k = g.uniform(-20, 20) * DEG, g.uniform(0.03, 0.06) * DEG
+    return _unknown(
+        "kink",
+        (f"q{j + 1}",),
+        ("joint_error_map",),
+        note=f"{k / DEG:.3f} deg/rad",
+        joint=lambda s, tau: column(j, k * np.abs(s.q[:, j] - at)),
+    )
+
+
+def friction_load(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j = int(g.choice([1, 2]))
+    c = g.uniform(0.010, 0.02) * DEG / (1500 if j == 1 else 800)
+    return _unknown(
+        "friction_load", (f"dir{j + 1}", f"load{j + 1}"), note=f"joint {j + 1}: {c:.1e} rad/(N m) times direction",
+        joint=lambda s, tau: column(j, -c * s.approach[:, j] * np.abs(tau[:, j])),
+    )  # fmt: skip
+
+
+def quadratic_drift(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    way = g.normal(size=3)
+    size = way / np.linalg.norm(way) * g.uniform(0.4, 0.7) * 1e-3
+    return _unknown(
+        "quadratic_drift",
+        ("time", "temperature"),
+        note="frame",
+        world=lambda s, p: size * ((s.time / 2.2e4 - 0.5) ** 2 * 4)[:, None],
+    )
+
+
+def warm_up(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, size, tau0 = int(g.choice([0, 1, 2])), g.uniform(0.015, 0.03) * DEG, g.uniform(1200, 3000)
+    return _unknown(
+        "warm_up",
+        ("time", "temperature"),
+        note=f"joint {j + 1} {size / DEG:.3f} deg, {tau0:.0f} s",
+        joint=lambda s, tau: column(j, size * (1 - np.exp(-s.time / tau0))),
+    )
+
+
+def joint_product(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    a, b = (int(x) for x in g.choice([0, 1, 2, 3], size=2, replace=False))
+    size = g.uniform(0.02, 0.035) * DEG
+    return _unknown(
+        "joint_product",
+        (f"q{a + 1}", f"q{b + 1}"),
+        note=f"q{a + 1} q{b + 1}",
+        joint=lambda s, tau: column(1, size * np.sin(2 * s.q[:, a]) * np.sin(3 * s.q[:, b])),
+    )
+
+
+def payload_squared(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, size = int(g.choice([1, 2])), g.uniform(0.015, 0.03) * DEG
+    return _unknown(
+        "payload_squared",
+        ("payload", f"load{j + 1}"),
+        note=f"joint {j + 1}",
+        joint=lambda s, tau: column(j, size * (s.mass / 60.0) ** 2),
+    )
+
+
+def floor_sway(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    period, size = g.uniform(3000, 7000), g.uniform(0.1, 0.2) * 1e-3
+    way = np.array([np.cos(a := g.uniform(0, 6)), np.sin(a), 0.0])
+    return _unknown(
+        "floor_sway",
+        ("time",),
+        note=f"{period:.0f} s",
+        world=lambda s, p: size * way * np.sin(2 * np.pi * s.time / period)[:, None],
+    )
+
+
+def tracker_scale(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k = g.uniform(0.8e-4, 1.6e-4) * g.choice([-1, 1])
+    return _unknown("tracker_scale", ("x", "y", "z"), note=f"{k:.1e}", world=lambda s, p: k * p)
+
+
+def gap_by_angle(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, h = int(g.choice([0, 1, 2])), g.uniform(0.012, 0.02) * DEG
+    return _unknown(
+        "gap_by_angle",
+        (f"dir{j + 1}", f"q{j + 1}"),
+        note=f"joint {j + 1}",
+        joint=lambda s, tau: column(j, -h * s.approach[:, j] * np.sin(2 * s.q[:, j])),
+    )
+
+
+def speed_squared(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, k = int(g.choice([0, 1, 2])), g.uniform(4e-4, 8e-4)
+
+    def joint(s: States, tau: np.ndarray) -> np.ndarray:
+        assert s.v is not None
+        return column(j, k * s.v[:, j] ** 2)
+
+    return _unknown("speed_squared", (f"v{j + 1}",), note=f"joint {j + 1}", needs="moving", joint=joint)
