@@ -18,7 +18,7 @@ class InstrumentFrame(
 ):
     """The base as the instrument sees it: position and orientation.
 
-    Equation: T_instrument_base = Exp(x), x = translation [m] and rotation vector [rad], six constants.
+    Equation: T_instrument_base = translation x[:3] [m], then the rotation vector x[3:] [rad]; six constants.
     Source: rigid-body geometry. Typical size: metres and any angle where the instrument was set up freely,
     2 mm and 1 mrad where the frame was measured on the base.
     """

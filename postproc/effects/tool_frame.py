@@ -20,7 +20,8 @@ class ToolFrame(
 ):
     """The tool centre point is not where the program's tooldata says.
 
-    Equation: T_flange_tcp = nominal tool * Exp(x), x in tool axes; with positions alone only the translation counts.
+    Equation: T_flange_tcp = nominal tool, then translation x[:3] [m] and rotation vector x[3:] [rad] in tool axes;
+    with positions alone only the translation counts.
     Source: rigid-body geometry. Typical size: 0.3 to 3 mm after a four-point calibration by hand; needs three or more
     orientations to be told from the instrument's frame.
     """

@@ -1,0 +1,43 @@
+"""The pages about effects say what the code does."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from postproc.effects import conformance, files, registry, trial
+from postproc.effects.page import with_library
+from postproc.effects.registry import load_effect_file
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_page_of_the_library_is_up_to_date():
+    page = (ROOT / "docs/effects.md").read_text(encoding="utf-8")
+    assert with_library(page) == page, "run: python -m postproc.effects.page docs/effects.md"
+
+
+@pytest.mark.parametrize("page", ["docs/effects.md", "CONTRIBUTING.md"])
+def test_the_effect_shown_on_the_page_passes_the_kit(page, tmp_path):
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 15
+    path = tmp_path / "gear_step.py"
+    path.write_text(code)
+    (cls,) = load_effect_file(path)
+    assert cls.key == "gear_step"
+
+
+def test_every_code_is_explained_and_every_explained_code_is_used():
+    text = "".join(Path(m.__file__).read_text(encoding="utf-8") for m in (conformance, files, registry, trial))
+    used = set(re.findall(r"EFF\d{3}", text))
+    explained = re.findall(r"^## (EFF\d{3}) \S", (ROOT / "docs/diagnostics/EFF.md").read_text(encoding="utf-8"), re.M)
+    assert sorted(used) == explained
+
+
+def test_toml_example_is_a_model():
+    import tomllib
+
+    (text,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs/effects.md").read_text(encoding="utf-8"), re.DOTALL)
+    library = registry.effect_library()
+    for key, table in tomllib.loads(text)["effects"].items():
+        assert library[key].problems(table) == []
