@@ -20,6 +20,7 @@ from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 
 UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
+_STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
 _ROUNDS = 3
 _KEPT = 1.001  # ratio to a limit that counts as kept
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
@@ -55,7 +56,7 @@ def solve(robot: Robot, runs: Runs, grid: Grid, constraints: Sequence[Any] = ())
         dof = 6
 
         def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            bound = np.column_stack([np.zeros(len(grid.cap)), (grid.cap / UNIT) ** 2])
+            bound = np.column_stack([np.zeros(len(grid.cap)), np.maximum((grid.cap / UNIT) ** 2, _STOP)])
             return None, None, None, None, None, None, bound
 
     limits = [JointVelocityConstraint(robot.speed), JointAccelerationConstraint(robot.acceleration), SpeedCap()]
