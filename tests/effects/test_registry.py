@@ -12,7 +12,31 @@ from postproc.effects import registry
 from postproc.effects.base import Effect, param
 from postproc.effects.registry import BUILT_IN, effect_library, find_effect, load_effect_file, origin
 
-KEYS = ["instrument_frame", "tool_frame", "joint_offset", "link_geometry", "joint_compliance", "nonlinear_compliance", "backlash", "transmission_error", "joint_error_map", "arm_load", "gravity_compensator", "payload_error", "dress_pack", "thermal_growth", "thermal_joint_drift", "base_compliance", "bearing_tilt", "link_compliance", "servo_lag", "wrist_coupling", "frame_drift", "session", "outlier"]
+KEYS = [
+    "instrument_frame",
+    "tool_frame",
+    "joint_offset",
+    "link_geometry",
+    "joint_compliance",
+    "nonlinear_compliance",
+    "backlash",
+    "transmission_error",
+    "joint_error_map",
+    "arm_load",
+    "gravity_compensator",
+    "payload_error",
+    "dress_pack",
+    "thermal_growth",
+    "thermal_joint_drift",
+    "base_compliance",
+    "bearing_tilt",
+    "link_compliance",
+    "servo_lag",
+    "wrist_coupling",
+    "frame_drift",
+    "session",
+    "outlier",
+]
 
 STEP = '''\
 import numpy as np
