@@ -8,12 +8,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
-from postproc.effects.geometry import force_at, point_in_base
+from postproc.effects.geometry import distal_point, force_at, point_in_base
+from postproc.robot.arm import Robot
 
 
 class DressPack(
     Effect,
-    reads=("pose",),
+    reads=("pose", "robot"),
     confused_with={
         "payload_error": "the same pose with the hose taken off; or the same wrist with joint 2 and 3 elsewhere",
         "arm_load": "wrist turns with the rest of the arm held",
@@ -52,17 +53,28 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """From above the elbow (forearm housing or upper arm) to the flange; always taut, or slack half the time."""
-        if current is not None or state.T_base_body is None:
+        """From the forearm housing, the upper arm or the forearm to the flange; always taut, or slack half the time."""
+        if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
-        for body in (3, 2):
-            # 0.3 m on the side that looks up on average.
-            up = state.T_base_body[:, body, 2, :3].mean(axis=0)
-            start = cls(body_from=body, from_m=0.3 * up / max(float(np.linalg.norm(up)), 1e-9))
-            distance = start._ends(state)[2]
-            for share in (0.0, 0.5):
-                slack = 0.9 * float(distance.min()) if share == 0.0 else float(np.quantile(distance, share))
-                effect = cls(body_from=body, from_m=start.from_m, slack_m=slack)
-                found.append(variant(effect, f"from body {body}, {'slack at times' if share else 'always taut'}"))
+        for body, point in _starts(state.T_base_body, state.robot):
+            distance = cls(body_from=body, from_m=point)._ends(state)[2]
+            for label, slack in (("always taut", 0.9 * distance.min()), ("slack at times", np.median(distance))):
+                effect = cls(body_from=body, from_m=point, slack_m=float(slack))
+                found.append(variant(effect, f"from body {body}, {label}"))
         return tuple(found)
+
+
+def _starts(T_base_body: Array, robot: Robot) -> list[tuple[int, Array]]:
+    """Where a fit begins: 0.3 m above the elbow and the shoulder, and 0.2 m beside the forearm on four sides."""
+    found: list[tuple[int, Array]] = []
+    for body in (3, 2):
+        up = T_base_body[:, body, 2, :3].mean(axis=0)
+        found.append((body, 0.3 * up / max(float(np.linalg.norm(up)), 1e-9)))
+    span = distal_point(robot, 4)
+    along = span / max(float(np.linalg.norm(span)), 1e-9)
+    side = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    side /= np.linalg.norm(side)
+    for way in (side, -side, np.cross(along, side), -np.cross(along, side)):
+        found.append((4, 0.3 * span + 0.2 * way))
+    return found

@@ -51,7 +51,8 @@ class LinkCompliance(
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)
-        every = [bodies, *((b,) for b in bodies)] if len(bodies) > 1 else [bodies]
+        # A short housing that carries long ones bends as well, so each body is tried alone.
+        every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in long_bodies(state.robot, 0.1))]
         return tuple(_without_stretch(cls(body=b)) for b in every)
 
 

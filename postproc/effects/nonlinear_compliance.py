@@ -45,8 +45,8 @@ class NonlinearCompliance(
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         found: list[Variant] = []
-        for law in ("tanh", "cubic"):
-            for share in SHARES_OF_LOAD if law == "tanh" else (1.0,):
+        for law in cls.structures()["law"].choices:
+            for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
                 start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5))
                 for form in by_joint(start):
                     # The knee of a cubic only scales its amplitude.

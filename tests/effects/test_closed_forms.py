@@ -226,7 +226,7 @@ def test_payload_error_in_tool0_and_as_a_share_of_the_stated_payload():
 
 
 def test_dress_pack_pulls_when_taut_and_hangs_when_slack():
-    state = bodies(b3=placed((0, 0, 2)), b6=placed((1, 0, 1)))
+    state = replace(bodies(b3=placed((0, 0, 2)), b6=placed((1, 0, 1))), robot=example_arm())
     # From (0, 0, 2.3) to (1, 0, 1.1).
     ends = {"from_m": [0, 0, 0.3], "to_m": [0, 0, 0.1], "stiffness_N_per_m": 300.0}
     taut = load_of(DressPack(slack_m=0.5, **ends), state).body
