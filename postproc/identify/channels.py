@@ -1,0 +1,60 @@
+"""Everything that a deviation could follow, by the names that reports and JSON use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+
+UNITS: Mapping[str, tuple[str, float]] = {
+    "q": ("deg", 180 / np.pi),
+    "v": ("deg/s", 180 / np.pi),
+    "a": ("deg/s^2", 180 / np.pi),
+    "dir": ("", 1.0),
+    "load": ("N m", 1.0),
+    "temperature": ("degC", 1.0),
+    "time": ("s", 1.0),
+    "payload": ("kg", 1.0),
+    "x": ("mm", 1e3),
+    "y": ("mm", 1e3),
+    "z": ("mm", 1e3),
+    "session": ("", 1.0),
+}
+"""Unit shown to people and the factor to it, by the channel's name without its number."""
+
+
+def channels(state: State, position: Array) -> dict[str, Array]:
+    """Channels that vary: q1 .. q6, v1 .. v6, dir1 .. dir6, load1 .. load6, temperature, time, payload, x, y, z, session, others.
+
+    Args:
+        state: with loads filled in; position: (n, 3) TCP in the base frame [m].
+    """
+    found: dict[str, Array] = {}
+    for name, values in (("q", state.q), ("v", state.v), ("a", state.a), ("dir", state.approach), ("load", state.joint_load)):
+        if values is not None:
+            found.update({f"{name}{j + 1}": values[:, j] for j in range(6)})
+    for name, column in (
+        ("temperature", state.temperature),
+        ("time", state.time),
+        ("payload", state.payload_mass),
+        ("session", state.session),
+    ):
+        if column is not None:
+            found[name] = np.asarray(column, dtype=float)
+    found.update({name: position[:, i] for i, name in enumerate("xyz")})
+    found.update({name: np.asarray(column, dtype=float) for name, column in state.channels.items()})
+    return {name: values for name, values in found.items() if varies(values)}
+
+
+def varies(values: Array) -> bool:
+    """Whether a channel changes by more than rounding."""
+    return bool(np.isfinite(values).all() and np.ptp(values) > 1e-9 * (1 + np.abs(values).max()))
+
+
+def shown(channel: str, value: float) -> str:
+    """A channel's value with its unit, ``22 deg``."""
+    unit, factor = UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
+    return f"{value * factor:.3g} {unit}".rstrip()

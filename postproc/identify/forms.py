@@ -1,0 +1,151 @@
+"""Forms of effects as whitened columns, and how far each would bring the residual down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, Variant
+from postproc.identify.linear import Linear
+from postproc.identify.problem import Problem
+
+
+@dataclass(frozen=True)
+class Form:
+    """One way in which an effect could act on this data.
+
+    Args:
+        key: of the effect; label: which form.
+        effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
+        columns: (N, m) whitened columns of the screened entries; scale: (m,) their ordinary sizes.
+        forming: how many parameters beyond the screened ones a full fit would move.
+    """
+
+    key: str
+    label: str
+    effect: Effect
+    refit: NDArray[np.bool_]
+    columns: Array
+    scale: Array
+    forming: int = 0
+
+
+WIDE = 3.0
+
+
+def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None) -> list[Form]:
+    """All forms of one effect on the data of a problem; those that move nothing are left out."""
+    found: list[Form] = []
+    state = problem.sensitivity.state
+    for v in cls.variants(state, current):
+        form = make_form(problem, v)
+        if form is not None:
+            found.append(form)
+    return found
+
+
+def make_form(problem: Problem, v: Variant) -> Form | None:
+    """The whitened columns of a variant, None where they vanish on this data."""
+    columns = problem.columns(v.effect, v.free)
+    if not np.isfinite(columns).all() or not columns.any():
+        return None
+    forming = int((v.refit & ~v.effect.amplitudes()).sum())
+    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), forming)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a form would bring.
+
+    Args:
+        fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
+        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the same.
+        evidence: 2 log of the odds against nothing, before counting how many forms were tried.
+    """
+
+    fall: float
+    count: int
+    visible: float
+    evidence: float
+
+
+NOTHING = Gain(0.0, 0, 0.0, -np.inf)
+
+
+def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
+    """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
+    result: list[Gain] = [NOTHING] * len(forms)
+    by_width: dict[int, list[int]] = {}
+    for i, form in enumerate(forms):
+        by_width.setdefault(form.columns.shape[1], []).append(i)
+    for width, members in by_width.items():
+        chunk = max(1, int(4e7 / (len(linear.residual) * width)))
+        for at in range(0, len(members), chunk):
+            some = members[at : at + chunk]
+            stacked = np.hstack([as_rows(linear, forms[i].columns * forms[i].scale) for i in some])
+            length = np.linalg.norm(stacked, axis=0)
+            projected = linear.project(stacked)
+            for k, i in enumerate(some):
+                own = slice(k * width, (k + 1) * width)
+                result[i] = gain(linear, projected[:, own], length[own], forms[i].forming, forms[i].effect.roughness() is not None)
+    return result
+
+
+def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flexible: bool = False) -> Gain:
+    """What projected columns, each for an ordinary size of its parameter, would bring.
+
+    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T C,  b = C^T r:
+    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free. Directions that the
+    data cannot see cost and bring nothing; absurdly large parameters cost much.
+    Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
+    """
+    rest = linear.rest
+    before, freedom = float(rest @ rest), float(linear.freedom)
+    # Below a thousandth of its length a direction is what the fitted parameters can do as well.
+    G = projected.T @ projected
+    unit = np.where(length > 0, length, 1.0)
+    value, vector = np.linalg.eigh(G / np.outer(unit, unit))
+    good = value > 1e-6
+    count = int(good.sum())
+    if not count or freedom - count - forming < 1:
+        return NOTHING
+    basis = vector[:, good] / np.sqrt(value[good])
+    b = projected.T @ rest
+    along = basis.T @ (b / unit)
+    fall = min(float(along @ along), before)
+    s2 = max(before - fall, 1e-12 * before) / (freedom - count - forming)
+    strength, turn = np.linalg.eigh(G)
+    strength = np.maximum(strength, 0.0)
+    seen = turn.T @ b
+    q = float(np.sum(seen**2 / (strength + s2 / WIDE**2)))
+    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(np.sum(np.log1p(strength * WIDE**2 / s2)))
+    worth = bayes - forming * float(np.log(freedom))
+    if flexible:
+        # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
+        worth = min(worth, schwarz(before, fall, count, freedom, 1.0))
+    return Gain(fall, count + forming, float(np.sqrt(strength.sum())), worth)
+
+
+def as_rows(linear: Linear, columns: Array) -> Array:
+    """Columns with zeros in the extra rows that penalties of the fitted model add."""
+    missing = len(linear.residual) - len(columns)
+    return np.vstack([columns, np.zeros((missing, columns.shape[1]))]) if missing else columns
+
+
+def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:
+    """nu log(S / (S - fall)) - m log(nu) - 2 log(tried): the same for parameters whose ordinary size nobody knows, Schwarz (1978)."""
+    if count == 0 or freedom - count < 1:
+        return -np.inf
+    after = max(before - fall, 1e-12 * before)
+    return float(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried))
+
+
+def ordinary(effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Ordinary size of the parameters of a mask; rough shares of a free function are smaller than smooth ones."""
+    rough = effect.roughness()
+    size = effect.scale() if rough is None else effect.scale() / np.maximum(rough, 1e-12)
+    return np.asarray(size[mask])

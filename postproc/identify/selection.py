@@ -1,0 +1,188 @@
+"""Which effects are missing: score tests of all forms, full refits of the best, one more at a time, and back again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.identify.fit import Fit, fit_model
+from postproc.identify.forms import Form, Gain, as_rows, forms_of, gain, gains, ordinary
+from postproc.identify.linear import Linear, f_test
+from postproc.identify.problem import Problem
+
+SIGNIFICANT = 2e-3
+"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
+MATERIAL = 0.01
+"""An effect must explain at least this share of what is left, however many rows make it significant."""
+CLOSE = 8.0
+"""Forms whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
+UNLIKELY = {"bearing_tilt": 4.0, "session": 4.0, "link_geometry": 4.0}
+"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
+DEEPEST = 8
+"""Terms of one effect that are searched one after another."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """The best composition of one effect's forms on this data.
+
+    Args:
+        key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of the number of
+            forms tried.
+        visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was tried.
+    """
+
+    key: str
+    effect: Effect
+    free: NDArray[np.bool_]
+    label: str
+    evidence: float
+    fall: float
+    count: int
+    searched: float
+    visible: float
+    p_value: float
+
+
+@dataclass
+class Screen:
+    """Forms of every testable effect on one problem, made once and screened often."""
+
+    problem: Problem
+    classes: Mapping[str, type[Effect]]
+    first: dict[str, list[Form]] = field(default_factory=dict)
+
+    def forms(self, key: str, current: Effect | None) -> list[Form]:
+        if current is not None:
+            return forms_of(self.problem, self.classes[key], current)
+        if key not in self.first:
+            self.first[key] = forms_of(self.problem, self.classes[key], self.problem.model.effect(key))
+        return self.first[key]
+
+
+def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
+    """The best composition of an effect's forms: the best one, then more of its own while each is worth its parameters.
+
+    Two starts, the best form and the best among the narrowest; None where no form moves anything.
+    """
+    forms = screen.forms(key, None)
+    if not forms:
+        return None
+    measured = gains(linear, forms)
+    best = max(range(len(forms)), key=lambda i: measured[i].evidence)
+    narrow = min((g.count for g in measured if g.count), default=0)
+    thin = [i for i, g in enumerate(measured) if g.count == narrow]
+    starts = {best, max(thin, key=lambda i: measured[i].evidence)} if narrow else set()
+    visible = max((g.visible for g in measured), default=0.0)
+    found = [_grow(screen, linear, forms[i], measured[i], len(forms)) for i in starts]
+    if not found:
+        form = forms[best]
+        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, len(forms), visible, 1.0)
+    return replace(max(found, key=lambda c: c.evidence), visible=visible)
+
+
+def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -> Candidate:
+    before = float(linear.rest @ linear.rest)
+    effect, free, labels, whole = form.effect, form.refit, [form.label], first
+    searched = 2 * float(np.log(forms)) + UNLIKELY.get(form.key, 0.0)
+    inner = linear.extended(_columns(screen, linear, effect, free))
+    while whole.evidence - searched > 0 and len(labels) < DEEPEST:
+        options = screen.forms(form.key, effect)
+        measured = gains(inner, options)
+        k = max(range(len(options)), key=lambda i: measured[i].evidence)
+        cost = 2 * float(np.log(len(options)))
+        if measured[k].evidence <= cost:
+            break
+        new = options[k].effect
+        mask = options[k].refit | free if _structure(new) == _structure(effect) else options[k].refit
+        columns = _columns(screen, linear, new, mask)
+        forming = int((mask & ~new.amplitudes()).sum())
+        flexible = new.roughness() is not None
+        trial = gain(linear, linear.project(columns), np.linalg.norm(columns, axis=0), forming, flexible)
+        if trial.evidence - searched - cost <= whole.evidence - searched:
+            break
+        effect, free, whole, inner = new, mask, trial, linear.extended(columns)
+        searched += cost
+        labels.append(options[k].label)
+    p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
+    corrected = float(np.exp(min(0.0, np.log(max(p, 1e-300)) + searched / 2))) if p > 0 else 0.0
+    label = "; ".join(text for text in labels if text)
+    return Candidate(
+        form.key, effect, free, label, whole.evidence - searched, whole.fall, whole.count, searched, whole.visible, corrected
+    )
+
+
+def _columns(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Columns of the amplitudes of a mask for their ordinary sizes; what forms the effect has none while they are null."""
+    linear_part = _linear(effect, mask)
+    return as_rows(linear, screen.problem.columns(effect, linear_part) * ordinary(effect, linear_part))
+
+
+def _structure(effect: Effect) -> tuple[object, ...]:
+    return tuple(getattr(effect, name) for name in effect.structures())
+
+
+def _linear(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The amplitudes of a mask: what forms the effect has no column while the amplitudes are null."""
+    return mask & effect.amplitudes()
+
+
+def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
+    """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
+    mask = _linear(candidate.effect, candidate.free)
+    columns = screen.problem.columns(candidate.effect, mask)
+    projected = linear.project(as_rows(linear, columns))
+    length = np.linalg.norm(projected, axis=0)
+    scale = np.where(length > 0, length, 1.0)
+    solution, *_ = np.linalg.lstsq(projected / scale, linear.rest, rcond=1e-4)
+    x = candidate.effect.vector().copy()
+    x[mask] += solution / scale
+    low, high = candidate.effect.bounds()
+    return candidate.effect.with_vector(np.clip(x, low, high))
+
+
+def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, penalty: Mapping[str, float]) -> Fit | None:
+    """The model with a candidate, everything fitted again; None where that fails."""
+    free = {**base.free, candidate.key: candidate.free}
+    try:
+        return fit_model(
+            base.model,
+            base.data,
+            [with_amplitudes(screen, linear, candidate)],
+            free=free,
+            noise=base.noise.position if base.noise.origin == "user" else None,
+            penalty=penalty,
+        )
+    except PostprocError:
+        return None
+
+
+def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
+    """The candidate with the fall of its full refit in place of the linear one."""
+    before = float(base.linear.rest @ base.linear.rest)
+    rest = min(float(after.linear.rest @ after.linear.rest), before)
+    freedom = base.linear.freedom
+    linear = max(before - candidate.fall, 1e-12 * before)
+    worth = candidate.evidence + freedom * float(np.log(linear / max(rest, 1e-12 * before)))
+    p = f_test(before, rest, candidate.count, freedom - candidate.count)
+    corrected = float(np.exp(min(0.0, np.log(p) + candidate.searched / 2))) if p > 0 else 0.0
+    effect = after.model.effect(candidate.key) or candidate.effect
+    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=corrected)
+
+
+def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
+    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
+    before = float(base.linear.rest @ base.linear.rest)
+    return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
+
+
+def confusable(ranking: Sequence[Candidate], chosen: Candidate) -> tuple[str, ...]:
+    """Effects that explain the same data nearly as well as the chosen one."""
+    return tuple(c.key for c in ranking if c.key != chosen.key and c.evidence > chosen.evidence - CLOSE and c.evidence > 0)

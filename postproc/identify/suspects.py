@@ -1,0 +1,235 @@
+"""What the remaining structure follows when no effect of the library explains it: free patterns of channels at places of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.identify.channels import shown
+from postproc.identify.forms import schwarz
+from postproc.identify.linear import Linear
+from postproc.identify.problem import Problem
+from postproc.identify.sensitivity import INSTRUMENT, TOOL
+
+STEPS, KINKS = 24, 9
+ODDS = 16.0
+"""A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A function of one or two channels, (n,) values without physical unit.
+
+    Args:
+        channels: one or two names; text: such as ``step near 22 deg``.
+        source: the channel itself, where the pattern has an edge or a knot that can be moved.
+    """
+
+    channels: tuple[str, ...]
+    text: str
+    values: Array
+    source: Array | None = None
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A place of the arm that moves with a pattern of a channel.
+
+    Args:
+        channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
+        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried.
+        columns: (N, m) whitened columns.
+    """
+
+    channel: str
+    where: str
+    pattern: str
+    share: float
+    fall: float
+    evidence: float
+    columns: Array
+
+    def as_json(self) -> dict[str, Any]:
+        return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
+
+
+def patterns(channels: Mapping[str, Array]) -> list[Pattern]:
+    """Steps, kinks, low powers and windows of every channel, and products of two."""
+    found: list[Pattern] = []
+    for name, values in channels.items():
+        found += _of_one(name, values)
+    names = list(channels)
+    for i, first in enumerate(names):
+        for second in names[i + 1 :]:
+            if {first[0], second[0]} <= {"x", "y", "z"} and len(first) == len(second) == 1:
+                continue
+            found += _of_two(first, channels[first], second, channels[second])
+    return found
+
+
+def _of_one(name: str, values: Array) -> Iterator[Pattern]:
+    distinct = np.unique(values)
+    if len(distinct) <= 4:
+        # Approach sides, payloads, sessions: their own value, and being one of them.
+        yield Pattern((name,), "proportional", values)
+        if len(distinct) > 2:
+            for value in distinct:
+                yield Pattern((name,), f"at {shown(name, float(value))}", (values == value).astype(float))
+        return
+    centre, half = float(np.median(values)), 0.5 * float(np.ptp(values))
+    scaled = (values - centre) / half
+    yield Pattern((name,), "proportional", scaled)
+    yield Pattern((name,), "curved", scaled**2)
+    yield Pattern((name,), "s-shaped", scaled**3)
+    span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
+    edges = list(span) + ([0.0] if values.min() < 0 < values.max() else [])
+    for edge in edges:
+        yield Pattern((name,), f"step near {shown(name, float(edge))}", (values > edge) * 1.0, values)
+    knots = list(np.quantile(values, np.linspace(0.1, 0.9, KINKS))) + ([0.0] if values.min() < 0 < values.max() else [])
+    for knot in knots:
+        yield Pattern((name,), f"kink near {shown(name, float(knot))}", np.abs(values - knot) / half, values)
+    for k in range(1, STEPS - 2, 2):
+        for width in (2, 4):
+            if k + width < STEPS:
+                inside = (values > span[k]) & (values < span[k + width])
+                text = f"only between {shown(name, float(span[k]))} and {shown(name, float(span[k + width]))}"
+                yield Pattern((name,), text, inside * 1.0)
+
+
+def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
+    text = f"product of {first} and {second}"
+    names = (first, second)
+    raw = a * b
+    yield Pattern(names, text, raw / max(float(np.abs(raw).max()), 1e-300))
+    middle = (a - a.mean()) * (b - b.mean())
+    yield Pattern(names, text, middle / max(float(np.abs(middle).max()), 1e-300))
+    for sign, size, order in ((a, b, names), (b, a, names[::-1])):
+        if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
+            value = np.sign(sign) * np.abs(size)
+            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value / max(float(np.abs(value).max()), 1e-300))
+
+
+def places(problem: Problem) -> dict[str, Array]:
+    """(n, r, m) derivative of the prediction by a move at each place: joints (turn), instrument and tool (translation)."""
+    J = problem.sensitivity.matrix
+    found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
+    found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
+    found["tool"] = J[:, :, TOOL : TOOL + 3]
+    return {name: columns for name, columns in found.items() if columns.any()}
+
+
+def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: int = 40) -> list[Suspect]:
+    """The patterns that would bring the residual down most, strongest first, with the fitted parameters projected out."""
+    used = problem.weights.used
+    rows = problem.row
+    weights = problem.weights.values[used]
+    values = np.array([p.values for p in every]).T[rows]
+    rest = linear.rest
+    before = float(rest @ rest)
+    places_ = places(problem)
+    tried = len(every) * len(places_)
+    found: list[tuple[float, float, str, int]] = []
+    for where, J in places_.items():
+        whitened = J[used] * weights[:, None]
+        fall, count = _falls(linear, whitened, values)
+        for k in np.argsort(-fall)[:top]:
+            worth = schwarz(before, float(fall[k]), count, linear.freedom, tried) - ODDS
+            found.append((worth, float(fall[k]), where, int(k)))
+    found.sort(key=lambda item: -item[0])
+    found, every = _sharpened(problem, linear, found[:top], every, places_, tried)
+    values = np.array([p.values for p in every]).T[rows]
+    above = max(before - linear.freedom, 0.1 * before)
+    result: list[Suspect] = []
+    for worth, fall_, where, k in found[:top]:
+        columns = places_[where][used] * weights[:, None] * values[:, k : k + 1]
+        pattern = every[k]
+        share = min(1.0, fall_ / above)
+        for channel in pattern.channels:
+            result.append(Suspect(channel, where, pattern.text, share, fall_, worth, columns))
+    return result
+
+
+def _sharpened(
+    problem: Problem,
+    linear: Linear,
+    found: list[tuple[float, float, str, int]],
+    every: list[Pattern],
+    places_: Mapping[str, Array],
+    tried: int,
+) -> tuple[list[tuple[float, float, str, int]], list[Pattern]]:
+    """The same with the edge of the best step and the knot of the best kink moved to where they explain most."""
+    used = problem.weights.used
+    weights = problem.weights.values[used]
+    before = float(linear.rest @ linear.rest)
+    every = list(every)
+    done: set[tuple[str, str, str]] = set()
+    for _, _, where, k in list(found):
+        pattern = every[k]
+        kind = pattern.text.split(" ")[0]
+        if pattern.source is None or (where, pattern.channels[0], kind) in done or len(done) >= 6:
+            continue
+        done.add((where, pattern.channels[0], kind))
+        finer = _finer(kind, pattern)
+        values = np.array([p.values for p in finer]).T[problem.row]
+        fall, count = _falls(linear, places_[where][used] * weights[:, None], values)
+        best = int(np.argmax(fall))
+        worth = schwarz(before, float(fall[best]), count, linear.freedom, 4 * tried) - ODDS
+        every.append(finer[best])
+        found.append((worth, float(fall[best]), where, len(every) - 1))
+    found.sort(key=lambda item: -item[0])
+    return found, every
+
+
+def _finer(kind: str, pattern: Pattern) -> list[Pattern]:
+    assert pattern.source is not None
+    values, name = pattern.source, pattern.channels[0]
+    distinct = np.unique(values)
+    edges = 0.5 * (distinct[1:] + distinct[:-1])
+    edges = edges[:: max(1, len(edges) // 400)]
+    half = 0.5 * float(np.ptp(values))
+    if kind == "step":
+        return [Pattern((name,), f"step near {shown(name, float(e))}", (values > e) * 1.0) for e in edges]
+    return [Pattern((name,), f"kink near {shown(name, float(e))}", np.abs(values - e) / half) for e in edges]
+
+
+def _falls(linear: Linear, whitened: Array, values: Array) -> tuple[Array, int]:
+    """Fall of the sum of squares by place times each pattern, (P,)."""
+    N, m = whitened.shape
+    extra = len(linear.residual) - N
+    Q, rest = linear.nuisance[:N], linear.rest[:N]
+    P = values.shape[1]
+    fall = np.zeros(P)
+    chunk = max(1, int(2e7 / max(1, N * m)))
+    for at in range(0, P, chunk):
+        b = values[:, at : at + chunk]
+        C = (whitened[:, :, None] * b[:, None, :]).reshape(N, -1)
+        inside = Q.T @ C
+        gram_raw = np.einsum("nic,njc->cij", C.reshape(N, m, -1), C.reshape(N, m, -1)) if m > 1 else np.sum(C**2, axis=0)[:, None, None]
+        inner = inside.reshape(-1, m, b.shape[1])
+        gram = gram_raw - (np.einsum("kic,kjc->cij", inner, inner) if m > 1 else np.sum(inside**2, axis=0)[:, None, None])
+        along = (rest @ C).reshape(m, -1).T
+        scale = np.einsum("cii->c", gram_raw)
+        alive = np.einsum("cii->c", gram) > 1e-5 * scale
+        ridge = 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
+        solved = np.linalg.solve(gram + ridge, along[:, :, None])[:, :, 0]
+        fall[at : at + chunk] = np.where(alive, np.einsum("ci,ci->c", along, solved), 0.0)
+    del extra
+    return fall, m
+
+
+def by_channel(suspects: list[Suspect], count: int = 5) -> list[Suspect]:
+    """The strongest suspect of each channel."""
+    seen: dict[str, Suspect] = {}
+    for suspect in suspects:
+        seen.setdefault(suspect.channel, suspect)
+    return list(seen.values())[:count]
+
+
+def blocks_of(linear: Linear, per_row: NDArray[np.int_]) -> NDArray[np.int_]:
+    """(N,) block of each entry of a linear problem, -1 for the rows of a penalty."""
+    return np.asarray(np.where(linear.row >= 0, per_row[np.maximum(linear.row, 0)], -1))
