@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from postproc.diagnostics import Diagnostic
+from postproc.report.document import to_json
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
@@ -42,16 +41,4 @@ def say(text: str) -> None:
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print a document on stdout; numbers that are not finite become null."""
-    print(json.dumps(_plain(document), indent=1, ensure_ascii=True, allow_nan=False))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if hasattr(value, "tolist"):  # numpy arrays and scalars
-        return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    print(to_json(document))

@@ -10,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
+from postproc.motion.path import sample_path
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import read_program
@@ -51,10 +52,11 @@ class Inspection:
 
 
 def inspect_program(source: Source, robot: Robot) -> Inspection:
-    """Read a program, follow it as it runs, and find the posture of the arm at every target."""
+    """Read a program, follow it as it runs, and find the posture of the arm at every target and between them."""
     program = read_program(source)
     followed = walk_program(program)
     moves, unreachable = read_moves(robot, followed.events)
+    _, on_the_way = sample_path(robot, moves, followed.events)
     by_event = {move.event: move for move in moves}
     grouped: dict[int, list[int]] = {}
     for index, event in enumerate(followed.events):
@@ -63,7 +65,7 @@ def inspect_program(source: Source, robot: Robot) -> Inspection:
         _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, robot)
         for statement in program.statements
     ]
-    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable))
+    return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
 
 
 def _row(

@@ -1,0 +1,73 @@
+"""One self-contained HTML page: a sentence and a number first, then pictures, then tables, the document inside."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from postproc.resources import resource
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading, one sentence that says how to read what follows, and HTML."""
+
+    title: str
+    html: str
+    note: str = ""
+
+
+def render_page(title: str, sentence: str, sections: Sequence[Section], document: Mapping[str, Any]) -> str:
+    """The page as text.
+
+    Args:
+        document: the JSON document of the same result, plain values; the page carries it in ``<script id="document">``.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(str(resource("templates"))),
+        undefined=StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    # "</" would end the script element.
+    embedded = json.dumps(document, allow_nan=False).replace("</", "<\\/")
+    shown = [Section(s.title, Markup(s.html), s.note) for s in sections]
+    return environment.get_template("report.html.j2").render(
+        title=title,
+        sentence=sentence,
+        sections=shown,
+        document=Markup(embedded),
+        plotly=Markup(_bundle()) if any("plotly-graph-div" in s.html for s in sections) else "",
+    )
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """A table; numbers stand right, with four significant digits."""
+    head = "".join(f"<th{_kind(cell)}>{escape(name)}</th>" for name, cell in zip(columns, rows[0] if rows else columns))  # noqa: B905
+    body = "".join("<tr>" + "".join(f"<td{_kind(cell)}>{_shown(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _kind(cell: object) -> str:
+    return ' class="number"' if isinstance(cell, (int, float)) and not isinstance(cell, bool) else ""
+
+
+def _shown(cell: object) -> str:
+    if cell is None:
+        return ""
+    return f"{cell:.4g}" if isinstance(cell, float) else escape(str(cell))
+
+
+def _bundle() -> str:
+    from plotly.offline import get_plotlyjs
+
+    text: str = get_plotlyjs()
+    return text
