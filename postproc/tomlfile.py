@@ -1,4 +1,4 @@
-"""TOML files at the boundary: read, check against a schema, and say at file:line:col what is wrong and what is allowed."""
+"""TOML files at the boundary: read, check against a schema, say at file:line:col what is wrong and what is allowed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ def read_source(path: Path, code: str) -> Source:
     try:
         return Source(str(path), path.read_bytes())
     except OSError as error:
-        raise PostprocError(Diagnostic(code, "error", f"cannot read `{path}`: {error.strerror}", help="check the path")) from error
+        raise PostprocError(
+            Diagnostic(code, "error", f"cannot read `{path}`: {error.strerror}", help="check the path")
+        ) from error
 
 
 def parse_toml(source: Source, code: str) -> dict[str, Any]:
@@ -42,9 +44,13 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
     try:
         return tomllib.loads(source.data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise PostprocError(Diagnostic(code, "error", "the file is not UTF-8 text", source, (error.start, error.start + 1))) from error
+        raise PostprocError(
+            Diagnostic(code, "error", "the file is not UTF-8 text", source, (error.start, error.start + 1))
+        ) from error
     except tomllib.TOMLDecodeError as error:
-        raise PostprocError(Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)))) from error
+        raise PostprocError(
+            Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)))
+        ) from error
 
 
 def _error_span(source: Source, message: str) -> Span:
@@ -56,7 +62,7 @@ def _error_span(source: Source, message: str) -> Span:
 
 
 def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
-    """Spans of every key and of its value, in characters, by the path of keys; entries of [[tables]] carry their number."""
+    """Spans of every key and of its value, in characters, by path; entries of [[tables]] carry their number."""
     places: dict[Keys, tuple[Span, Span]] = {}
     prefix: Keys = ()
     counts: dict[Keys, int] = {}
@@ -68,7 +74,9 @@ def locate(text: str) -> dict[Keys, tuple[Span, Span]]:
             at = header.end()
         elif pair := _PAIR.match(text, at):
             end = _value_end(text, pair.end())
-            value = text[pair.end() : end].split("#")[0] if "\n" not in text[pair.end() : end] else text[pair.end() : end]
+            value = (
+                text[pair.end() : end].split("#")[0] if "\n" not in text[pair.end() : end] else text[pair.end() : end]
+            )
             places[prefix + _split(pair[1])] = (pair.span(1), (pair.end(), pair.end() + len(value.rstrip())))
             at = end
         at = text.find("\n", at) + 1
@@ -133,7 +141,9 @@ def unknown_key(keys: Keys, allowed: list[str], source: Source, code: str) -> Di
     close = get_close_matches(name, allowed, 1)
     hint = f"did you mean `{close[0]}`? " if close else ""
     listed = ", ".join(f"`{a}`" for a in allowed) or "nothing"
-    return Diagnostic(code, "error", f"unknown key `{name}`", source, span_of(source, keys), f"{hint}allowed here: {listed}")
+    return Diagnostic(
+        code, "error", f"unknown key `{name}`", source, span_of(source, keys), f"{hint}allowed here: {listed}"
+    )
 
 
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str, prefix: Keys) -> Diagnostic:
@@ -142,15 +152,24 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         return unknown_key(keys, _allowed(schema, tuple(error["loc"])[:-1]), source, code)
     name = ".".join(str(k) for k in keys)
     if error["type"] == "missing":
-        return Diagnostic(code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`")
+        return Diagnostic(
+            code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
+        )
     message = error["msg"][0].lower() + error["msg"][1:]
-    return Diagnostic(code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error))
+    return Diagnostic(
+        code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
+    )
 
 
 def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
     current: Any = schema
     for key in loc:
-        if isinstance(key, str) and isinstance(current, type) and issubclass(current, BaseModel) and key in current.model_fields:
+        if (
+            isinstance(key, str)
+            and isinstance(current, type)
+            and issubclass(current, BaseModel)
+            and key in current.model_fields
+        ):
             annotation = current.model_fields[key].annotation
             candidates = [annotation, *getattr(annotation, "__args__", ())]
             current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)

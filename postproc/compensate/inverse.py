@@ -27,7 +27,9 @@ from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert, pose_error
 
 SWEEPS = 30
-NEAR = 1e-7  # [m] or [rad]: start joints farther from the pose than this are replaced by the nearest closed-form solution
+NEAR = (
+    1e-7  # [m] or [rad]: start joints farther from the pose than this are replaced by the nearest closed-form solution
+)
 DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
 BATCH = 2000
@@ -53,9 +55,9 @@ class Commanded:
 def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e-9) -> Commanded:
     """Commanded joints and poses for which the real arm reaches the desired TCP poses.
 
-    Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected arm
-    (none, if only joints deflect), then q = theta - dq(loads at theta). Both contract by about 1e-3 a sweep. The fixed
-    point is that of Eqs. 24-25 with the accumulated correction p_f <- p_f + (p - p_c).
+    Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected
+    arm (none, if only joints deflect), then q = theta - dq(loads at theta). Both contract by about 1e-3 a sweep. The
+    fixed point is that of Eqs. 24-25 with the accumulated correction p_f <- p_f + (p - p_c).
 
     Args:
         state: n states as they happen along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal
@@ -160,9 +162,7 @@ def _newton(model: Model, state: State, theta: Array) -> Array:
     return damped
 
 
-def _closed_form_steps(
-    model: Model, state: State, theta: Array, deflection: Deflection, desired: Array
-) -> Array:
+def _closed_form_steps(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:
     """Eq. 25 with the closed form, p_f <- p_f + (p - p_c), for poses where the Jacobian is nearly singular."""
     nominal = forward(model.robot, theta)
     real = tcp(deflected_chain(model.robot, theta, deflection.body, False), state, deflection)

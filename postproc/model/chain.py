@@ -1,4 +1,4 @@
-"""Geometry of the deflected arm: T = product of nominal transforms, joint turns and displacements at the ends of bodies."""
+"""Geometry of the deflected arm: the product of nominal transforms, joint turns and displacements of bodies' ends."""
 
 from __future__ import annotations
 
@@ -72,8 +72,9 @@ class Directions:
     """How every coordinate moves what lies beyond it, in chain order, m coordinates.
 
     Args:
-        slide: (n, m, 3) unit direction of sliding coordinates, zero for turns; spin: (n, m, 3) axis of turns, zero for
-        slides; origin: (n, m, 3) a point on the axis [m]; carried: (m,) first body that the coordinate moves (7: flange).
+        slide: (n, m, 3) unit direction of sliding coordinates, zero for turns.
+        spin: (n, m, 3) axis of turns, zero for slides; origin: (n, m, 3) a point on the axis [m].
+        carried: (m,) first body that the coordinate moves (7: flange).
     """
 
     slide: Array
@@ -108,7 +109,7 @@ def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Direction
 
 
 def point_jacobian(along: Directions, point: Array) -> Array:
-    """J_theta of a point (n, 3) beyond all coordinates: linear and angular velocity by coordinate, (n, 6, m), base axes."""
+    """J_theta of a point (n, 3) beyond all coordinates: linear and angular velocity, (n, 6, m), base axes."""
     linear = along.slide + np.cross(along.spin, point[:, None] - along.origin)
     return np.concatenate([linear, along.spin], axis=-1).transpose(0, 2, 1)
 
@@ -117,7 +118,7 @@ def spread(along: Directions, beyond: Array) -> Array:
     """Generalised forces J^T w of wrenches, (n, m).
 
     Args:
-        beyond: (n, 8, 6) force [N] and moment about the base origin [N m], base axes, summed over body k and all after it.
+        beyond: (n, 8, 6) force [N] and moment about the base origin [N m], summed over body k and all after it.
     """
     w = beyond[:, list(along.carried)]
     force, moment = w[..., :3], w[..., 3:]

@@ -31,7 +31,7 @@ def with_parameters(model: Model, x: Array) -> Model:
 
 
 def pose_derivatives(model: Model, state: State, rest: Equilibrium | None = None) -> Array:
-    """Derivatives of T_instrument_tcp by the parameters of all effects, (n, 6, p) [m and rad per unit], instrument axes.
+    """Derivatives of T_instrument_tcp by all parameters, (n, 6, p) [m and rad per unit], instrument axes.
 
     J_theta (I - C K_E)^-1 (dD/dp + C J_theta^T dw/dp): displacements D at fixed loads, loads w through the compliance,
     and both grown by the loads that follow the deflection. One Jacobian a pose serves every effect.
@@ -41,11 +41,13 @@ def pose_derivatives(model: Model, state: State, rest: Equilibrium | None = None
     """
     rest = equilibrium(model, state) if rest is None else rest
     at = tangent(model, rest)
-    return np.concatenate([np.zeros((len(state), 6, 0)), *(effect_derivatives(model, e, rest, at) for e in model.effects)], axis=-1)
+    return np.concatenate(
+        [np.zeros((len(state), 6, 0)), *(effect_derivatives(model, e, rest, at) for e in model.effects)], axis=-1
+    )
 
 
 def effect_derivatives(model: Model, effect: Effect, rest: Equilibrium, at: Tangent) -> Array:
-    """Derivatives by the parameters of one effect, which need not be in the model, (n, 6, p); see `pose_derivatives`."""
+    """Derivatives by the parameters of one effect, in the model or not, (n, 6, p); see `pose_derivatives`."""
     R = np.eye(3) if rest.deflection.instrument is None else displace(rest.deflection.instrument)[..., :3, :3]
     outer = np.zeros((*R.shape[:-2], 6, 6))
     outer[..., :3, :3] = outer[..., 3:, 3:] = R

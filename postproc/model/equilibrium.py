@@ -24,7 +24,7 @@ SWEEPS = 60
 
 @dataclass(frozen=True, slots=True)
 class Deflection:
-    """The sum of what all effects move: joints (n, 6) [rad], ends of bodies, tool, and the base as the instrument sees it."""
+    """What all effects move together: joints (n, 6) [rad], ends of bodies, tool, the base as the instrument sees it."""
 
     joint: Array
     body: Mapping[int, Array]
@@ -57,7 +57,9 @@ def equilibrium(model: Model, state: State) -> Equilibrium:
     """
     state = state.with_(robot=model.robot, gravity=model.gravity)
     if not len(state):
-        state = state.with_(T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6)))
+        state = state.with_(
+            T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
+        )
         return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), 0)
     loaded = carries_load(model)
     ends = loaded and reads_body_loads(model, state)
@@ -118,7 +120,9 @@ def carries_load(model: Model) -> bool:
 def reads_body_loads(model: Model, state: State) -> bool:
     """Whether any effect moves or loads the ends of bodies: asked of one state with loads that are not numbers."""
     nan = {"joint_load": np.zeros((1, 6)), "body_load": np.full((1, 7, 6), np.nan)}
-    probe = take(state, slice(0, 1)).with_(T_base_body=deflected_chain(model.robot, state.q[:1], {}, False).T_base_body, **nan)
+    probe = take(state, slice(0, 1)).with_(
+        T_base_body=deflected_chain(model.robot, state.q[:1], {}, False).T_base_body, **nan
+    )
     shares = [displacement_of(e, probe) for e in model.effects]
     return any(s.body or (s.joint is not None and np.isnan(s.joint).any()) for s in shares)
 
@@ -155,7 +159,7 @@ def coordinates(model: Model, chain: Chain, ends: bool) -> Array:
 
 
 def applied(model: Model, state: State, chain: Chain, deflection: Deflection) -> tuple[Array | None, Array]:
-    """Forces from outside and from effects: (n, 8, 6) about the base origin on bodies 0..6 and the flange, (n, 6) on joints."""
+    """Forces from outside and from effects: (n, 8, 6) on bodies and flange about the base origin, (n, 6) on joints."""
     n = len(state)
     forces: Array | None = None
     torques = np.zeros((n, 6))
@@ -191,7 +195,7 @@ def payload_point(state: State, chain: Chain) -> Array:
 
 
 def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
-    """m (g - a) at the payload's centre, about the base origin, (n, 6): the payload is taken as a point mass."""
+    """Payload as a point mass: force m (g - a) at its centre and moment about the base origin, (n, 6)."""
     point = payload_point(state, chain)
     pull = np.broadcast_to(model.gravity, point.shape)
     if state.v is not None or state.a is not None:
@@ -226,7 +230,7 @@ def _plus(total: Array | None, share: Array | None) -> Array | None:
 
 
 def distance(new: Deflection, old: Deflection) -> Array:
-    """(n,) an upper bound of how far the TCP is from one deflection to the other [m]; tool and instrument do not depend on loads."""
+    """(n,) how far the TCP moves from one deflection to the other [m], from above, without tool and frame."""
     total = np.abs(new.joint - old.joint).max(axis=1) * REACH
     for b, xi in new.body.items():
         step = np.abs(xi - old.body[b]) if b in old.body else np.abs(xi)

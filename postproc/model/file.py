@@ -56,9 +56,9 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
             Diagnostic(
                 "MOD004",
                 "error",
-                f"nothing is known about the stiffness of `{robot.name}`, so it cannot be compensated without a fitted model",
-                help=f"measure the arm and run `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
-                "then give that model with -m",
+                f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model",
+                help=f"measure the arm, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
+                "and give that model with -m",
             )
         )
     return Model(robot, (JointCompliance(compliance_rad_per_Nm=robot.joint_compliance),), robot_name=str(robot_name))
@@ -159,7 +159,7 @@ def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) -> None:
-    """Put values into a tomlkit table: unchanged ones are left as the user wrote them, changed ones keep their comment."""
+    """Put values into a tomlkit table: unchanged ones stay as the user wrote them, changed ones keep their comment."""
     for key, value in content.items():
         if isinstance(value, Mapping):
             if key not in table:

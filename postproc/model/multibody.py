@@ -1,4 +1,4 @@
-"""The pinocchio model of the arm, with virtual springs as extra joints (Pashkevich's virtual joints; physics of Sec. 3.1)."""
+"""The pinocchio model of the arm, with virtual springs as extra joints (virtual joint method; seed paper, Sec. 3.1)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from postproc.robot.arm import Robot
 class Multibody:
     """Weight and inertia of the links on every coordinate of the deflected arm.
 
-    The virtual spring at the far end of body b is three sliding joints along the body's axes, then turns about x, y and z:
+    The virtual spring at the far end of body b is three sliding joints along the body's axes, then turns about x, y, z:
     coordinates with one number each, so that loads are their exact conjugates and the stiffness matrix is symmetric.
 
     Args:
@@ -31,7 +31,14 @@ class Multibody:
         pin = self.pin
         model = pin.Model()
         model.gravity = pin.Motion(np.asarray(gravity, dtype=float), np.zeros(3))
-        kinds = (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ, pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
+        kinds = (
+            pin.JointModelPX,
+            pin.JointModelPY,
+            pin.JointModelPZ,
+            pin.JointModelRX,
+            pin.JointModelRY,
+            pin.JointModelRZ,
+        )
         parent, joint, spring = 0, [], []
         for b in range(7):
             distal = pin.SE3(np.eye(3), robot.link[b, :3, 3])
@@ -73,7 +80,7 @@ class Multibody:
         return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
-        """Derivative of the links' weight on every coordinate by every coordinate: the gravity part of K_E (Eq. 21), (n, size, size)."""
+        """Derivative of the links' weight on the coordinates by the coordinates: gravity in K_E (Eq. 21), (n, m, m)."""
         none = self.pin.StdVec_Force()
         none.extend([self.pin.Force.Zero()] * self.model.njoints)
         # One call a pose: 10 microseconds with the 48 coordinates, there is no batched form.

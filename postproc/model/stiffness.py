@@ -13,7 +13,7 @@ from postproc.model.tangent import Frame, tangent
 
 
 def tcp_compliance(model: Model, state: State) -> Array:
-    """Motion of the TCP by a small further wrench on it, S = J (I - C K_E)^-1 C J^T, (n, 6, 6) [m/N .. rad/(N m)], base axes.
+    """Motion of the TCP by a small further wrench, S = J (I - C K_E)^-1 C J^T, (n, 6, 6) [m/N .. rad/(N m)], base axes.
 
     The inverse of Eq. 22, defined at singular poses and for rigid links as well.
     """
@@ -37,10 +37,9 @@ def stiffness(model: Model, state: State) -> Array:
 
 
 def principal_stiffness(K: Array) -> tuple[Array, Array]:
-    """Translational principal stiffnesses (n, 3) [N/m], ascending, and their directions as columns (n, 3, 3), base axes.
+    """Translational principal stiffnesses (n, 3) [N/m], ascending, and their directions, columns of (n, 3, 3).
 
-    Of the force that answers to a displacement without rotation being held: the inverse of the upper left 3 x 3 block of
-    the compliance K^-1.
+    The force that answers to a displacement while rotation is free: the inverse of the upper left block of K^-1.
     """
     S = np.linalg.inv(K)[:, :3, :3]
     values, directions_ = np.linalg.eigh((S + np.swapaxes(S, 1, 2)) / 2)
@@ -51,8 +50,8 @@ def natural_frequencies(model: Model, state: State) -> Array:
     """The six lowest natural frequencies, ascending, (n, 6) [Hz] (seed paper, Eq. 6: det(K - omega^2 M) = 0).
 
     1 / omega^2 are the eigenvalues of (I - C K_E)^-1 C M over all coordinates, M with the payload as a point mass. With
-    springs at the joints alone this is Eq. 6 with M_cart = (J M^-1 J^T)^-1 and K of Eq. 22, and it also holds at singular
-    poses. Infinite for a rigid model.
+    springs at the joints alone this is Eq. 6 with M_cart = (J M^-1 J^T)^-1 and K of Eq. 22, and it also holds at
+    singular poses. Infinite for a rigid model.
     """
     rest = equilibrium(model, state)
     at = tangent(model, rest)

@@ -60,12 +60,12 @@ def tangent(model: Model, rest: Equilibrium) -> Tangent:
     J = point_jacobian(at.along, rest.T_base_tcp[:, :3, 3])
     n, m = len(rest.state), at.bodies.size
     C, K_E = np.zeros((n, m, m)), np.zeros((n, m, m))
-    give = np.broadcast_to(np.eye(m), (n, m, m))
+    give: Array = np.tile(np.eye(m), (n, 1, 1))
     if carries_load(model):
         K_E = at.bodies.weight_stiffness(at.coordinates) + _dead_loads(model, rest, at.along)
         K_E += _effect_loads(model, rest, at)
         C = load_compliance(model, rest.state, at.bodies)
-        give = np.linalg.inv(np.eye(m) - C @ K_E)
+        give = np.asarray(np.linalg.inv(np.eye(m) - C @ K_E))
     return Tangent(at, J, C, K_E, give)
 
 
@@ -83,7 +83,7 @@ def _dead_loads(model: Model, rest: Equilibrium, along: Directions) -> Array:
 
 
 def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: Array) -> Array:
-    """Derivative of J^T (F, M) by the coordinates for a force and moment fixed in base axes at a point of the flange, (n, m, m).
+    """Derivative of J^T (F, M) by the coordinates, force and moment fixed in base axes at a flange point, (n, m, m).
 
     d(J_i . F)/d(q_k) = F . (spin_i x J_k) for i before k and F . (spin_k x J_i) after; d(spin_i . M)/d(q_k) = (spin_k x
     spin_i) . M for k before i. Pinocchio's static torque derivatives hold the force fixed in the moving frame instead,
@@ -139,7 +139,7 @@ def sum_loads(shares: list[Load], at: Frame) -> Array:
 
 
 def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
-    """Displacement of every coordinate by the load on every coordinate, central differences of the effects, (n, m, m)."""
+    """Displacement of all coordinates by the loads on them, central differences of the effects, (n, m, m)."""
     n, m = len(state), bodies.size
     C = np.zeros((n, m, m))
     if state.joint_load is None:

@@ -10,7 +10,7 @@ from postproc.arrays import Array
 
 @dataclass(frozen=True, slots=True)
 class Opw:
-    """Parameters of an ortho-parallel arm with a spherical wrist (Brandstoetter et al. 2014), lengths [m], offsets [rad]."""
+    """An ortho-parallel arm with a spherical wrist (Brandstoetter et al. 2014), lengths [m], offsets [rad]."""
 
     a1: float
     a2: float
@@ -19,7 +19,7 @@ class Opw:
     c2: float
     c3: float
     c4: float
-    offsets: tuple[float, ...] = (0.0,) * 6
+    offsets: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

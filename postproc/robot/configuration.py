@@ -1,4 +1,4 @@
-"""Confdata: which of the joint solutions of a pose a robtarget means (ABB RAPID reference, confdata, serial six-axis arms)."""
+"""Confdata: which joint solution of a pose a robtarget means (ABB RAPID reference, serial six-axis arms)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def closed_form(robot: Robot) -> Opw:
             Diagnostic(
                 "KIN005",
                 "error",
-                f"robot `{robot.name}` has no spherical wrist, so confdata and closed-form inverse kinematics are not defined for it",
+                f"robot `{robot.name}` has no spherical wrist: confdata and closed-form inverse do not apply to it",
                 help="give joint angles instead of poses, or choose an arm with a spherical wrist",
             )
         )
@@ -34,7 +34,10 @@ def closed_form(robot: Robot) -> Opw:
 
 
 def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
-    """cfx 0..7 = 4 (wrist centre behind axis 1) + 2 (behind the lower arm) + (axis 5 negative), (..., 6) [rad] -> (...)."""
+    """The cfx 0..7 of joint angles, (..., 6) [rad] -> (...).
+
+    4 if the wrist centre is behind axis 1, plus 2 if it is behind the lower arm, plus 1 if axis 5 is negative.
+    """
     forward, above = wrist_place(opw, q)
     result: NDArray[np.int64] = 4 * (forward < 0) + 2 * (above < 0) + (q[..., 4] < -ON_BOUNDARY)
     return result

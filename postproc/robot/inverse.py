@@ -13,10 +13,13 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
-from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.kinematics import body_poses, forward, jacobian
+from postproc.robot.opw import FLANGE
 from postproc.robot.pose import displace, invert, pose_error, transform
 
-SINGULAR_WRIST = 1e-7  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning
+STRAIGHT_WRIST = 1e-10  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning
+TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
+COARSE_WRIST = 1e-3  # |sin q5| below which the arc cosine of the closed form loses digits
 BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
 
 
@@ -55,7 +58,8 @@ class JointSolution:
 
 
 def _solver(opw: Opw) -> Any:
-    from py_opw_kinematics import KinematicModel, Robot as Solver
+    from py_opw_kinematics import KinematicModel
+    from py_opw_kinematics import Robot as Solver
 
     model = KinematicModel(opw.a1, opw.a2, opw.b, opw.c1, opw.c2, opw.c3, opw.c4, offsets=opw.offsets)
     return Solver(model, degrees=False)
@@ -84,29 +88,36 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
     joints = solve(poses)
     lost = np.isnan(joints).any(axis=(1, 2))
     if lost.any():
-        joints[lost] = _with_straight_wrists(robot, poses[lost], joints[lost], solve)
+        joints[lost] = _with_lost_wrists(closed_form(robot), poses[lost], joints[lost], solve)
+    row, slot = np.nonzero(np.abs(np.sin(joints[..., 4])) < COARSE_WRIST)
+    joints[row, slot, 3:] = _wrist_angles(robot, poses[row], joints[row, slot], np.where(slot < 4, 1.0, -1.0))
     joints[~finite] = np.nan
     return joints
 
 
-def _with_straight_wrists(robot: Robot, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
-    """Solutions with a straight wrist, which py-opw-kinematics loses when cos q5 rounds to more than one.
+def _with_lost_wrists(opw: Opw, T: Array, joints: Array, solve: Callable[[Array], Array]) -> Array:
+    """Solutions that py-opw-kinematics loses at a straight wrist, where cos q5 rounds to more than one.
 
-    The hand is turned by a microradian about the wrist centre, which leaves axes 1 to 3 as they are; then the wrist is
-    straightened and axis 6 takes up what is left.
+    Axes 4 to 6 are coarse: the hand is turned by a microradian about the wrist centre, which leaves axes 1 to 3 alone.
     """
-    hand = transform(np.array([0.0, 0.0, closed_form(robot).c4]))
+    hand = transform(np.array([0.0, 0.0, opw.c4]))
     turned = solve(T @ invert(hand) @ displace(np.array([0.0, 0.0, 0.0, 1e-6, 0.0, 0.0])) @ hand)
-    straight = turned.copy()
-    straight[..., 4] = 0.0
     repair = np.isnan(joints).any(axis=-1) & (np.abs(np.sin(turned[..., 4])) < 1e-5)
-    row, slot = np.nonzero(repair)
-    if len(row):
-        q = straight[row, slot]
-        rest = pose_error(forward(robot, q), T[row])[:, 3:]
-        q[:, 5] += np.einsum("ni,ni->n", rest, T[row, :3, 2])
-        joints[row, slot] = q
-    return joints
+    return np.where(repair[..., None], turned, joints)
+
+
+def _wrist_angles(robot: Robot, T: Array, q: Array, sign: Array) -> Array:
+    """Axes 4 to 6 by Rx(q4) Ry(q5) Rx(q6), (n, 3): arctangents keep what an arc cosine loses near zero."""
+    R = np.swapaxes(body_poses(robot, q)[:, 3, :3, :3], 1, 2) @ T[:, :3, :3] @ FLANGE.T
+    bend = np.hypot(R[:, 1, 0], R[:, 2, 0])
+    q4 = np.arctan2(sign * R[:, 1, 0], -sign * R[:, 2, 0])
+    straight = bend < STRAIGHT_WRIST
+    q4 = np.where(straight, 0.0, q4)
+    q5 = np.arctan2(np.where(straight, 0.0, sign * bend), R[:, 0, 0])
+    # What is left after axis 4: axes 4 and 6 lose digits singly, their sum must not.
+    c, s = np.cos(q4), np.sin(q4)
+    q6 = np.arctan2(-c * R[:, 1, 2] - s * R[:, 2, 2], c * R[:, 1, 1] + s * R[:, 2, 1])
+    return np.stack([q4, q5, q6], axis=-1)
 
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
@@ -124,17 +135,18 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
     bits = branch(opw, solutions)
-    # At a singular wrist both signs of axis 5 are the same arm.
-    same = (bits == wanted[:, None, 3]) | ((np.abs(np.sin(solutions[..., 4])) < BOUNDARY) & (bits ^ 1 == wanted[:, None, 3]))
+    # At a straight wrist both signs of axis 5 are the same arm.
+    mirrored = (np.abs(np.sin(solutions[..., 4])) < BOUNDARY) & (bits ^ 1 == wanted[:, None, 3])
+    same = (bits == wanted[:, None, 3]) | mirrored
     exists = np.isfinite(solutions).all(axis=-1)
     # Among branches that fit, one inside its quadrants and inside the limits wins.
     outside = np.where((q < robot.lower - 1e-9) | (q > robot.upper + 1e-9), 1.0, 0.0).sum(axis=-1)
-    cost = np.where(exists & same & (gap <= BOUNDARY), gap + outside, np.inf)
+    cost = np.where(exists & same & (gap <= BOUNDARY), gap + outside + 2 * TAUGHT_WRIST * mirrored, np.inf)
     best = np.argmin(cost, axis=1)
     rows = np.arange(len(q))
     found = np.isfinite(cost[rows, best])
     result = np.where(found[:, None], q[rows, best], np.nan)
-    failures = [_missing(robot, i, solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
+    failures = [_missing(robot, int(i), solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
     beyond = found & (outside[rows, best] > 0)
     failures += [_beyond(robot, int(i), result[i]) for i in np.flatnonzero(beyond)]
     result[beyond] = np.nan
@@ -142,8 +154,16 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Solutions (n, 8, 6) moved by whole turns as close to their quadrants as they get, and how far outside they stay [rad]."""
-    q = _shared_wrist(q, cf)
+    """Solutions (n, 8, 6) moved by whole turns towards their quadrants, and how far outside they stay [rad]."""
+    moved, gap = _near_quadrants(q, cf)
+    again = (np.abs(np.sin(q[..., 4])) < TAUGHT_WRIST) & (gap > BOUNDARY)
+    if again.any():
+        divided, rest = _near_quadrants(_divided_wrist(q, cf), cf)
+        moved, gap = np.where(again[..., None], divided, moved), np.where(again, rest + TAUGHT_WRIST, gap)
+    return moved, gap
+
+
+def _near_quadrants(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
     middle = (cf + 0.5) * QUARTER
     turning = q[..., TURNING]
     turning = turning + 2 * np.pi * np.round((middle - turning) / (2 * np.pi))
@@ -153,31 +173,29 @@ def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
     return result, gap
 
 
-def _shared_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
-    """At a singular wrist, divide what axes 4 and 6 do together so that axis 4 stands in its quadrant, zero if it may."""
-    singular = np.abs(np.sin(q[..., 4])) < SINGULAR_WRIST
-    if not singular.any():
-        return q
-    sign = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
-    low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER
-    total = q[..., 3] + sign * q[..., 5]
+def _divided_wrist(q: Array, cf: NDArray[np.int64]) -> Array:
+    """What axes 4 and 6 of a straight wrist do together, divided so that both stand in their quadrants."""
+    forth = np.where(np.cos(q[..., 4]) > 0, 1.0, -1.0)
+    # A quadrant does not own its upper edge.
+    low, high = cf[..., 1] * QUARTER, (cf[..., 1] + 1) * QUARTER - TAUGHT_WRIST
+    total = q[..., 3] + forth * q[..., 5]
     q4 = np.broadcast_to(np.clip(0.0, low, high), total.shape)
-    # Axis 6 then has to be in its own quadrant: move axis 4 as little as that asks for.
-    q6 = sign * (total - q4)
     middle = (cf[..., 2] + 0.5) * QUARTER
+    q6 = forth * (total - q4)
     q6 = q6 + 2 * np.pi * np.round((middle - q6) / (2 * np.pi))
-    q6_inside = np.clip(q6, middle - QUARTER / 2, middle + QUARTER / 2)
-    q4 = np.clip(q4 + sign * (q6 - q6_inside), low, high)
+    inside = np.clip(q6, middle - QUARTER / 2, middle + QUARTER / 2 - TAUGHT_WRIST)
+    q4 = np.clip(q4 + forth * (q6 - inside), low, high)
     result = q.copy()
-    result[..., 3] = np.where(singular, q4, q[..., 3])
-    result[..., 5] = np.where(singular, sign * (total - q4), q[..., 5])
+    result[..., 3], result[..., 4], result[..., 5] = q4, np.round(q[..., 4] / np.pi) * np.pi, forth * (total - q4)
     return result
 
 
 def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int64]) -> Failure:
     solutions = solutions[np.isfinite(solutions).all(axis=-1)]
     if not len(solutions):
-        return Failure(index, "unreachable", f"`{robot.name}` cannot reach the target", "move the target into the working range")
+        return Failure(
+            index, "unreachable", f"`{robot.name}` cannot reach the target", "move the target into the working range"
+        )
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
     inside = ((turned[0] >= robot.lower) & (turned[0] <= robot.upper)).all(axis=-1)
     confs = confdata(robot, turned[0])
@@ -210,10 +228,10 @@ def _beyond(robot: Robot, index: int, q: Array) -> Failure:
 
 
 def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
-    """Joint angles along a path in the branch of its start: continuous, over several turns and through a singular wrist.
+    """Joint angles along a path in the branch of its start: continuous, over turns and through a straight wrist.
 
     Args:
-        T_base_flange: (n, 4, 4) poses along the path, close enough that no joint turns by half a turn between two of them.
+        T_base_flange: (n, 4, 4) poses, close enough that no joint turns by half a turn from one to the next.
         q_start: (6,) [rad] at or shortly before the first pose.
 
     Returns:
@@ -241,8 +259,8 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     if lost.any():
         _left_branch(robot, int(np.argmax(lost)))
     options = _wrist_pair(options, q_start)
-    # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on which
-    # one the arm is in, and the changes add up.
+    # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on
+    # which one the arm is in, and the changes add up.
     before = np.concatenate([np.repeat(np.asarray(q_start)[None, None], 2, axis=1), options[:-1]])
     stay = np.abs(_wrapped(options[:, 0] - before[:, 0])).max(axis=-1)
     change = np.abs(_wrapped(options[:, 1] - before[:, 0])).max(axis=-1)
@@ -255,7 +273,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
 def _wrist_pair(options: Array, q_start: Array) -> Array:
     """The two wrists (n, 2, 6) of each pose; at a singular one axis 4 stays where it was and axis 6 takes the rest."""
     first = options[:, 0].copy()
-    singular = np.abs(np.sin(first[:, 4])) < SINGULAR_WRIST
+    singular = np.abs(np.sin(first[:, 4])) < STRAIGHT_WRIST
     if singular.any():
         known = np.where(singular, -1, np.arange(len(first)))
         last = np.maximum.accumulate(known)

@@ -96,7 +96,12 @@ def load_robot(name_or_path: str | Path) -> Robot:
     if path.suffix.lower() != ".toml" or not path.is_file():
         known = ", ".join(f"`{r}`" for r in list_robots())
         raise PostprocError(
-            Diagnostic("KIN006", "error", f"there is no robot `{name_or_path}`", help=f"known: {known}; or the path of a robot TOML or URDF")
+            Diagnostic(
+                "KIN006",
+                "error",
+                f"there is no robot `{name_or_path}`",
+                help=f"known: {known}; or the path of a robot TOML or URDF",
+            )
         )
     source = read_source(path, "KIN007")
     return read_robot(source)
@@ -113,7 +118,9 @@ def read_robot(source: Source) -> Robot:
     joints, bodies = file.joints, file.bodies.body
     lower, upper = np.radians(np.array(joints.limits_deg, dtype=float)).T
     if not (lower < upper).all():
-        raise _wrong("`joints.limits_deg`: a lower limit is not below its upper limit", source, ("joints", "limits_deg"))
+        raise _wrong(
+            "`joints.limits_deg`: a lower limit is not below its upper limit", source, ("joints", "limits_deg")
+        )
     center = _centers(file, link, axis)
     inertia = np.array([_inertia(b) for b in bodies])
     return Robot(
@@ -140,7 +147,9 @@ def _geometry(file: _File, source: Source) -> tuple[Array, Array]:
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
-        return dh_chain(*(np.array(v) for v in (file.dh.a_mm, file.dh.d_mm, file.dh.alpha_deg, file.dh.theta_offset_deg)))
+        return dh_chain(
+            *(np.array(v) for v in (file.dh.a_mm, file.dh.d_mm, file.dh.alpha_deg, file.dh.theta_offset_deg))
+        )
     assert file.chain is not None
     chain = file.chain
     angles = np.radians(np.array([*(chain.origin_rpy_deg or [(0.0, 0.0, 0.0)] * 6), chain.flange_rpy_deg]))
@@ -160,8 +169,9 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
     link = np.tile(np.eye(4), (7, 1, 1))
     for i in range(6):
         offset = transform(np.zeros(3), rpy(np.array([0.0, 0.0, np.radians(offset_deg[i])])))
-        twist = transform(np.array([a_mm[i], 0.0, d_mm[i]]) * 1e-3, rpy(np.array([np.radians(alpha_deg[i]), 0.0, 0.0])))
-        # A turn about z commutes with the joint, so the zero offset may stand before it or after it; after keeps origins.
+        turn = rpy(np.array([np.radians(alpha_deg[i]), 0.0, 0.0]))
+        twist = transform(np.array([a_mm[i], 0.0, d_mm[i]]) * 1e-3, turn)
+        # A turn about z commutes with the joint, so the zero offset may stand after it.
         link[i + 1] = offset @ twist
     return link, np.tile([0.0, 0.0, 1.0], (6, 1))
 
@@ -172,10 +182,13 @@ def _centers(file: _File, link: Array, axis: Array) -> Array:
     if file.bodies.center_frame == "body":
         return center
     if file.bodies.center_frame == "dh":  # frame i stands at the far end of link i
-        return np.einsum("bij,bj->bi", link[:, :3, :3], center) + link[:, :3, 3]
-    zero = Robot("zero", link, axis, *[np.zeros(6)] * 5, *[np.zeros(7)] * 3)
+        moved: Array = np.einsum("bij,bj->bi", link[:, :3, :3], center) + link[:, :3, 3]
+        return moved
+    six, seven = np.zeros(6), np.zeros(7)
+    zero = Robot("zero", link, axis, six, six, six, six, six, seven, seven, seven)
     T = body_poses(zero, np.zeros((1, 6)))[0]
-    return np.einsum("bji,bj->bi", T[:, :3, :3], center - T[:, :3, 3])
+    result: Array = np.einsum("bji,bj->bi", T[:, :3, :3], center - T[:, :3, 3])
+    return result
 
 
 def _inertia(body: _Body) -> Array:

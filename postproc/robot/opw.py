@@ -8,7 +8,9 @@ from postproc.arrays import Array
 from postproc.robot.arm import Opw
 
 ZERO_POSE_AXES = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], dtype=float)
-FLANGE = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float)  # tool0 at the zero pose: z along base x, x downwards
+FLANGE = np.array(
+    [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float
+)  # tool0 at the zero pose: z along base x, x downwards
 
 
 def derive(link: Array, axis: Array) -> Opw | None:

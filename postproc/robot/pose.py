@@ -42,7 +42,7 @@ def normalised(T: Array) -> Array:
 
 
 def pose_error(T: Array, T_wanted: Array) -> Array:
-    """What leads from T to T_wanted: position difference and rotation vector, (n, 6) [m, rad], in the axes of the reference."""
+    """What leads from T to T_wanted in the outer axes: position difference and rotation vector, (n, 6) [m, rad]."""
     rotation = T_wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     vector = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec().reshape(*rotation.shape[:-2], 3)
     return np.concatenate([T_wanted[..., :3, 3] - T[..., :3, 3], vector], axis=-1)

@@ -15,7 +15,7 @@ ACCELERATION = np.array([8.0, 8.0, 8.0, 20.0, 20.0, 25.0])  # estimate: URDF has
 
 
 def read_urdf(path: Path) -> Robot:
-    """The six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one of the chain.
+    """The six-axis arm of a URDF file; its flange is the frame ``tool0``, else ``flange``, else the last one.
 
     Raises:
         PostprocError: KIN007, not a URDF or not a serial arm with six turning joints.
@@ -29,7 +29,10 @@ def read_urdf(path: Path) -> Robot:
         raise _wrong(path, f"not a URDF of a robot: {error}") from error
     serial = all(model.parents[i] == i - 1 for i in range(1, model.njoints))
     if model.nv != 6 or model.njoints != 7 or not serial:
-        raise _wrong(path, f"the arm has {model.njoints - 1} moving joints in a {'chain' if serial else 'tree'}; six in a chain are needed")
+        raise _wrong(
+            path,
+            f"{model.njoints - 1} moving joints in a {'chain' if serial else 'tree'}; six in a chain are needed",
+        )
     data = model.createData()
     q = pin.neutral(model)
     pin.computeJointJacobians(model, data, q)
@@ -62,4 +65,6 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _wrong(path: Path, message: str) -> PostprocError:
-    return PostprocError(Diagnostic("KIN007", "error", f"`{path}`: {message}", help="give the URDF of one six-axis arm"))
+    return PostprocError(
+        Diagnostic("KIN007", "error", f"`{path}`: {message}", help="give the URDF of one six-axis arm")
+    )

@@ -1,0 +1,208 @@
+"""Inverse kinematics: branches, confdata, turns, singular wrists, failures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError
+from postproc.robot.arm import Robot
+from postproc.robot.configuration import branch, confdata
+from postproc.robot.inverse import inverse, joint_solution, track
+from postproc.robot.kinematics import forward
+from postproc.robot.library import load_robot
+from tests.independent import arm as A
+
+ABB = ["irb4600_60_205", "irb4600_60_205_seed", "irb4600_20_250", "irb4600_40_255"]
+
+
+def random_joints(robot: Robot, n: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (n, 6))
+
+
+@pytest.mark.parametrize("name", ABB)
+def test_every_branch_and_turn_comes_back(name: str) -> None:
+    robot = load_robot(name)
+    q = random_joints(robot, 3000)
+    conf = confdata(robot, q)
+    solution = joint_solution(robot, forward(robot, q), conf)
+    assert not solution.failures
+    assert np.abs(solution.q - q).max() < 1e-8
+    assert set(conf[:, 3]) == set(range(8))
+    assert set(conf[:, 1]) == {-5, -4, -3, -2, -1, 0, 1, 2, 3, 4}
+
+
+def test_all_solutions_reach_the_pose_and_have_different_branches() -> None:
+    robot = load_robot("irb4600_60_205")
+    q = random_joints(robot, 500, seed=1)
+    T = forward(robot, q)
+    solutions = inverse(robot, T)
+    exists = np.isfinite(solutions).all(axis=-1)
+    rows, slots = np.nonzero(exists)
+    assert np.abs(forward(robot, solutions[rows, slots]) - T[rows]).max() < 1e-8
+    cfx = branch(robot.opw, solutions)  # type: ignore[arg-type]
+    for i in range(len(q)):
+        found = cfx[i][exists[i]]
+        assert len(set(found)) == len(found)
+    assert exists.all(axis=1).any()
+
+
+def test_solutions_agree_with_an_independent_inverse() -> None:
+    robot, other = load_robot("irb4600_60_205"), A.irb4600()
+    T = forward(robot, random_joints(robot, 200, seed=2))
+    ours, theirs = inverse(robot, T), A.inverse(other, T)
+    gap = np.abs(A._wrap(ours[:, :, None] - theirs[:, None])).max(axis=-1)
+    gap = np.where(np.isnan(gap), np.inf, gap)
+    exists = np.isfinite(ours).all(axis=-1)
+    assert gap.min(axis=2)[exists].max() < 1e-7
+    assert (exists.sum(axis=1) == np.isfinite(theirs).all(axis=-1).sum(axis=1)).all()
+
+
+def test_a_lateral_offset_of_the_arm_is_solved() -> None:
+    robot = load_robot("irb4600_60_205")
+    link = robot.link.copy()
+    link[1, 1, 3] = 0.05
+    from postproc.robot.opw import derive
+
+    robot = replace(robot, link=link, opw=derive(link, robot.axis))
+    q = random_joints(robot, 300, seed=3)
+    T = forward(robot, q)
+    gap = np.abs(A._wrap(inverse(robot, T) - q[:, None])).max(axis=-1)
+    assert np.nanmin(gap, axis=1).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("degrees", "conf"),
+    [
+        ((0, 0, 0, 0, 30, 0), (0, 0, 0, 0)),
+        ((90, 0, 0, 0, 30, 0), (1, 0, 0, 0)),
+        ((-150, 0, 0, 0, 30, 0), (-2, 0, 0, 0)),
+        ((0, 0, 0, -185, 30, 0), (0, -3, 0, 0)),
+        ((0, 0, 0, 0, 30, 350), (0, 0, 3, 0)),
+        ((-1e-12, 0, 0, 0, 30, 0), (0, 0, 0, 0)),
+        ((0, 0, 0, -90, -30, -0.01), (0, -1, -1, 1)),
+        ((0, 0, -85, 0, 30, 0), (0, 0, 0, 2)),
+        ((0, 40, -85, 0, 30, 0), (0, 0, 0, 2)),
+        ((0, -60, -85, 0, -30, 0), (0, 0, 0, 7)),
+        ((0, 0, -75, 0, 30, 0), (0, 0, 0, 0)),
+        ((0, -90, 0, 0, 30, 0), (0, 0, 0, 4)),
+        ((0, -90, 0, 0, -30, 0), (0, 0, 0, 5)),
+    ],
+)
+def test_confdata_of_known_arms(degrees: tuple[float, ...], conf: tuple[int, ...]) -> None:
+    robot = load_robot("irb4600_60_205")
+    assert tuple(confdata(robot, np.radians([degrees]))[0]) == conf
+
+
+def test_lower_arm_bit_changes_where_the_wrist_crosses_the_lower_arm() -> None:
+    """An arm with the lengths of the IRB 6700 changes from front to behind at axis 3 = -81.8 deg, whatever axis 2 is."""
+    robot = load_robot("irb4600_60_205")
+    link = robot.link.copy()
+    link[0, 2, 3], link[1, 0, 3], link[2, 2, 3], link[3, 2, 3], link[4, 0, 3] = 0.78, 0.32, 1.125, 0.2, 1.3925
+    from postproc.robot.opw import derive
+
+    robot = replace(robot, link=link, opw=derive(link, robot.axis))
+    for q2 in (-60, 0, 40):
+        q = np.radians([[0, q2, -81.7, 0, 30, 0], [0, q2, -81.9, 0, 30, 0]])
+        assert (confdata(robot, q)[:, 3] & 2).tolist() == [0, 2]
+
+
+@pytest.mark.parametrize("wrist", [0.0, 1e-12, 1e-9, 1e-6, 1e-4])
+def test_a_straight_wrist_is_solved_exactly(wrist: float) -> None:
+    robot = load_robot("irb4600_60_205")
+    q = random_joints(robot, 300, seed=4)
+    q[:, 3], q[:, 4], q[:, 5] = 0.0, wrist, 0.3
+    T = forward(robot, q)
+    solution = joint_solution(robot, T, confdata(robot, q))
+    assert not solution.failures
+    assert np.abs(forward(robot, solution.q) - T).max() < 1e-9
+    if wrist == 0.0:
+        assert np.abs(solution.q - q).max() < 1e-9
+
+
+@pytest.mark.parametrize("conf", [(0, 0, 0, 0), (0, 1, -1, 0), (0, -1, 0, 0), (0, -1, 1, 0), (0, 2, -2, 0)])
+def test_a_straight_wrist_taught_with_six_digits_takes_the_quadrants_of_its_confdata(conf: tuple[int, ...]) -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[10.0, 20, 10, 100, 0, -99.9]]) + np.array([0, 0, 0, 0, 4e-7, 0])
+    T = forward(robot, q)
+    solution = joint_solution(robot, T, np.array([conf]))
+    assert not solution.failures
+    assert tuple(confdata(robot, solution.q)[0]) == conf
+    assert np.abs(forward(robot, solution.q) - T).max() < 1e-6
+
+
+def test_impossible_configuration_names_the_nearest() -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[10.0, 20, 10, 30, 40, 50], [10.0, 20, 10, 30, 40, 50]])
+    solution = joint_solution(robot, forward(robot, q), np.array([[0, 0, 0, 0], [1, 0, 0, 0]]))
+    assert np.abs(solution.q[0] - q[0]).max() < 1e-9
+    assert np.isnan(solution.q[1]).all()
+    (failure,) = solution.failures
+    assert (failure.index, failure.reason, failure.nearest) == (1, "configuration", (0, 0, 0, 0))
+    assert "[1, 0, 0, 0]" in failure.diagnostic().render()
+
+
+def test_unreachable_and_limits_are_told_apart() -> None:
+    robot = load_robot("irb4600_60_205")
+    far = np.eye(4)
+    far[:3, 3] = [5.0, 0, 0]
+    beyond = np.radians([[0, 10, 10, 0, 125.0, 0]])
+    solution = joint_solution(robot, np.stack([far, forward(robot, beyond)[0]]), np.array([[0, 0, 0, 0], [0, 0, 0, 0]]))
+    first, second = solution.failures
+    assert (first.reason, first.index) == ("unreachable", 0)
+    assert (second.reason, second.joint) == ("limit", 5)
+    assert second.value == pytest.approx(np.radians(125))
+    assert second.limit == pytest.approx(np.radians(120))
+    assert second.message == "joint 5 reaches 125.0 deg, limit 120 deg"
+    assert np.isnan(solution.q).all()
+
+
+def test_a_taught_target_a_hair_outside_its_quadrant_is_accepted() -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[20.0, 20, 10, -0.01, 40, 50]])
+    solution = joint_solution(robot, forward(robot, q), np.array([[0, 0, 0, 0]]))
+    assert np.abs(solution.q - q).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["irb4600_60_205", "ur10"])
+def test_tracking_is_continuous_over_turns_and_through_a_straight_wrist(name: str) -> None:
+    robot = load_robot(name)
+    u = np.linspace(0, 1, 301)[:, None]
+    q = np.array([0.3, -0.4, 0.6, -0.5, 0.8, 5.0]) + u * np.array([0.5, 0.3, -0.3, 7.0, 0.4, -9.0])
+    assert np.abs(track(robot, forward(robot, q), q[0]) - q).max() < 1e-8
+
+
+def test_tracking_passes_a_straight_wrist_without_changing_branch() -> None:
+    robot = load_robot("irb4600_60_205")
+    u = np.linspace(0, 1, 201)[:, None]
+    q = np.array([0.3, 0.1, 0.2, 0.4, -0.5, 6.4]) + u * np.array([0.5, 0.3, -0.3, 0, 1, 0])
+    assert np.abs(q[:, 4]).min() < 1e-12
+    assert np.abs(track(robot, forward(robot, q), q[0]) - q).max() < 1e-7
+    straight = np.array([0.3, 0.1, 0.2, 0.0, 0.0, 0.0]) + u * np.array([0.5, 0.3, -0.3, 0, 0, 0])
+    assert np.abs(track(robot, forward(robot, straight), straight[0]) - straight).max() < 1e-7
+
+
+def test_tracking_normalises_rotations() -> None:
+    robot = load_robot("irb4600_60_205")
+    q = np.radians([[10.0, 20, 10, 30, 40, 50]])
+    T = forward(robot, q)
+    T[:, :3, :3] *= 1.0 + 1e-4
+    assert np.abs(track(robot, T, q[0]) - q).max() < 1e-9
+
+
+def test_leaving_the_working_range_is_a_finding() -> None:
+    robot = load_robot("irb4600_60_205")
+    T = np.tile(forward(robot, np.radians([[0.0, 20, 10, 0, 40, 0]])), (5, 1, 1))
+    T[:, 0, 3] += np.linspace(0, 2, 5)
+    with pytest.raises(PostprocError) as error:
+        track(robot, T, np.radians([0.0, 20, 10, 0, 40, 0]))
+    assert error.value.diagnostics[0].code == "KIN004"
+
+
+def test_arms_without_spherical_wrist_say_so() -> None:
+    robot = load_robot("ur10")
+    with pytest.raises(PostprocError) as error:
+        confdata(robot, np.zeros((1, 6)))
+    assert error.value.diagnostics[0].code == "KIN005"

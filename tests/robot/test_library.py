@@ -1,0 +1,101 @@
+"""Robot files: what ships, what a user writes, and what is said about mistakes."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError, Source
+from postproc.robot.kinematics import body_poses, forward
+from postproc.robot.library import LIBRARY, list_robots, load_robot, read_robot
+from tests.independent import arm as A
+
+
+def test_shipped_numbers() -> None:
+    robot = load_robot("irb4600_60_205")
+    assert robot.mass.sum() == 425
+    assert 1 / robot.joint_compliance == pytest.approx([0.237e6, 3.32e6, 2.79e6, 0.486e6, 0.521e6, 0.38e6])  # type: ignore[operator]
+    assert np.degrees(robot.lower).tolist() == pytest.approx([-180, -90, -180, -400, -125, -400])
+    T = body_poses(robot, np.zeros((1, 6)))[0]
+    at_zero = T[:, :3, 3] + np.einsum("bij,bj->bi", T[:, :3, :3], robot.center)
+    assert at_zero[4] == pytest.approx([0.78, 0, 1.57])
+    assert load_robot("irb4600_60_205_seed").link[2, 2, 3] == pytest.approx(1.075)
+    assert load_robot("irb4600_20_250").joint_compliance is None
+
+
+@pytest.mark.parametrize("name", sorted(set(list_robots()) & set(A.ARMS)))
+def test_masses_agree_with_an_independent_table_and_every_number_has_a_source(name: str) -> None:
+    robot, other = load_robot(name), A.ARMS[name]()
+    q = np.random.default_rng(1).uniform(-2, 2, (5, 6))
+    f = other.forward(q, np.eye(4))
+    T = body_poses(robot, q)
+    assert robot.mass[1:] == pytest.approx(other.mass[1:])
+    if "205" in name or name.startswith("ur"):
+        for b in range(1, 7):
+            center = T[:, b, :3, 3] + T[:, b, :3, :3] @ robot.center[b]
+            expected = f.body[b][:, :3, 3] + f.body[b][:, :3, :3] @ other.center[b]
+            assert np.abs(center - expected).max() < 1e-12
+    for key in ("joints.limits_deg", "joints.speed_deg_per_s", "joints.acceleration_rad_per_s2", "bodies.body"):
+        assert robot.sources[key]
+    assert robot.sources["joints.jerk_rad_per_s3"].startswith("estimate")
+    assert pickle.loads(pickle.dumps(robot)).name == name
+
+
+def codes(text: str) -> list[tuple[str, str]]:
+    with pytest.raises(PostprocError) as error:
+        read_robot(Source("arm.toml", text.encode()))
+    return [(d.code, d.place) for d in error.value.diagnostics]
+
+
+def test_mistakes_are_found_at_their_place() -> None:
+    good = (LIBRARY / "ur5.toml").read_text(encoding="utf-8")
+    assert codes(good.replace("a_mm =", "a_m =")) == [("KIN007", "arm.toml:5:2"), ("KIN007", "arm.toml:6:1")]
+    assert codes(good.replace("[0, -425, ", "[0, ")) == [("KIN007", "arm.toml:6:8")]
+    assert codes(good.replace("mass_kg = 3.7,", "mass_kg = -3.7,"))[0][0] == "KIN007"
+    assert codes("name = 'x'\nname = 'y'\n")[0][0] == "KIN007"
+    assert codes(good.replace("[dh]", "[chian]"))[0][0] == "KIN007"
+
+
+def test_unknown_robot_lists_the_known_ones() -> None:
+    with pytest.raises(PostprocError) as error:
+        load_robot("irb9000")
+    text = str(error.value)
+    assert "KIN006" in text
+    assert "`irb4600_60_205`" in text
+
+
+URDF = """<robot name="arm"><link name="base"/>{links}{joints}<link name="tool0"/>
+<joint name="f" type="fixed"><parent link="l6"/><child link="tool0"/><origin rpy="0 1.5707963267948966 0" xyz="0 0 0"/></joint></robot>"""
+
+
+def urdf() -> str:
+    origins = ["0 0 0.495", "0.175 0 0", "0 0 0.9", "0 0 0.175", "0.96 0 0", "0.135 0 0"]
+    axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"]
+    links, joints = "", ""
+    for i, (origin, axis) in enumerate(zip(origins, axes, strict=True), 1):
+        inertial = '<inertial><origin xyz="0.1 0 0"/><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        links += f'<link name="l{i}">{inertial}</link>'
+        parent = "base" if i == 1 else f"l{i - 1}"
+        joints += (
+            f'<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="l{i}"/><origin xyz="{origin}"/>'
+            f'<axis xyz="{axis}"/><limit lower="-3" upper="3" velocity="2" effort="100"/></joint>'
+        )
+    return URDF.format(links=links, joints=joints)
+
+
+def test_urdf_gives_the_same_arm(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf(), encoding="utf-8")
+    robot, shipped = load_robot(path), load_robot("irb4600_60_205")
+    q = np.random.default_rng(0).uniform(-3, 3, (20, 6))
+    assert np.abs(forward(robot, q) - forward(shipped, q)).max() < 1e-12
+    assert robot.opw is not None
+    assert robot.mass.tolist() == [0, 5, 5, 5, 5, 5, 5]
+    assert robot.center[3] == pytest.approx([0.1, 0, 0])
+    path.write_text(urdf().replace('type="revolute"', 'type="fixed"', 1), encoding="utf-8")
+    with pytest.raises(PostprocError) as error:
+        load_robot(path)
+    assert error.value.diagnostics[0].code == "KIN007"
