@@ -435,16 +435,63 @@ def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = No
     return e.join(lines) + (e if g.random() < 0.6 else "")
 
 
+def complicate(text: str, seed: int) -> str:
+    """The same motion written as people do: broken lines, two statements a line, remarks, calls in loops, loads, displacements."""
+    g = np.random.default_rng(seed + 10**6)
+    eol = "\r\n" if "\r\n" in text else "\n"
+    lines = text.split(eol)
+    start = next(i for i, line in enumerate(lines) if "PROC main" in line)
+    moves = [
+        i
+        for i in range(start, len(lines))
+        if R.MOVES.match(lines[i].strip()) and not lines[i].strip().startswith("MoveAbsJ")
+    ]
+    for i in moves:
+        u = g.random()
+        if u < 0.08:
+            head, _, tail = lines[i].rpartition(",")
+            lines[i] = head + "," + eol + "          " + tail
+        elif u < 0.16:
+            lines[i] += " ! na\xeft p\xe5 svets"
+        elif u < 0.22:
+            lines[i] += " WaitTime 0;"
+    if g.random() < 0.3:
+        at = next(i for i, line in enumerate(lines) if "tooldata" in line)
+        lines.insert(at, "  CONST loaddata loadPart:=[3.5,[20,0,60],[1,0,0,0],0,0,0];")
+        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
+        lines.insert(at + 1, "    GripLoad loadPart;")
+    if g.random() < 0.3:
+        at = next(i for i, line in enumerate(lines) if "tooldata" in line)
+        lines.insert(at, "  CONST pose peShift:=[[4,-3,6],[1,0,0,0]];")
+        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
+        lines.insert(at + 2, "    PDispSet peShift;")
+    if g.random() < 0.4:
+        for i, line in enumerate(lines):
+            if line.strip() == "rSeam1;":
+                pad = line[: len(line) - len(line.lstrip())]
+                lines[i] = eol.join([pad + "FOR i FROM 1 TO 2 DO", pad + "  rSeam1;", pad + "ENDFOR"])
+                break
+    if g.random() < 0.4:
+        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
+        lines.insert(
+            at + 1, '    TPErase; TPWrite "weld; start!";' + eol + "    IF DOutput(doReady)=0 SetDO doReady, 1;"
+        )
+    return eol.join(lines)
+
+
 def main(argv: list[str] | None = None) -> int:
     o = argparse.ArgumentParser()
     o.add_argument("outdir", type=Path)
     o.add_argument("--seed", type=int, default=1)
     o.add_argument("--count", type=int, default=20)
     o.add_argument("--geometry", default="irb4600_60_205")
+    o.add_argument("--hard", action="store_true", help="written as people do")
     a = o.parse_args(argv)
     a.outdir.mkdir(parents=True, exist_ok=True)
     for seed in range(a.seed, a.seed + a.count):
-        (a.outdir / f"weld{seed:05d}.mod").write_bytes(generate(seed, a.geometry).encode("latin-1"))
+        text = generate(seed, a.geometry)
+        text = complicate(text, seed) if a.hard else text
+        (a.outdir / f"weld{seed:05d}.mod").write_bytes(text.encode("latin-1"))
     return 0
 
 
