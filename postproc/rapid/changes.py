@@ -18,7 +18,19 @@ STATE: Mapping[str, str] = {
 }  # fmt: skip
 # Instructions that only read their arguments. Any other instruction may write the data it is given by name.
 READ_ONLY = frozenset(
-    ["set", "reset", "setdo", "setgo", "setao", "pulsedo", "waitdi", "waitdo", "waitai", "waitgi", "waitgo", "waituntil", "waittime", "waitrob", "tpwrite", "tperase", "errwrite", "accset", "velset", "confl", "confj", "singarea", "gripload", "pdispset", "pdispon", "pdispoff", "eoffsset", "eoffson", "eoffsoff", "actunit", "deactunit", "tpshow", "stop", "stopmove", "startmove", "break", "clkstart", "clkstop", "clkreset", "isignaldi", "isignaldo", "itimer", "idelete", "isleep", "iwatch", "cirpathmode", "worldacclim", "pathacclim", "speedrefresh", "mechunitload", "softact", "softdeact", "invertdo", "load", "unload", "startload", "waitload", "waitsynctask", "syncmoveon", "syncmoveoff", "syncmovesuspend", "syncmoveresume", "triggio", "triggequip", "triggint", "triggspeed", "corrclear", "corrwrite", "tunereset", "tuneservo", "motionsup", "restopath", "storepath", "clearpath", "uishow", "uimsgbox", "eoffsset", "errlog", "errraise", "bookerrno", "settpspeed", "spyoff", "procerrrecovery", "exitcycle", "exit", "close", "write", "writebin", "writestrbin", "systemstopaction", "wzlimsup", "wzdosetst", "alarm", "activateparam", "reset"]
+    re.findall(
+        r"\w+",
+        """
+    accset activateparam actunit alarm bookerrno break cirpathmode clearpath clkreset clkstart clkstop close confj
+    confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
+    idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
+    pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact softdeact
+    speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
+    syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
+    tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
+    waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
+    """,
+    )
 )
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
 

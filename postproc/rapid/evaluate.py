@@ -27,7 +27,8 @@ from postproc.rapid.values import Data, Fields, NotKnown, Value
 class Scope(Protocol):
     """Where names get their meaning while an expression is evaluated; every method may raise NotKnown."""
 
-    records: Mapping[str, Fields]
+    @property
+    def records(self) -> Mapping[str, Fields]: ...
 
     def lookup(self, name: Name) -> Value: ...
 
@@ -45,6 +46,13 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
     Raises:
         NotKnown: it depends on something that only running the program tells.
     """
+    try:
+        return _evaluate(expression, scope)
+    except RecursionError:
+        raise NotKnown("the calculation is nested too deeply") from None
+
+
+def _evaluate(expression: Expression, scope: Scope) -> Value:
     match expression:
         case Number(_, value):
             return Value(value, "num")
@@ -55,13 +63,13 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
         case Name():
             return scope.lookup(expression)
         case Aggregate(_, items):
-            return Value(tuple(evaluate(item, scope).data for item in items))
+            return Value(tuple(_evaluate(item, scope).data for item in items))
         case Index(_, base, indices):
-            return _indexed(base, tuple(_whole(evaluate(i, scope).data) for i in indices), scope)
+            return _indexed(base, tuple(_whole(_evaluate(i, scope).data) for i in indices), scope)
         case Component(_, base, name):
-            return component(evaluate(base, scope), name, scope.records)
+            return component(_evaluate(base, scope), name, scope.records)
         case Unary(_, operator, operand):
-            return _unary(operator, evaluate(operand, scope))
+            return _unary(operator, _evaluate(operand, scope))
         case Binary(_, operator, left, right):
             return _binary(operator, left, right, scope)
         case Call():
@@ -87,7 +95,7 @@ def _whole(data: Data) -> int:
 def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
     if isinstance(base, Name):
         return scope.element(base, indices)
-    return pick(evaluate(base, scope), indices)
+    return pick(_evaluate(base, scope), indices)
 
 
 def pick(value: Value, indices: tuple[int, ...]) -> Value:
@@ -117,7 +125,7 @@ def _unary(operator: str, value: Value) -> Value:
 def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
     if operator in ("and", "or"):
         return _logical(operator == "or", left, right, scope)
-    a, b = evaluate(left, scope), evaluate(right, scope)
+    a, b = _evaluate(left, scope), _evaluate(right, scope)
     x, y = a.data, b.data
     try:
         match operator:
@@ -180,7 +188,7 @@ def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) 
     unknown: NotKnown | None = None
     for side in (left, right):
         try:
-            if evaluate(side, scope).data is decisive:
+            if _evaluate(side, scope).data is decisive:
                 return Value(decisive, "bool")
         except NotKnown as error:
             unknown = error
@@ -197,7 +205,7 @@ def _call(call: Call, scope: Scope) -> Value:
         return own
     if call.name not in functions.FUNCTIONS:
         functions.call(call.name, (), {})
-    arguments = tuple(evaluate(argument, scope).data for argument in call.arguments)
-    options = {name: True if value is None else evaluate(value, scope).data for name, value in call.options}
+    arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
+    options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     kind, data = functions.call(call.name, arguments, options)
     return Value(data, kind)

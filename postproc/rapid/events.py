@@ -62,7 +62,8 @@ class Argument:
 
     Args:
         role: ``to``, ``via`` (CirPoint), ``speed``, ``zone``, ``tool``, ``seam``, ``weld``, ``signal``, ``value`` ...;
-            optional arguments carry their lower-case name with a backslash: ``\\wobj``, ``\\weave``, ``\\v``, ``\\t``, ``\\id``.
+            optional arguments carry their lower-case name with a backslash: ``\\wobj``, ``\\weave``, ``\\v``,
+            ``\\t``, ``\\id``.
         span: the argument's expression (without the comma; for an optional argument without ``\\Name:=``).
         text: the expression as written.
         whole: from the backslash or expression start to the expression's end.

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from postproc.diagnostics import Span
 from postproc.rapid.tokens import tokenize
 
-MAX_NESTING = 60
+MAX_NESTING = 40
+MAX_OPERATORS = 150
 
 
 class ExpressionError(ValueError):
@@ -137,6 +138,7 @@ class _Reader:
         self.end = end
         self.last = start
         self.depth = 0
+        self.operators = 0
         self.kind, self.word, self.span = "end", "", (start, start)
         self.step()
 
@@ -177,6 +179,9 @@ class _Reader:
                 self.depth -= 1
                 return left
             self.step()
+            self.operators += 1
+            if self.operators > MAX_OPERATORS:
+                raise ExpressionError("the expression is too long")
             right = self.binary(rank)
             left = Binary((left.span[0], right.span[1]), operator, left, right)
 
@@ -265,6 +270,25 @@ class _Reader:
             if not (self.take(",") or self.word in (")", "\\")):
                 raise ExpressionError(f"`,` is missing before `{self.word}`")
         return Call((span[0], self.last), name, tuple(arguments), tuple(options))
+
+
+def names_in(tree: Expression) -> set[str]:
+    """Names of the data and functions an expression depends on, lower case."""
+    match tree:
+        case Name(_, name):
+            return {name}
+        case Index(_, base, items):
+            return names_in(base).union(*map(names_in, items))
+        case Component(_, base, _) | Unary(_, _, base):
+            return names_in(base)
+        case Aggregate(_, items):
+            return set().union(*map(names_in, items))
+        case Binary(_, _, left, right):
+            return names_in(left) | names_in(right)
+        case Call(_, name, arguments, options):
+            found = {name}.union(*map(names_in, arguments))
+            return found.union(*(names_in(value) for _, value in options if value is not None))
+    return set()
 
 
 def unquote(literal: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 
 from postproc.rapid.pose import (
@@ -127,7 +128,13 @@ FUNCTIONS: Mapping[str, tuple[str, Function]] = {
 }
 
 RUN_TIME = frozenset(
-    ["crobt", "cjointt", "cpos", "ctool", "cwobj", "calcrobt", "calcjointt", "orobt", "clkread", "testdi", "doutput", "dinput", "goutput", "ginput", "aoutput", "ainput", "gettime", "cdate", "ctime", "poserror", "isstoppos", "reltime", "getnextsym"]
+    re.findall(
+        r"\w+",
+        """
+    ainput aoutput calcjointt calcrobt cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym
+    gettime ginput goutput isstoppos orobt poserror reltime testdi
+    """,
+    )
 )
 
 

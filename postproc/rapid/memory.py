@@ -90,14 +90,12 @@ class Memory:
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         bound = self.frame.bindings.get(name.name)
-        declaration = bound.declaration if isinstance(bound, Reference) else self.find(name.name)
         if isinstance(bound, Reference):
             indices = (*bound.indices, *indices)
-        elif bound is not None or declaration is None:
+        declaration = bound.declaration if isinstance(bound, Reference) else self.find(name.name)
+        if declaration is None or isinstance(bound, Value | NotKnown):
             return pick(self.lookup(name), indices)
-        if not self.is_initial(declaration):
-            return pick(self.value(declaration), indices)
-        span = self.element_span(declaration, indices)
+        span = self.element_span(declaration, indices) if self.is_initial(declaration) else None
         if span is None:
             return pick(self.value(declaration), indices)
         data = self._initial(declaration, span).data

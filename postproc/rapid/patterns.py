@@ -74,22 +74,8 @@ DECLARATION = re.compile(
 )
 MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + rb"(" + IDENTIFIER + rb")(?:" + GAP + rb"(\([^()]*+\)))?")
 ROUTINE_HEAD = re.compile(
-    rb"(?i:(PROC|FUNC|TRAP))"
-    + GAP
-    + rb"(?:("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"(?=[A-Za-z\x80-\xff]))?"
-    + rb"("
-    + IDENTIFIER
-    + rb")(?:"
-    + GAP
-    + rb"(\((?:[^()\"!]++|"
-    + STRING
-    + rb"|"
-    + COMMENT
-    + rb")*+\)))?"
+    rb"(?i:(?:(FUNC)" + GAP + rb"(" + IDENTIFIER + rb")|(PROC|TRAP)))" + GAP + rb"(" + IDENTIFIER + rb")"
+    rb"(?:" + GAP + rb"(\((?:[^()\"!]++|" + STRING + rb"|" + COMMENT + rb")*+\)))?"
 )
 PARAMETER = re.compile(
     GAP
@@ -111,7 +97,7 @@ PARAMETER = re.compile(
     + rb"(\{[^{}]*+\})?"
 )
 FIELD = re.compile(GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb";")
-# One argument of an instruction: separator, \name, := or ?, expression.
+# One argument of an instruction: separator, \\name (or the name of a required argument), := or ?, expression.
 PIECE = re.compile(
     GAP
     + rb"(,?)"
@@ -124,7 +110,12 @@ PIECE = re.compile(
     + GAP
     + rb"(?:(:=|\?)"
     + GAP
-    + rb")?)?+("
+    + rb")?|"
+    + IDENTIFIER
+    + GAP
+    + rb":="
+    + GAP
+    + rb")?+("
     + EXPRESSION
     + rb")"
 )

@@ -74,8 +74,12 @@ def bodies(routine: Routine) -> Iterator[tuple[Statement, ...]]:
 
 
 def is_encrypted(data: bytes) -> bool:
-    """Whether a module is stored encrypted: first byte 0xFC or 0xFE and control bytes behind it."""
-    return data[:1] in (b"\xfc", b"\xfe") and any(byte < 9 for byte in data[:256])
+    """Whether a module is stored encrypted: a first byte that no text begins with, and control bytes behind it."""
+    return data[:1] >= b"\xf8" and not is_utf16(data) and any(byte < 9 for byte in data[:256])
+
+
+def is_utf16(data: bytes) -> bool:
+    return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
 def read_program(sources: Sequence[Source] | Source) -> Program:

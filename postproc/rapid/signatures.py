@@ -56,8 +56,8 @@ def _arcs(number: str) -> list[Signature]:
     return found
 
 
-def _unsupported(name: str, interpolation: Interpolation, why: str) -> Signature:
-    return Signature(name, interpolation, (), why_not=why)
+def _unsupported(names: str, interpolation: Interpolation, why: str) -> list[Signature]:
+    return [Signature(name, interpolation, (), why_not=why) for name in names.split()]
 
 
 _OPTION = "the arguments of this instruction are not known to this version"
@@ -75,35 +75,21 @@ _ALL = [
     Signature("ArcMoveAbsJ", "absjoint", MOVE, jointed=True),
     Signature("TriggAbsJ", "absjoint", TRIGG, jointed=True),
     Signature("MoveExtJ", "none", ("to", "speed", "zone"), jointed=True),
-    Signature("ArcMoveExtJ", "none", ("to", "speed", "zone", "tool"), jointed=True),
+    Signature("ArcMoveExtJ", "none", ("to", "speed", "zone"), older=("to", "speed", "zone", "tool"), jointed=True),
     Signature("SearchExtJ", "none", ("signal", "found", "to", "speed"), jointed=True, why_not=SEARCHED),
     Signature("SearchL", "line", SEARCH, why_not=SEARCHED),
     Signature("SearchC", "arc", _circular(SEARCH), why_not=SEARCHED),
     *(s for number in ("", "1", "2", "3", "4", "5", "6") for s in _arcs(number)),
     Signature("CapL", "line", CAP, "weld"),
     Signature("CapC", "arc", _circular(CAP), "weld"),
-    *(
-        _unsupported(name, kind, _OPTION)
-        for name, kind in (
-            ("ArcCalcL", "line"), ("ArcCalcC", "arc"), ("ArcCalcLStart", "line"), ("ArcCalcLEnd", "line"),
-            ("ArcCalcCStart", "arc"), ("ArcCalcCEnd", "arc"), ("ArcAdaptL", "line"), ("ArcAdaptC", "arc"),
-            ("ArcAdaptLStart", "line"), ("ArcAdaptLEnd", "line"), ("ArcAdaptCStart", "arc"), ("ArcAdaptCEnd", "arc"),
-            ("CapLATR", "line"), ("CapCATR", "arc"),
-            ("SpotL", "line"), ("SpotJ", "joint"), ("SpotML", "line"), ("SpotMJ", "joint"),
-            ("CalibL", "line"), ("CalibJ", "joint"), ("PaintL", "line"), ("PaintC", "arc"),
-            ("DispL", "line"), ("DispC", "arc"), ("NutL", "line"), ("NutJ", "joint"), ("MoveLDispMeasure", "line"),
-            ("Search_1D", "line"), ("Search_Groove", "line"), ("Search_Part", "line"),
-            ("FCPressL", "line"), ("FCPressC", "arc"), ("FCPress1LStart", "line"), ("FCPressEnd", "line"),
-        )
-    ),
-    *(
-        _unsupported(name, kind, "the path comes from a sensor while the program runs")
-        for name, kind in (("EGMMoveL", "line"), ("EGMMoveC", "arc"), ("EGMRunPose", "line"), ("EGMRunJoint", "absjoint"))
-    ),
-    *(
-        _unsupported(name, "line", "it replays a stored path and names no target")
-        for name in ("ArcRepL", "StepBwdPath", "PathRecMoveBwd", "PathRecMoveFwd")
-    ),
+    *_unsupported("ArcCalcL ArcCalcLStart ArcCalcLEnd ArcAdaptL ArcAdaptLStart ArcAdaptLEnd CapLATR", "line", _OPTION),
+    *_unsupported("ArcCalcC ArcCalcCStart ArcCalcCEnd ArcAdaptC ArcAdaptCStart ArcAdaptCEnd CapCATR", "arc", _OPTION),
+    *_unsupported("SpotL SpotML CalibL PaintL DispL NutL Search_1D Search_Groove Search_Part", "line", _OPTION),
+    *_unsupported("FCPressL FCPress1LStart FCPressEnd", "line", _OPTION),
+    *_unsupported("SpotJ SpotMJ CalibJ NutJ", "joint", _OPTION),
+    *_unsupported("PaintC DispC FCPressC", "arc", _OPTION),
+    *_unsupported("EGMMoveL EGMMoveC EGMRunPose EGMRunJoint", "line", "the path comes from a sensor at run time"),
+    *_unsupported("ArcRepL StepBwdPath PathRecMoveBwd PathRecMoveFwd", "line", "it replays a stored path"),
 ]  # fmt: skip
 
 SIGNATURES: dict[str, Signature] = {s.name.lower(): s for s in _ALL}

@@ -34,9 +34,6 @@ class State:
             }
         )  # fmt: skip
 
-    def entries(self) -> Mapping[str, Data]:
-        return self.values
-
     def forgotten(self, keys: Iterable[str]) -> State:
         """The same with the given keys not known."""
         unknown = {k: NotKnown(f"`{k[1:]}` is not known here") for k in keys if k in self.values}

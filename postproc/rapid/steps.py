@@ -169,7 +169,8 @@ class EventMaker:
             what = {"tool": "tool", "\\wobj": "work object"}.get(argument.role, "data")
             found.append(
                 Diagnostic(
-                    "RAP020", "error", f"the {what} `{error.missing}` has no value in these files", source, argument.span,
+                    "RAP020", "error", f"the {what} `{error.missing}` has no value in these files", source,
+                    argument.span,
                     f"give the file that declares `{error.missing}` too, often a system module such as user.sys or"
                     " CalibData.mod",
                 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import Origin, TargetSpans
+from postproc.rapid.events import Origin, OriginKind, TargetSpans
 from postproc.rapid.expressions import ExpressionError, Name, Star, read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory
@@ -54,7 +54,7 @@ class Targets:
             module, routine, name = value.declaration.split(".", 2)
             declaration = memory.program.names[module, routine, name]
             spans = self._spans(declaration, value.at, memory)
-            kind = ("element" if value.at else "declared") if spans is not None else "expression"
+            kind: OriginKind = "expression" if spans is None else "element" if value.at else "declared"
             origin = Origin(kind, spans, value.declaration, declaration.storage)
             done = self.declared[key] = (to_robtarget(value.data), origin)
         return done

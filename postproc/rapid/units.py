@@ -128,6 +128,31 @@ def target_pose(event: MotionEvent, T_base_tcp: Array) -> Pose:
     return matrix_pose(inverse(object_matrix(event.wobj, event.displacement)) @ T_base_tcp)
 
 
+def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]:
+    """``target_pose`` of many events at once, (n, 4, 4) [m]; quaternions on the side of the target they replace.
+
+    Raises:
+        ValueError: an event has no robtarget.
+    """
+    if not events:
+        return []
+    frames: dict[tuple[WobjData, Pose], int] = {}
+    rows, rots = [], []
+    for event in events:
+        if not isinstance(event.target, RobTarget):
+            raise ValueError("the event has no robtarget")
+        rots.append(event.target.rot)
+        rows.append(frames.setdefault((event.wobj, event.displacement), len(frames)))
+    objects = inverse(np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames]))
+    matrices = objects[rows] @ T_base_tcp
+    quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+    quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
+    return [
+        Pose((p[0], p[1], p[2]), (r[0], r[1], r[2], r[3]))
+        for p, r in zip((matrices[:, :3, 3] / MM).tolist(), quats.tolist(), strict=True)
+    ]
+
+
 def flange_matrix(event: MotionEvent) -> Array:
     """``T_base_tool0`` (4, 4) [m] at the event's target, for tools held by the robot and stationary tools.
 

@@ -1,0 +1,109 @@
+"""Writing to data while a program is walked, and forgetting what is no longer certain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.expressions import Component, Expression, Index, Name
+from postproc.rapid.memory import Binding, Memory, Reference
+from postproc.rapid.values import Data, NotKnown, Value
+
+Path = list[int | str]
+
+
+def store(tree: Expression, data: Data, memory: Memory) -> None:
+    """Write ``data`` (or, as NotKnown, that it is not known) to a variable, an element or a component.
+
+    Raises:
+        NotKnown: which part is written is not known; nothing is written then.
+    """
+    path, name = _path(tree, memory)
+    bound = memory.frame.bindings.get(name)
+    if isinstance(bound, Reference):
+        declaration, path = bound.declaration, [*bound.indices, *path]
+    elif bound is not None:
+        memory.frame.bindings[name] = _rebound(bound, path, data, memory)
+        return
+    else:
+        found = memory.find(name)
+        if found is None or found.storage == "CONST":
+            return
+        declaration = found
+    if path and not isinstance(data, NotKnown):
+        try:
+            data = _replaced(memory.value(declaration), path, data, memory)
+        except NotKnown as error:
+            data = error
+    memory.changed[declaration.key] = data
+
+
+def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
+    """Data and state of these keys (as ``Changes`` names them) may have any value from here on."""
+    for key in keys:
+        bound = memory.frame.bindings.get(key[1:]) if key.startswith("%") else None
+        if isinstance(bound, Reference):
+            memory.changed[bound.declaration.key] = NotKnown(f"`{bound.declaration.name}` {reason}")
+        elif bound is not None:
+            memory.frame.bindings[key[1:]] = NotKnown(f"`{key[1:]}` {reason}")
+        elif key[0] not in "%" and key != "@moves":
+            memory.changed[key] = NotKnown(f"`{shown(key)}` {reason}")
+
+
+def shown(key: str) -> str:
+    return key.rsplit(".", 1)[-1].lstrip("@")
+
+
+def joined(ends: Sequence[dict[str, Data]]) -> dict[str, Data]:
+    """What holds where several ways meet: a value only if all of them agree."""
+    result = dict(ends[0])
+    for end in ends[1:]:
+        for key in result.keys() | end.keys():
+            if key not in result or key not in end or (result[key] is not end[key] and result[key] != end[key]):
+                result[key] = NotKnown(f"`{shown(key)}` depends on a condition that is not known")
+    return result
+
+
+def _path(tree: Expression, memory: Memory) -> tuple[Path, str]:
+    """Indices and components that lead from a variable to the part that is written, and the variable's name."""
+    match tree:
+        case Name(_, name):
+            return [], name
+        case Index(_, base, indices):
+            path, name = _path(base, memory)
+            return [*path, *(int(evaluate(i, memory).data) for i in indices)], name
+        case Component(_, base, field):
+            path, name = _path(base, memory)
+            return [*path, field], name
+    raise NotKnown("this cannot be assigned to")
+
+
+def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memory) -> Data:
+    """A copy of the value's data with one part replaced."""
+    if not path:
+        return data
+    step, rest = path[0], path[1:]
+    if isinstance(step, int):
+        at, kind = step - 1, value.type
+    else:
+        names = [name for name, _ in memory.records.get(value.type, ())]
+        if step not in names:
+            raise NotKnown(f"`.{step}` is not a known component")
+        at = names.index(step)
+        kind = memory.records[value.type][at][1]
+    items = value.data
+    if not isinstance(items, tuple) or not 0 <= at < len(items):
+        raise NotKnown("the part that is written does not exist")
+    return (*items[:at], _replaced(Value(items[at], kind), rest, data, memory), *items[at + 1 :])
+
+
+def _rebound(bound: Value | NotKnown, path: Path, data: Data, memory: Memory) -> Binding:
+    """A parameter by value after an assignment to it."""
+    if isinstance(data, NotKnown):
+        return data
+    if isinstance(bound, NotKnown):
+        return bound if path else Value(data)
+    try:
+        return Value(_replaced(bound, path, data, memory), bound.type, bound.rank)
+    except NotKnown as error:
+        return error

@@ -1,0 +1,70 @@
+"""What a called routine gets: its parameters bound to the caller's arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from postproc.diagnostics import Span
+from postproc.rapid.changes import paired
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.expressions import Expression, Index, Name
+from postproc.rapid.memory import Binding, Frame, Memory, Reference
+from postproc.rapid.syntax import Routine
+from postproc.rapid.values import NotKnown
+
+Tree = Callable[[Span, Memory], Expression]
+
+
+def unbound_frame(routine: Routine) -> Frame:
+    """A call whose arguments nobody knows."""
+    unknown = {p.name: NotKnown(f"the parameter `{p.name}` is not known") for p in routine.parameters}
+    return Frame(routine, dict(unknown))
+
+
+def bound_frame(routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory, tree: Tree) -> Frame:
+    r"""A call with the arguments ``pieces`` of the present routine's file.
+
+    ``\Opt?name`` passes a parameter on only if the caller got it.
+    """
+    frame = Frame(routine)
+    for parameter in routine.parameters:
+        if not parameter.optional:
+            frame.bindings[parameter.name] = NotKnown(f"the parameter `{parameter.name}` is not known")
+    data = memory.frame.routine.source.data
+    for parameter, span in paired(routine.parameters, pieces):
+        if parameter.optional and data[: span[0]].rstrip().endswith(b"?") and not passed_on(span, memory):
+            continue
+        frame.present.add(parameter.name)
+        if span[0] < span[1]:
+            frame.bindings[parameter.name] = _binding(span, parameter.mode in ("VAR", "PERS", "INOUT"), memory, tree)
+    return frame
+
+
+def passed_on(span: Span, memory: Memory) -> bool:
+    r"""``\Opt?name``: whether the present routine got the parameter ``name``."""
+    words = memory.frame.routine.source.data[span[0] : span[1]].decode("latin-1")
+    return words.strip().lower() in memory.frame.present
+
+
+def _binding(span: Span, by_reference: bool, memory: Memory, tree: Tree) -> Binding:
+    try:
+        expression = tree(span, memory)
+        reference = _reference(expression, memory) if by_reference else None
+        return reference if reference is not None else evaluate(expression, memory)
+    except NotKnown as error:
+        return error
+
+
+def _reference(tree: Expression, memory: Memory) -> Reference | None:
+    """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
+    indices: tuple[int, ...] = ()
+    if isinstance(tree, Index) and isinstance(tree.base, Name):
+        indices = tuple(int(evaluate(i, memory).data) for i in tree.indices)
+        tree = tree.base
+    if not isinstance(tree, Name):
+        return None
+    bound = memory.frame.bindings.get(tree.name)
+    if isinstance(bound, Reference):
+        return Reference(bound.declaration, (*bound.indices, *indices))
+    declaration = memory.find(tree.name) if bound is None else None
+    return Reference(declaration, indices) if declaration is not None else None

@@ -1,0 +1,199 @@
+"""Expressions evaluated, routines called and events made while a program is walked."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.rapid.assign import forget, store
+from postproc.rapid.calls import bound_frame
+from postproc.rapid.changes import READ_ONLY, STATE, Changes
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
+from postproc.rapid.memory import Constants, Memory
+from postproc.rapid.motion import read_arguments
+from postproc.rapid.program import Program
+from postproc.rapid.state import run_state_instruction
+from postproc.rapid.steps import EventMaker
+from postproc.rapid.syntax import Routine, Statement
+from postproc.rapid.values import Data, NotKnown, Value
+
+MAX_CALLS = 30  # depth
+MAX_TREES = 50_000  # expressions kept for the next time they are executed
+
+
+class Execution(ABC):
+    """What is common to all statements; ``events`` grows with every motion.
+
+    ``conditional`` counts the conditions in force that are not known; ``detached`` says that the arm may come from
+    elsewhere than the last event.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.changes = Changes(program)
+        self.constants = Constants(program)
+        self.events: list[MotionEvent] = []
+        self.diagnostics: list[Diagnostic] = []
+        self.visited: dict[str, set[int]] = {}
+        self.only_new = False
+        self.conditional = 0
+        self.detached = True
+        self.maker = EventMaker(program, self.diagnostics)
+        self.reported: set[tuple[str, str]] = set()
+        self.stack: list[str] = []
+        self.returned: Value | NotKnown | None = None
+        self.steps = 0
+        self.depth = 0
+        self.trees: dict[tuple[str, Span], Expression] = {}
+
+    @abstractmethod
+    def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
+        """Run a routine's body; what it returns."""
+
+    def tree(self, span: Span, memory: Memory) -> Expression:
+        """The expression at a span of the present routine's file.
+
+        Raises:
+            NotKnown: it cannot be read.
+        """
+        source = memory.frame.routine.source
+        tree = self.trees.get((source.path, span))
+        if tree is None:
+            try:
+                tree = read_whole_expression(source.data, *span)
+            except ExpressionError as error:
+                raise NotKnown(f"the expression cannot be read: {error}") from error
+            if len(self.trees) < MAX_TREES:
+                self.trees[source.path, span] = tree
+        return tree
+
+    def value(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span.
+
+        Raises:
+            NotKnown: the text alone does not give it.
+        """
+        return evaluate(self.tree(span, memory), memory).data
+
+    def value_or_not(self, span: Span, memory: Memory) -> Data:
+        try:
+            return self.value(span, memory)
+        except NotKnown as error:
+            return error
+
+    def assign(self, target: Span, data: Data, memory: Memory) -> None:
+        try:
+            store(self.tree(target, memory), data, memory)
+        except NotKnown:
+            words = memory.frame.routine.source.data[target[0] : target[1]].decode("latin-1")
+            name = words.split("{")[0].split(".")[0].strip().lower()
+            declaration = memory.find(name)
+            keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
+            forget(memory, keys, "is not certain here")
+
+    def call(self, statement: Statement, memory: Memory) -> None:
+        source = memory.frame.routine.source
+        motion = self.program.motion(source, statement)
+        if motion is not None:
+            self.move(motion, memory)
+            return
+        word, start = statement.word, statement.span[0] + len(statement.word)
+        if word == "%":
+            word, start = self.late_bound(statement, memory)
+            if not word:
+                return
+        routine = self.program.routine(word, memory.frame.routine.module)
+        end = statement.span[1] - (source.data[statement.span[1] - 1 : statement.span[1]] == b";")
+        pieces = read_arguments(source.data, start, end)
+        if routine is not None:
+            self.call_routine(routine, pieces, memory)
+        elif word in STATE:
+            run_state_instruction(word, pieces, memory, lambda span: self.value(span, memory))
+        elif word in ("incr", "decr", "add", "clear"):
+            self.count(word, pieces, memory)
+        elif word not in READ_ONLY:
+            forget(memory, self.changes.of([statement], memory.frame.routine), f"may be written by `{word}`")
+            self.report_once(
+                "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
+                (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
+            )  # fmt: skip
+
+    def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:
+        """Routine named by ``%text%`` and where its arguments begin; no name if only the running program knows."""
+        data = memory.frame.routine.source.data
+        close = data.find(b"%", statement.span[0] + 1, statement.span[1])
+        name = self.value_or_not((statement.span[0] + 1, close), memory)
+        word = name.split(":")[-1].strip().lower() if isinstance(name, str) else ""
+        if not word or self.program.routine(word, memory.frame.routine.module) is None:
+            forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
+            self.detached = True
+            self.report_once(
+                "RAP032", "warning", "which routine is called here is known only at run time",
+                memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
+            )  # fmt: skip
+            return "", 0
+        return word, close + 1
+
+    def call_routine(
+        self, routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory
+    ) -> Value | NotKnown | None:
+        if routine.key in self.stack or len(self.stack) > MAX_CALLS:
+            keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
+            forget(memory, keys, "is changed in a routine that calls itself")
+            self.detached = True
+            return NotKnown(f"`{routine.name}` calls itself")
+        frame = bound_frame(routine, pieces, memory, self.tree)
+        inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
+        result = self.enter(routine, inner)
+        memory.changed = inner.changed
+        return result
+
+    def function(self, call: Call, memory: Memory) -> Value | None:
+        """Value of a function of the program's own; None if it has none of that name.
+
+        Raises:
+            NotKnown: the function has no known value here.
+        """
+        routine = self.program.routine(call.name, memory.frame.routine.module)
+        if routine is None or routine.kind != "FUNC":
+            return None
+        pieces = [("", a.span, a.span) for a in call.arguments]
+        pieces += [("\\" + name, value.span if value else (0, 0), (0, 0)) for name, value in call.options]
+        result = self.call_routine(routine, pieces, memory)
+        if isinstance(result, Value):
+            return Value(result.data, routine.type)
+        raise result if isinstance(result, NotKnown) else NotKnown(f"`{call.name}` gives no known value")
+
+    def count(self, word: str, pieces: Sequence[tuple[str, Span, Span]], memory: Memory) -> None:
+        """Incr, Decr, Add and Clear."""
+        if not pieces:
+            return
+        now = self.value_or_not(pieces[0][1], memory)
+        more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
+        data: Data = NotKnown("a counter has no certain value here")
+        if word == "clear":
+            data = 0.0
+        elif isinstance(now, float) and isinstance(more, float):
+            data = now - more if word == "decr" else now + more
+        self.assign(pieces[0][1], data, memory)
+
+    def move(self, statement: MotionStatement, memory: Memory) -> None:
+        seen = self.visited.setdefault(statement.source.path, set())
+        new = statement.span[0] not in seen
+        seen.add(statement.span[0])
+        if new or not self.only_new:
+            self.events.append(self.maker.event(statement, memory, self.conditional > 0, self.detached))
+            self.detached = False
+        else:
+            self.detached = True
+        for argument in statement.arguments:
+            if argument.role == "found":
+                self.assign(argument.span, NotKnown(f"`{argument.text}` is found by a search"), memory)
+
+    def report_once(self, code: str, severity: Severity, message: str, source: Source, span: Span, help: str) -> None:
+        if (code, message) not in self.reported:
+            self.reported.add((code, message))
+            self.diagnostics.append(Diagnostic(code, severity, message, source, span, help))

@@ -1,0 +1,122 @@
+"""Where declared data is used: whether editing a declaration in place changes anything else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.changes import Changes
+from postproc.rapid.events import MotionStatement
+from postproc.rapid.program import Program, bodies, statements_in
+from postproc.rapid.syntax import Declaration, Routine, Statement
+from postproc.rapid.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
+
+UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
+_WORDS = re.compile(
+    STRING + rb"|" + COMMENT + rb"|(?<![\w\x80-\xff])(?:" + NUMBER + rb")|([.\\]\s*)?(" + IDENTIFIER + rb")"
+)
+_NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """One place where data is named.
+
+    Args:
+        kind: ``motion``: the whole argument of a motion statement (or an element of it); ``expression``: inside an
+            expression of one, such as Offs; ``argument``: passed to a routine or another instruction; ``read``: in any
+            other expression; ``write``: assigned or possibly written; ``declaration``: in the value of other data.
+        source: the file.
+        span: the name.
+        routine: name of the routine, empty for declarations of a module.
+        statement: the motion statement, for ``motion`` and ``expression``.
+        role: role of the argument there.
+    """
+
+    kind: UseKind
+    source: Source
+    span: Span
+    routine: str
+    statement: MotionStatement | None = None
+    role: str = ""
+
+
+def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
+    """All uses of every declared data, by the declaration's key; unused data is missing."""
+    found: dict[str, list[Use]] = {}
+    changes = Changes(program)
+    for declaration in program.declarations:
+        for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
+            if not _numbers_only(declaration.source, span):
+                for name, at in _names(declaration.source, span):
+                    used = program.declaration(name, declaration.module, declaration.routine)
+                    _add(found, used, Use("declaration", declaration.source, at, declaration.routine))
+    for routine in program.all_routines():
+        for body in bodies(routine):
+            for statement in statements_in(body):
+                for name, use in _of_statement(program, changes, routine, statement):
+                    _add(found, program.declaration(name, routine.module, routine.name), use)
+    return {key: tuple(uses) for key, uses in found.items()}
+
+
+def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use) -> None:
+    if declaration is not None:
+        found.setdefault(declaration.key, []).append(use)
+
+
+def _of_statement(
+    program: Program, changes: Changes, routine: Routine, statement: Statement
+) -> Iterator[tuple[str, Use]]:
+    source = routine.source
+    own = {p.name for p in routine.parameters}
+    motion = program.motion(source, statement)
+    if motion is not None:
+        for argument in motion.arguments:
+            if argument.text[:1] == "[" and _NUMBERS_ONLY.fullmatch(argument.text):
+                continue
+            for at, (name, span) in enumerate(_names(source, argument.span)):
+                kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
+                kind = "write" if argument.role == "found" and at == 0 else kind
+                if name not in own:
+                    yield name, Use(kind, source, span, routine.name, motion, argument.role)
+        return
+    spans: tuple[Span, ...] = statement.parts
+    other: UseKind = "read"
+    if statement.kind in ("call", "opaque", "connect"):
+        start = statement.span[0] + (len(statement.word) if statement.kind == "call" else 0)
+        spans, other = ((start, statement.span[1]),), "argument"
+    spans += tuple(condition for branch in statement.branches for condition in branch.conditions)
+    written = changes.of([statement], routine) if statement.kind in ("call", "opaque") else set()
+    for number, span in enumerate(spans):
+        for at, (name, where) in enumerate(_names(source, span)):
+            if name in own:
+                continue
+            declaration = program.declaration(name, routine.module, routine.name)
+            writes = statement.kind == "assign" and number == 0 and at == 0
+            if writes or (declaration is not None and declaration.key in written):
+                yield name, Use("write", source, where, routine.name)
+            else:
+                yield name, Use(other, source, where, routine.name)
+
+
+def _is_plain(text: str) -> bool:
+    """Whether an argument is a name or an element, nothing else around it."""
+    name, brace, rest = text.strip().partition("{")
+    plain = name.strip().replace("_", "a").isalnum()
+    return plain and (not brace or (rest.count("{") == 0 and rest.rstrip().endswith("}")))
+
+
+def _numbers_only(source: Source, span: Span) -> bool:
+    return source.data[span[0] : span[0] + 1] == b"[" and bool(
+        _NUMBERS_ONLY.fullmatch(source.data[span[0] : span[1]].decode("latin-1"))
+    )
+
+
+def _names(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
+    """Names of data and routines in a piece of text: no components, no option names, nothing in strings."""
+    for found in _WORDS.finditer(source.data, *span):
+        if found[2] and not found[1]:
+            yield found[2].decode("latin-1").lower(), found.span(2)
