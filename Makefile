@@ -12,12 +12,16 @@ export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo test lint clean
 
+RESULT := $(OUT)/$(notdir $(SAMPLE))
+
 demo: $(VENV)/.installed  ## Convert a sample and show the result.
 	@mkdir -p $(OUT)
-	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) -o $(OUT)/$(notdir $(SAMPLE))
-	@$(BIN)/postproc diff $(SAMPLE) $(OUT)/$(notdir $(SAMPLE)) --tolerance 10
-	@echo "program:     $(SAMPLE)"
-	@echo "compensated: $(OUT)/$(notdir $(SAMPLE))"
+	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) --report $(RESULT:.mod=.html) -o $(RESULT)
+	@echo
+	@echo "program      $(SAMPLE)"
+	@echo "compensated  $(RESULT)"
+	@echo "report       $(RESULT:.mod=.html)"
+	@echo "compare      $(BIN)/postproc diff $(SAMPLE) $(RESULT)"
 
 test: $(VENV)/.installed-dev lint  ## Lint, types and all tests.
 	$(BIN)/pytest -q -n auto

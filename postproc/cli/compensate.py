@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 from postproc.cli.inputs import load_model, read_source
-from postproc.cli.options import EffectFiles, ModelFile, Output, Tolerance, VectorText, parse_vector
-from postproc.cli.output import finish, output_path
+from postproc.cli.options import EffectFiles, ModelFile, Output, ReportFile, Tolerance, VectorText, parse_vector
+from postproc.cli.output import finish, output_path, write
 from postproc.cli.report import print_json, say, show
 from postproc.compensate.options import Options
 
@@ -26,6 +26,7 @@ def run(
     tolerance: Tolerance = 0.01,
     template: Path | None = None,
     effects: EffectFiles = (),
+    report: ReportFile = None,
     in_place: bool = False,
     check: bool = False,
     diff: bool = False,
@@ -47,6 +48,7 @@ def run(
         tolerance: largest distance from the programmed path [mm].
         template: folder of Jinja templates in place of the shipped ones.
         effects: Python file with effects of your own; its code is run. May be repeated.
+        report: HTML page to write.
         in_place: write over the program itself.
         check: write nothing; exit 1 if the output (the program, without -o) would change.
         diff: write nothing; print the textual difference, exit 1 if there is one.
@@ -56,6 +58,7 @@ def run(
 
     source = read_source(program)
     target = output_path(program, output, in_place)
+    report = output_path(program, report, in_place=False)
     options = Options(
         tolerance_m=tolerance * 1e-3,
         force=parse_vector("--force", force),
@@ -68,6 +71,8 @@ def run(
     show(result.diagnostics)
     if json:
         print_json(result.report)
+    if report is not None:
+        write(report, compensation_page(source.path, result.report).encode())
     if result.output is None:
         return 1
     say(result.summary)

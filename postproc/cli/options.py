@@ -18,10 +18,17 @@ def _positive(_: object, value: float) -> None:
         raise ValueError("Must be a positive number.")
 
 
+def _distance(_: object, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0):
+        raise ValueError("Must be zero or a positive number.")
+
+
 Tolerance = Annotated[float, Parameter(validator=_positive)]
+Distance = Annotated[float, Parameter(validator=_distance)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1)]
+ReportFile = Annotated[Path | None, Parameter(name="--report")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 

@@ -1,0 +1,35 @@
+"""``postproc diff``: two programs compared by meaning."""
+
+from __future__ import annotations
+
+from postproc.cli.inputs import read_source
+from postproc.cli.options import Distance
+from postproc.cli.report import print_json, show
+from postproc.diagnostics import PostprocError, has_errors
+from postproc.rapid.diff import compare_programs
+from postproc.rapid.program import Program, read_program
+
+
+def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: bool = False) -> int:
+    """Compare two programs by meaning, statement by statement; exit 1 if they differ by more than the tolerance.
+
+    Args:
+        a: RAPID module.
+        b: RAPID module.
+        tolerance: distance between targets that is still the same [mm].
+        json: print the postproc/diff/1 document.
+    """
+    found = compare_programs(_read(a), _read(b), tolerance)
+    if json:
+        print_json(found.as_json())
+    else:
+        print(found.render())
+    return int(not found.equal)
+
+
+def _read(name: str) -> Program:
+    program = read_program(read_source(name))
+    if has_errors(program.diagnostics):
+        raise PostprocError(program.diagnostics)
+    show(program.diagnostics)
+    return program
