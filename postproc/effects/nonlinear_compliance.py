@@ -7,9 +7,9 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, State, Variant, by_joint, param, structure
+from postproc.effects.base import Effect, State, Variant, by_joint, param, structure, variant
 
-SHARES_OF_LOAD = (0.05, 0.2, 0.6)
+SHARES_OF_LOAD = (0.05, 0.1, 0.2, 0.4, 0.8)
 
 
 class NonlinearCompliance(
@@ -22,39 +22,49 @@ class NonlinearCompliance(
 ):
     """A joint winds up in a curve, not in a line.
 
-    Equation, with e the extra compliance at zero load, t0 the knee and x = tau / t0:
-        tanh:      dq = e t0 tanh(x)            soft until the knee, then no more
-        piecewise: dq = e t0 clip(x, -1, 1)     the catalogue form of strain-wave gears (K1 below the torque T1)
-        hardening: dq = e t0 f(x), f + f^3 = x  the spring tau = dq/e + dq^3/(e^3 t0^2)
-        cubic:     dq = e t0 x^3                softens instead
-    beside the linear share, which is `joint_compliance`.
+    Equation, with t0 the knee, x = tau / t0, and w = e t0 the wind-up, e being the extra compliance at zero load:
+        tanh:      dq = w tanh(x)            soft until the knee, then no more
+        piecewise: dq = w clip(x, -1, 1)     the catalogue form of strain-wave gears (K1 below the torque T1)
+        hardening: dq = w f(x), f + f^3 = x  the spring tau = t0 (dq/w + (dq/w)^3)
+        cubic:     dq = w x^3                softens instead
+    beside the linear share, which is `joint_compliance`. Wind-up and knee are better told apart than e and knee.
     Source: strain-wave and cycloidal gear catalogues (spring rates K1, K2, K3); Duffing spring.
     Typical size: 0.05 to 0.3 mrad around zero torque.
     """
 
     law: str = structure("tanh", choices=("tanh", "piecewise", "hardening", "cubic"))
-    soft_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-3, high=1e-3, typical=5e-7)
-    knee_Nm: Array = param(unit="N m", shape=(6,), low=0.1, high=1e5, typical=100.0, null=100.0, amplitude=False)
+    windup_rad: Array = param(unit="rad", shape=(6,), low=-0.05, high=0.05, typical=1e-4)
+    knee_Nm: Array = param(unit="N m", shape=(6,), low=1.0, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
     def displacement(self, state: State) -> Array | None:
         if state.joint_load is None:
             return None
-        return self.soft_rad_per_Nm * self.knee_Nm * curve(self.law, state.joint_load / self.knee_Nm)
+        return self.windup_rad * curve(self.law, state.joint_load / self.knee_Nm)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load.
+
+        The other two laws lie between these; a model file may choose them.
+        """
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         found: list[Variant] = []
-        for law in cls.structures()["law"].choices:
+        for law in ("tanh", "cubic"):
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
-                start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5))
-                for form in by_joint(start):
+                start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5)) if current is None else current
+                for form in (*by_joint(start), _joints_2_and_3(start)):
                     # The knee of a cubic only scales its amplitude.
-                    refit = form.free if law == "cubic" else form.refit
-                    found.append(
-                        Variant(start, form.free, refit, f"{law}, {form.label}, knee at {share:g} of the load")
-                    )
+                    refit = form.free if start.law == "cubic" else form.refit
+                    label = f"{start.law}, {form.label}, knee at {share:g} of the load"
+                    found.append(Variant(start, form.free, refit, label))
+                if current is not None:
+                    return tuple(found)
         return tuple(found)
+
+
+def _joints_2_and_3(effect: NonlinearCompliance) -> Variant:
+    two = np.isin(np.arange(12) % 6, (1, 2))
+    return variant(effect, "joints 2 and 3", two & effect.amplitudes(), two)
 
 
 def curve(law: str, x: Array) -> Array:

@@ -104,7 +104,7 @@ def test_joint_compliance():
 def test_nonlinear_compliance(law, at_50, at_minus_400):
     load = np.zeros((2, 6))
     load[:, 1] = 50, -400
-    effect = NonlinearCompliance(law=law, soft_rad_per_Nm=np.full(6, 1e-6), knee_Nm=np.full(6, 100.0))
+    effect = NonlinearCompliance(law=law, windup_rad=np.full(6, 1e-6 * 100), knee_Nm=np.full(6, 100.0))
     dq = displacement_of(effect, states(joint_load=load)).joint
     assert_allclose(dq[:, 1], [at_50, at_minus_400])
     assert not dq[:, [0, 2, 3, 4, 5]].any()
@@ -113,7 +113,7 @@ def test_nonlinear_compliance(law, at_50, at_minus_400):
 def test_hardening_spring_solves_its_equation():
     load = np.linspace(-3000.0, 3000.0, 60).reshape(10, 6)
     e, t0 = 4e-7, 250.0
-    effect = NonlinearCompliance(law="hardening", soft_rad_per_Nm=np.full(6, e), knee_Nm=np.full(6, t0))
+    effect = NonlinearCompliance(law="hardening", windup_rad=np.full(6, e * t0), knee_Nm=np.full(6, t0))
     dq = displacement_of(effect, State(q=np.zeros((10, 6)), joint_load=load)).joint
     assert_allclose(dq / e + dq**3 / (e**3 * t0**2), load, rtol=1e-10, atol=1e-9)
 
