@@ -15,15 +15,16 @@ import numpy as np
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import in_transition, judge_statements
-from postproc.compensate.plan import Motion, Plan, plan_changes, read_motion
-from postproc.compensate.proof import Deviation, measure_deviation
+from postproc.compensate.plan import Plan, plan_changes, read_motion, read_samples
+from postproc.compensate.proof import Deviation, measure_deviation, places_of
+from postproc.compensate.sharing import target_users
+from postproc.compensate.states import build_state
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, Source, has_errors
 from postproc.model.arm import Model
 from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
-from postproc.rapid.uses import plain_targets
 from postproc.rapid.walk import walk
 from postproc.render.module import change_edits, header_edit, insertion_edits, render_text
 from postproc.render.templates import environment
@@ -96,16 +97,13 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         findings.append(Diagnostic("CMP003", "error", text, sources[0], help="see `postproc inspect` for the reasons"))
         return _failed(findings, 1)
 
-    targets = plain_targets(program)
-    plan = plan_changes(
-        model, motion, events, options, lambda key, users: targets.get(key) == users, lambda e: _zone_name(program, e)
-    )
+    plan = plan_changes(model, motion, events, options, target_users(program), lambda e: _zone_name(program, e))
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
     for changed, edit in change_edits(env, plan.decisions.changes) + insertion_edits(env, plan.insertions):
         edits[changed.path].append(edit)
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    before, after, more = _prove(model, motion, events, sources, edits, drafts, options)
+    before, after, more = _prove(model, plan, events, sources, edits, drafts, options)
     findings += more
     if after is None:
         return _failed(findings, 1)
@@ -138,7 +136,7 @@ def _zone_name(program: Program, event: MotionEvent) -> str:
 
 def _prove(
     model: Model,
-    motion: Motion,
+    plan: Plan,
     events: Sequence[MotionEvent],
     sources: Sequence[Source],
     edits: Mapping[str, Sequence[Edit]],
@@ -146,19 +144,22 @@ def _prove(
     options: Options,
 ) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
     """Deviation of the program as it was and as it is written, from the text itself."""
+    motion = plan.motion
     own = np.arange(len(motion.moves))
     before = measure_deviation(model, motion.samples, motion.samples, own, motion.state)
     written = read_program([Source(s.path, drafts[s.path]) for s in sources])
     ran_events = walk(written, options.entry)
-    ran, findings = read_motion(model, ran_events, options)
+    ran, findings = read_samples(model, ran_events, options, joint_ways=True)
     findings = [d for d in findings if d.severity == "error"]
-    owner = _owners(events, ran_events, edits) if ran is not None else None
-    if ran is None or owner is None:
+    owners = _owners(events, ran_events, edits) if ran is not None else None
+    if ran is None or owners is None:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         return before, None, [*findings, Diagnostic("CMP004", "error", text, sources[0], help="see the findings above")]
     index = {move.event: i for i, move in enumerate(motion.moves)}
-    of = np.array([index[owner[move.event]] for move in ran.moves])
-    return before, measure_deviation(model, motion.samples, ran.samples, of, ran.state), []
+    owner = np.array([index[owners[move.event]] for move in ran.moves])
+    place = places_of(motion.samples, ran, owner, plan.pieces)
+    state = build_state(model, ran, motion.trajectory, options, place)
+    return before, measure_deviation(model, motion.samples, ran, owner, state), []
 
 
 def _owners(

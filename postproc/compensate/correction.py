@@ -60,11 +60,6 @@ class Transition:
     samples: tuple[int, int]
 
 
-def burning(samples: Samples) -> Array:
-    """(n,) whether the arc burns at a sample."""
-    return np.array([m.welding for m in samples.moves])[samples.move]
-
-
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
     changing = np.zeros(len(moves), dtype=bool)

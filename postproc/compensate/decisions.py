@@ -7,13 +7,14 @@ no text to tell them apart is left alone, with that reason.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from postproc.compensate.values import Change, TargetValue
-from postproc.rapid.events import MotionEvent, MotionStatement, Origin
+from postproc.compensate.sharing import fully_wished
+from postproc.compensate.values import Change, StatementKey, TargetValue, key_of
+from postproc.rapid.events import MotionEvent, Origin
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
@@ -39,10 +40,6 @@ class Decisions:
     refused: Mapping[tuple[str, int], str] = field(default_factory=dict)
 
 
-def key_of(statement: MotionStatement) -> tuple[str, int]:
-    return statement.source.path, statement.span[0]
-
-
 def same_value(a: TargetValue, b: TargetValue) -> bool:
     return (
         a.robconf == b.robconf
@@ -52,14 +49,15 @@ def same_value(a: TargetValue, b: TargetValue) -> bool:
 
 
 def decide_changes(
-    events: Sequence[MotionEvent], wishes: Iterable[Wish], shared_safely: Callable[[str, set[tuple[str, int]]], bool]
+    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, frozenset[StatementKey]]
 ) -> Decisions:
     """Decide for every wish where it is written.
 
     Args:
         events: all executions; wishes: of those that can be compensated.
-        shared_safely: whether a declaration is used as a plain target by exactly these statements and nowhere else.
+        users: statements that use a declaration as their target, where it is used for nothing else.
     """
+    complete = fully_wished(events, [(w.event, w.role) for w in wishes])
     in_place: dict[tuple[str, int], list[Wish]] = {}
     by_argument: dict[tuple[str, int, str], list[Wish]] = {}
     for wish in wishes:
@@ -74,10 +72,8 @@ def decide_changes(
     keep_argument: set[tuple[str, int, str]] = set()
     for group in in_place.values():
         origin = group[0].origin
-        statements = {key_of(events[w.event].statement) for w in group}
         agree = all(same_value(group[0].value, w.value) for w in group[1:])
-        own = origin.declaration is None  # an inline aggregate belongs to its statement alone
-        if agree and (own or shared_safely(origin.declaration or "", statements)):
+        if agree and _serves_these_only(origin, {key_of(events[w.event].statement) for w in group}, users, complete):
             first = group[0]
             changes.append(Change(events[first.event].statement, first.role, first.value, origin.spans))
             settled |= {(*key_of(events[w.event].statement), w.role) for w in group}
@@ -94,6 +90,24 @@ def decide_changes(
         first = group[0]
         changes.append(Change(events[first.event].statement, first.role, first.value, None))
     return _without_refused(changes, refused, events, in_place)
+
+
+def _serves_these_only(
+    origin: Origin,
+    statements: set[StatementKey],
+    users: Mapping[str, frozenset[StatementKey]],
+    complete: frozenset[tuple[StatementKey, str]],
+) -> bool:
+    """Whether editing the text at an origin changes nothing but the targets of the given statements."""
+    if origin.declaration is None:
+        return True  # an inline aggregate belongs to its statement alone
+    known = users.get(origin.declaration)
+    if known is None:
+        return False
+    if origin.kind == "element":
+        # Statements that use other elements do not matter, but one whose index is not known may mean this one.
+        return all((s, "to") in complete for s in known)
+    return known == statements
 
 
 def _without_refused(

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from postproc.compensate.decisions import UNCHANGED_MM, key_of
+from postproc.compensate.decisions import UNCHANGED_MM
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.values import Outcome
+from postproc.compensate.values import Outcome, key_of
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program

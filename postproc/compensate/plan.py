@@ -11,20 +11,19 @@ from postproc.arrays import Array
 from postproc.compensate.correction import (
     Exact,
     Transition,
-    burning,
     changing_moves,
     commanded_curve,
     hold_moves,
     invert_model,
 )
-from postproc.compensate.decisions import Decisions, Wish, decide_changes, key_of, same_value
+from postproc.compensate.decisions import Decisions, Wish, decide_changes, same_value
 from postproc.compensate.insertions import insertion_of, why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.samples import Samples, sample_moves
-from postproc.compensate.states import at_samples, build_state
+from postproc.compensate.states import along, build_state
 from postproc.compensate.targets import Pieces, divide_moves
-from postproc.compensate.values import Insertion, TargetValue
+from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.effects.contract import State
 from postproc.model.arm import Model
@@ -34,11 +33,12 @@ from postproc.motion.trajectory import retime
 from postproc.motion.values import Move, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
-from postproc.rapid.units import target_pose
+from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata
 from postproc.robot.pose import displace, pose_error
 
+Conf = tuple[int, int, int, int]
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 
 
@@ -65,27 +65,37 @@ class Plan:
     indivisible: Mapping[int, str]
 
 
-def read_motion(
+def read_samples(
     model: Model, events: Sequence[MotionEvent], options: Options, joint_ways: bool = False
+) -> tuple[Samples | None, list[Diagnostic]]:
+    """Moves of a program and samples of their curves; None where an error makes that impossible."""
+    moves, findings = read_moves(model.robot, events)
+    if has_errors(findings) or not moves:
+        return None, findings
+    dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, 0)
+    try:
+        return sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways), findings
+    except PostprocError as error:
+        return None, findings + list(error.diagnostics)
+
+
+def read_motion(
+    model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Motion | None, list[Diagnostic]]:
     """Moves, timing and samples of a program; None where an error makes that impossible."""
-    moves_list, findings = read_moves(model.robot, events)
-    if has_errors(findings) or not moves_list:
+    samples, findings = read_samples(model, events, options, joint_ways=True)
+    if samples is None:
         return None, findings
-    moves = tuple(moves_list)
     try:
-        path, more = sample_path(model.robot, moves, events)
+        path, more = sample_path(model.robot, samples.moves, events)
         findings += more
         if has_errors(findings):
             return None, findings
         trajectory = retime(model.robot, path, events)
-        dense = np.where(changing_moves(moves, options), TRANSITION_INTERVALS, 0)
-        samples = sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways)
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
-    reads_speed = any("v" in effect.reads for effect in model.effects)
-    state = build_state(samples, trajectory, options, burning(samples), reads_speed)
-    return Motion(moves, trajectory, samples, state), findings
+    state = build_state(model, samples, trajectory, options)
+    return Motion(samples.moves, trajectory, samples, state), findings
 
 
 def plan_changes(
@@ -93,17 +103,17 @@ def plan_changes(
     motion: Motion,
     events: Sequence[MotionEvent],
     options: Options,
-    shared_safely: Callable[[str, set[tuple[str, int]]], bool],
+    users: Mapping[str, frozenset[StatementKey]],
     zone_name: Callable[[MotionEvent], str],
 ) -> Plan:
     """Decide what to change so that the real arm follows the programmed curves.
 
     Args:
-        shared_safely: see ``decide_changes``.
+        users: see ``target_users``.
         zone_name: name of a small fly-by zone that means what it says where the event's statement stands.
     """
     samples, moves = motion.samples, motion.moves
-    t = at_samples(samples, motion.trajectory, motion.trajectory.t)
+    t = along(motion.trajectory, motion.trajectory.t, samples.move + samples.u)
     exact = invert_model(model, samples, motion.state)
     indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
     held = np.zeros(len(moves), dtype=bool)
@@ -113,8 +123,8 @@ def plan_changes(
         divisible = [i not in indivisible and not held[i] for i in range(len(moves))]
         pieces = divide_moves(samples, curve, options.tolerance_m, divisible)
         values = _Values(model.robot, motion, events, written, curve)
-        wishes = [w for i in np.flatnonzero(~held) for w in values.wishes(int(i), pieces)]
-        decisions = decide_changes(events, wishes, shared_safely)
+        wishes = values.wishes(~held, pieces)
+        decisions = decide_changes(events, wishes, users)
         insertions, clashing = values.insertions(pieces, zone_name)
         refused = np.array([key_of(events[m.event].statement) in decisions.refused for m in moves]) & ~held
         if not refused.any() and not clashing:
@@ -138,24 +148,37 @@ class _Values:
         self.conf_after = confdata(robot, written.q_goal)
         self.T_goal = written.T_base_flange @ motion.samples.curves.T_flange_tcp
 
-    def value(self, event: MotionEvent, T_base_tcp: Array, robconf: tuple[int, int, int, int]) -> TargetValue:
-        target = event.target
-        assert isinstance(target, RobTarget)
-        return TargetValue(target_pose(event, T_base_tcp), robconf, target.extax)
-
-    def wishes(self, i: int, pieces: Sequence[Pieces]) -> list[Wish]:
-        move = self.motion.moves[i]
-        event = self.events[move.event]
-        if not isinstance(event.target, RobTarget):
-            return []
-        changed = tuple(int(c) for c in self.conf_after[i])
-        crossed = not np.array_equal(self.conf_before[i], self.conf_after[i])
-        conf = (changed[0], changed[1], changed[2], changed[3]) if crossed else event.target.robconf
-        found = [Wish(move.event, "to", event.target_origin, self.value(event, self.T_goal[i], conf))]
-        if event.via is not None and event.via_origin is not None and not move.first:
-            T_via = self._via(i, next(p for p in pieces if p.move == i))
-            found.append(Wish(move.event, "via", event.via_origin, self.value(event, T_via, event.via.robconf)))
+    def wishes(self, chosen: Array, pieces: Sequence[Pieces]) -> list[Wish]:
+        """Corrected goals and circle points of the chosen moves (m,)."""
+        divided = {p.move: p for p in pieces}
+        asked: list[tuple[int, str, Array, Conf]] = []
+        for i in np.flatnonzero(chosen):
+            move = self.motion.moves[i]
+            event = self.events[move.event]
+            if not isinstance(event.target, RobTarget):
+                continue
+            crossed = not np.array_equal(self.conf_before[i], self.conf_after[i])
+            asked.append((i, "to", self.T_goal[i], _conf(self.conf_after[i]) if crossed else event.target.robconf))
+            if event.via is not None and not move.first:
+                asked.append((i, "via", self._via(int(i), divided[int(i)]), event.via.robconf))
+        values = self.values([(i, T, conf) for i, _, T, conf in asked])
+        found = []
+        for (i, role, _, _), value in zip(asked, values, strict=True):
+            event = self.events[self.motion.moves[i].event]
+            origin = event.target_origin if role == "to" else event.via_origin
+            assert origin is not None
+            found.append(Wish(self.motion.moves[i].event, role, origin, value))
         return found
+
+    def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
+        """Poses (move, T_base_tcp, confdata) as the program writes them, in their work objects."""
+        events = [self.events[self.motion.moves[i].event] for i, _, _ in asked]
+        poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
+        result = []
+        for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
+            assert isinstance(event.target, RobTarget)
+            result.append(TargetValue(pose, conf, event.target.extax))
+        return result
 
     def _via(self, i: int, pieces: Pieces) -> Array:
         """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part."""
@@ -172,6 +195,18 @@ class _Values:
         T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
         return T
 
+    def _added(self, i: int, part: Pieces | None, zone_name: Callable[[MotionEvent], str]) -> list[Insertion]:
+        """The statements to add before one move."""
+        if part is None:
+            return []
+        event = self.events[self.motion.moves[i].event]
+        goals = list(part.goals)
+        confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
+        to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+        vias = self.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        zone = zone_name(event)
+        return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
+
     def insertions(
         self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str]
     ) -> tuple[list[Insertion], dict[int, str]]:
@@ -184,17 +219,7 @@ class _Values:
         for key, group in runs.items():
             if not any(i in divided for i in group):
                 continue
-            for i in group:
-                event = self.events[self.motion.moves[i].event]
-                part = divided.get(i)
-                added = []
-                for k, goal in enumerate(part.goals if part else ()):
-                    assert part is not None
-                    c = confdata(self.robot, self.written.q[goal][None])[0]
-                    conf = (int(c[0]), int(c[1]), int(c[2]), int(c[3]))
-                    via = self.value(event, self.curve[part.vias[k]], conf) if part.vias else None
-                    added.append(insertion_of(event, self.value(event, self.curve[goal], conf), via, zone_name(event)))
-                by_statement.setdefault(key, []).append((i, added))
+            by_statement[key] = [(i, self._added(i, divided.get(i), zone_name)) for i in group]
         found: list[Insertion] = []
         clashing: dict[int, str] = {}
         for runs_of in by_statement.values():
@@ -204,6 +229,10 @@ class _Values:
             else:
                 clashing.update({i: "it runs several times on different ways" for i, _ in runs_of})
         return found, clashing
+
+
+def _conf(row: Array) -> Conf:
+    return int(row[0]), int(row[1]), int(row[2]), int(row[3])
 
 
 def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
+from postproc.compensate.targets import Pieces
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -58,6 +60,23 @@ def measure_deviation(model: Model, programmed: Samples, ran: Samples, owner: Ar
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
     return Deviation(distance, of, u, np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1), angle)
+
+
+def places_of(programmed: Samples, ran: Samples, owner: Array, pieces: Sequence[Pieces]) -> Array:
+    """(n,) where the samples of the program that ran stand on the programmed path, as move + fraction.
+
+    Args:
+        owner: (moves of ran,) programmed moves; the parts of a divided move follow each other.
+        pieces: how moves were divided.
+    """
+    edges = {p.move: [0.0, *(float(programmed.u[g]) for g in p.goals), 1.0] for p in pieces if p.goals}
+    low, high = np.zeros(len(owner)), np.ones(len(owner))
+    part = 0
+    for j, i in enumerate(owner.tolist()):
+        part = part + 1 if j > 0 and owner[j - 1] == i else 0
+        if i in edges:
+            low[j], high[j] = edges[i][part], edges[i][part + 1]
+    return owner[ran.move] + low[ran.move] + (high - low)[ran.move] * ran.u
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Array, rows: Array) -> Array:

@@ -8,49 +8,54 @@ from postproc.arrays import Array
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
 from postproc.effects.contract import State
+from postproc.model.arm import Model
 from postproc.motion.values import Trajectory
 
 _STANDSTILL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
-def build_state(samples: Samples, trajectory: Trajectory | None, options: Options, burning: Array, reads_speed: bool) -> State:
+def build_state(
+    model: Model, samples: Samples, trajectory: Trajectory, options: Options, place: Array | None = None
+) -> State:
     """The state at every sample.
 
     Args:
-        trajectory: where inertia, speeds and times come from; None leaves them out.
-        burning: (n,) bool, whether the arc burns at a sample.
-        reads_speed: an effect of the model follows the joint speeds.
+        trajectory: timing of the programmed path.
+        place: (n,) where the samples stand on the programmed path, as move + fraction; None: they are its own samples.
     """
-    moves = samples.moves
-    rows = samples.move
+    moves, rows = samples.moves, samples.move
     wrench = np.zeros((len(rows), 6))
-    loaded = burning if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
+    loaded = burning(samples) if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
     wrench[loaded] = np.array([*options.force, *options.moment])
-    state = State(
+    where = rows + samples.u if place is None else place
+    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
+    # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
+    keeps_speed = options.inertia or any("v" in effect.reads for effect in model.effects)
+    return State(
         q=samples.q,
+        v=v if keeps_speed else None,
+        a=a if options.inertia else None,
+        time=t,
         approach=approach_side(samples),
         payload_mass=np.array([m.payload_mass for m in moves])[rows],
         payload_center=np.array([m.payload_center for m in moves])[rows],
         wrench=wrench,
         T_flange_tcp=samples.curves.T_flange_tcp[rows],
     )
-    if trajectory is None:
-        return state
-    v, a, t = (at_samples(samples, trajectory, x) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
-    if options.inertia:
-        return state.with_(v=v, a=a, time=t)
-    # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
-    return state.with_(v=v if reads_speed else None, time=t)
 
 
-def at_samples(samples: Samples, trajectory: Trajectory, values: Array) -> Array:
-    """Values (k,) or (k, j) along the trajectory, read at the samples by move and fraction."""
+def burning(samples: Samples) -> Array:
+    """(n,) whether the arc burns at a sample."""
+    return np.array([m.welding for m in samples.moves])[samples.move]
+
+
+def along(trajectory: Trajectory, values: Array, place: Array) -> Array:
+    """Values (k,) or (k, j) of the trajectory's samples, read at places (n,) given as move + fraction."""
     path = trajectory.path
     known = path.move + path.u
-    wanted = samples.move + samples.u
     if values.ndim == 1:
-        return np.interp(wanted, known, values)
-    return np.stack([np.interp(wanted, known, column) for column in values.T], axis=1)
+        return np.interp(place, known, values)
+    return np.stack([np.interp(place, known, column) for column in values.T], axis=1)
 
 
 def approach_side(samples: Samples) -> Array:

@@ -8,7 +8,12 @@ from typing import Literal
 from postproc.rapid.events import MotionStatement, TargetSpans
 from postproc.rapid.records import Ax6, Pose
 
+StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
+
+
+def key_of(statement: MotionStatement) -> StatementKey:
+    return statement.source.path, statement.span[0]
 
 
 @dataclass(frozen=True, slots=True)
