@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load, State
-from postproc.effects.files import FieldProblem, check_table
+from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.forms import JointBasis, Variant, by_joint, variant
 from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
 
@@ -273,26 +273,6 @@ def load_of(effect: Effect, state: State) -> Load:
     if any(channel(state, name) is None for name in effect.reads if name != "load"):
         return Load()
     return effect.load(state) or Load()
-
-
-def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Effect:
-    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not known yet."""
-    if module not in sys.modules:
-        import importlib
-
-        try:
-            importlib.import_module(module)
-        except ModuleNotFoundError:
-            if file is None:
-                raise
-            from postproc.effects.registry import load_effect_file
-
-            load_effect_file(file)
-    found: Any = sys.modules[module]
-    for part in name.split("."):
-        found = getattr(found, part)
-    result: Effect = found(**fields)
-    return result
 
 
 def _plain(value: Any) -> Any:

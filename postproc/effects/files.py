@@ -1,7 +1,8 @@
-"""Checking an effect's table of a model file against its declaration, before the effect is made."""
+"""How effects are stored: tables of a model file checked before the effect is made, pickles rebuilt."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -53,6 +54,26 @@ def check_table(cls: type[Effect], table: Mapping[str, Any]) -> list[FieldProble
         if name in table:
             found += _check_parameter(like, name, table[name])
     return found
+
+
+def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) -> Effect:
+    """Rebuild a pickled effect; one from a user's file is loaded from there when its module is not known yet."""
+    if module not in sys.modules:
+        import importlib
+
+        try:
+            importlib.import_module(module)
+        except ModuleNotFoundError:
+            if file is None:
+                raise
+            from postproc.effects.registry import load_effect_file
+
+            load_effect_file(file)
+    found: Any = sys.modules[module]
+    for part in name.split("."):
+        found = getattr(found, part)
+    result: Effect = found(**fields)
+    return result
 
 
 def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProblem]:

@@ -23,8 +23,8 @@ class ThermalGrowth(
     """The castings grow and shrink.
 
     Equation: translation ((alpha + extra_b) (T - T_ref) + strain) p_b at the distal end p_b of each listed body, in its
-    axes. The strain is the growth at the reference temperature: it stands for a T0 that is not the reference. The extra is
-    what one casting grows beyond the others: a pedestal or a motor housing does not warm as the air does.
+    axes. The strain is the growth at the reference temperature: it stands for a T0 that is not the reference. The extra
+    is what one casting grows beyond the others: a pedestal or a motor housing does not warm as the air does.
     Source: linear expansion; 11 to 12e-6 per kelvin for iron and steel, 23e-6 for aluminium.
     Typical size: 25 micrometres per kelvin on an arm stretched to 2 m.
     """

@@ -248,6 +248,13 @@ def test_thermal_growth_stretches_every_casting_along_itself():
         assert_allclose(given[b][1], [*(np.array(end) * (1.15e-5 * -8 + 1e-5)), 0, 0, 0])
 
 
+def test_one_casting_grows_beyond_the_others():
+    state = states(temperature=np.array([25.0, 12.0]), robot=example_arm())
+    given = displacement_of(ThermalGrowth(body=(2, 4), growth_per_K=1e-5, extra_per_K=[0, 3e-6]), state).body
+    assert_allclose(given[2][:, 2], [0.9 * 1e-5 * 5, 0.9 * 1e-5 * -8])
+    assert_allclose(given[4][:, 0], [0.7 * 1.3e-5 * 5, 0.7 * 1.3e-5 * -8])
+
+
 def test_thermal_joint_drift():
     effect = ThermalJointDrift(reference_C=22.0, drift_rad_per_K=SIX * 1e-6)
     given = displacement_of(effect, states(temperature=np.array([22.0, 32.0]))).joint
