@@ -57,7 +57,7 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
                 "MOD004",
                 "error",
                 f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model",
-                help=f"measure the arm, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
+                help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
                 "and give that model with -m",
             )
         )

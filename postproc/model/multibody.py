@@ -77,7 +77,8 @@ class Multibody:
         for rate, given in zip(rates, (v, a), strict=True):
             if given is not None:
                 rate[self.joint] = given.T
-        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).T
+        # For one state pinocchio answers with a vector.
+        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(self.size, -1).T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
         """Derivative of the links' weight on the coordinates by the coordinates: gravity in K_E (Eq. 21), (n, m, m)."""
