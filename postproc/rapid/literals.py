@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from math import isfinite
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.events import TargetSpans
 from postproc.rapid.expressions import Aggregate, Expression, ExpressionError, Number, read_whole_expression
-from postproc.rapid.records import RobTarget
-from postproc.rapid.values import Data, to_robtarget
+from postproc.rapid.records import NO_AXIS, Ax6, RobTarget
+from postproc.rapid.values import Data, NotKnown, to_quat, to_robtarget
 
 _GAP = rb"[ \t\r\n]*+"
 _NUMBER = rb"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)"
@@ -20,6 +21,37 @@ def _list(count: int) -> bytes:
 
 _COMMA = _GAP + b"," + _GAP
 _LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)) + _GAP + rb"\]" + _GAP)
+NO_AXES: Ax6 = (NO_AXIS,) * 6
+NO_AXES_LIST = list(NO_AXES)
+
+
+class LiteralSpans(TargetSpans):
+    """Spans that are found again whenever they are asked for: eleven of them take 1.5 kB of memory."""
+
+    __slots__ = ()
+
+    def __init__(self, source: Source, whole: Span) -> None:
+        object.__setattr__(self, "source", source)
+        object.__setattr__(self, "whole", whole)
+
+    def _groups(self, first: int, last: int) -> tuple[Span, ...]:
+        found = _LITERAL.fullmatch(self.source.data, *self.whole)
+        return found.regs[first:last] if found else ()
+
+    @property
+    def trans(self) -> tuple[Span, ...]:  # type: ignore[override]
+        return self._groups(1, 4)
+
+    @property
+    def rot(self) -> tuple[Span, ...]:  # type: ignore[override]
+        return self._groups(4, 8)
+
+    @property
+    def robconf(self) -> tuple[Span, ...]:  # type: ignore[override]
+        return self._groups(8, 12)
+
+    def __reduce__(self) -> tuple[type[LiteralSpans], tuple[Source, Span]]:
+        return LiteralSpans, (self.source, self.whole)
 
 
 def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget, TargetSpans] | None:
@@ -31,10 +63,13 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     found = _LITERAL.fullmatch(source.data, start, end)
     if found is not None:
         n = [float(group) for group in found.groups()]
-        at = found.regs
-        spans = TargetSpans(source, at[1:4], at[4:8], at[8:12], (start, end))
-        data: Data = (tuple(n[0:3]), tuple(n[3:7]), tuple(n[7:11]), tuple(n[11:17]))
-        return to_robtarget(data), spans
+        if not isfinite(sum(n)):
+            raise NotKnown("a number in the data is too large")
+        # The same as to_robtarget, without its checks: there are as many numbers as targets need.
+        rot = to_quat((n[3], n[4], n[5], n[6]))
+        conf = (round(n[7]), round(n[8]), round(n[9]), round(n[10]))
+        extax = NO_AXES if n[11:] == NO_AXES_LIST else (n[11], n[12], n[13], n[14], n[15], n[16])
+        return RobTarget((n[0], n[1], n[2]), rot, conf, extax), LiteralSpans(source, (start, end))
     if source.data[start : start + 1] != b"[":
         return None
     try:
