@@ -22,17 +22,18 @@ class Grid:
     """Where toppra decides: all knots, and the ends of short ramps between them.
 
     Args:
-        s: (g,) path parameter [m]; run: (g,); cap: (g,) highest path speed [m/s], zero at stops.
+        s: (g,) path parameter [m]; run: (g,).
+        cap, floor: (g,) highest and lowest path speed [m/s]: both zero at stops, equal where a speed is given.
     """
 
     s: Array
     run: Index
     cap: Array
+    floor: Array
 
-    def only(self, wanted: NDArray[np.bool_]) -> Grid:
-        """The grid points of some runs, (r,) bool."""
-        rows = wanted[self.run]
-        return Grid(self.s[rows], self.run[rows], self.cap[rows])
+    def only(self, rows: NDArray[np.bool_]) -> Grid:
+        """Some of the grid points, (g,) bool."""
+        return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows])
 
 
 def programmed_speed(path: Path, runs: Runs) -> Array:
@@ -66,7 +67,6 @@ def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
     A lower speed is reached half a window early and kept half a window longer, so that averaging does not exceed it.
     """
     s, inside = runs.s, runs.inside
-    k = len(s)
     slope = runs.curve.c[2]
     with np.errstate(divide="ignore"):
         joint_cap = (robot.speed / np.abs(slope)).min(axis=1)
@@ -85,7 +85,7 @@ def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
         extra.append(((side + sign * length)[wanted], wide[wanted], runs.run[:-1][wanted]))
     all_s, all_cap, all_run = (np.concatenate(column) for column in zip(*extra, strict=True))
     order = np.argsort(all_s, kind="stable")
-    return Grid(all_s[order], all_run[order], all_cap[order])
+    return Grid(all_s[order], all_run[order], all_cap[order], np.zeros(len(order)))
 
 
 def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Array:

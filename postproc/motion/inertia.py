@@ -8,10 +8,16 @@ from postproc.arrays import Array
 from postproc.effects.geometry import point_acceleration
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import body_poses, jacobian
-from postproc.robot.pose import transform
+from postproc.robot.kinematics import body_poses
 
 NO_GRAVITY = np.zeros(3)
+
+
+def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
+    """Velocities (n, 3) [m/s] of flange-fixed points (n, 3): sum of v_j z_j x (p - p_j)."""
+    axes = (T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0] * v[:, :, None]
+    result: Array = np.cross(axes.sum(axis=1), point) - np.cross(axes, T_base_body[:, 1:, :3, 3]).sum(axis=1)
+    return result
 
 
 def inertial_torque(
@@ -27,8 +33,11 @@ def inertial_torque(
         return np.zeros((0, 6))
     links = Multibody(robot, gravity, ()).rnea(q, v, a)
     T = body_poses(robot, q)
-    T_flange_center = transform(center)
-    point = (T[:, 6] @ robot.link[6] @ T_flange_center)[:, :3, 3]
+    flange = T[:, 6] @ robot.link[6]
+    point = (flange[:, :3, :3] @ center[:, :, None])[..., 0] + flange[:, :3, 3]
     force = mass[:, None] * (point_acceleration(robot, T, v, a, 6, point) - gravity)
-    total: Array = links + np.einsum("nij,ni->nj", jacobian(robot, q, T_flange_center)[:, :3], force)
+    axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
+    # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
+    moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])
+    total: Array = links + np.sum(axes * moment, axis=2)
     return total

@@ -34,18 +34,20 @@ class _Held:
 def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move], list[Diagnostic]]:
     """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
 
-    An event without target, or one that is left alone for another reason, breaks the path: the next move starts a chain.
+    An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed.
         Moves with a finding of severity ``error`` are left out, and the chain breaks there.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
-    held: dict[tuple[int, int], _Held] = {}
+    held: dict[tuple[ToolData, LoadData], _Held] = {}
+    loads = []
     for i in known:
-        e = events[i]
-        held.setdefault((id(e.tool), id(e.gripload)), _on_flange(e.tool, e.gripload))
-    loads = [held[id(events[i].tool), id(events[i].gripload)] for i in known]
+        key = (events[i].tool, events[i].gripload)
+        if key not in held:
+            held[key] = _on_flange(*key)
+        loads.append(held[key])
     q, T_base_tcp, failures = _solve(robot, events, known, loads)
     findings = [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
     bad = {failure.index for failure in failures}

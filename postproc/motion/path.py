@@ -22,7 +22,7 @@ TURN = np.radians(1.0)  # reorientation between samples [rad]
 ARC_STEP = np.radians(5.0)  # of a circle between samples
 JOINT_STEP = np.radians(3.0)  # of the fastest joint in joint moves: only their ends are corrected
 CORNER_STEP = np.radians(20.0)  # change of direction between samples in a corner
-_SHORT = 0.010  # [m] moves below this length get two intervals instead of four
+_SHORT = 0.025  # [m] moves below this length get two intervals instead of four
 _JUMP = np.radians(60.0)  # between neighbouring samples: no arm turns that fast within one
 _GOAL_MISS = 1e-4  # [rad] between the tracked and the programmed joint angles of a goal
 _NEAR_SINGULAR = np.radians(0.5)  # |q5| on a path in space
@@ -177,7 +177,7 @@ def _examine(
     missed = at_goal & in_space & monitored[path.move] & (np.abs(path.q - q_goal).max(axis=1) > _GOAL_MISS)
     report(
         np.flatnonzero(jump), "MOT003", "error",
-        lambda i: f"joint {np.argmax(step[i]) + 1} would turn by {np.degrees(step[i].max()):.0f} deg at once on the way",
+        lambda i: f"joint {np.argmax(step[i]) + 1} would turn by {np.degrees(step[i].max()):.0f} deg at once",
         "the path runs through a singularity: turn the tool a little, or use a joint move",
     )  # fmt: skip
     report(
@@ -204,4 +204,4 @@ def _limit_message(robot: Robot, q: Array, joint: int) -> str:
 def _missed_message(q: Array, q_goal: Array) -> str:
     j = int(np.argmax(np.abs(q - q_goal)))
     arrives, wanted = np.degrees(q[j]), np.degrees(q_goal[j])
-    return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f} deg, the target wants {wanted:.0f} deg"
+    return f"the arm arrives in another configuration: joint {j + 1} at {arrives:.0f}, not at {wanted:.0f} deg"

@@ -53,10 +53,21 @@ class Runs:
         return np.append(True, change) | np.append(change, True)
 
 
+def derivatives(runs: Runs, place: Array) -> tuple[Array, Array, Array]:
+    """q', q'', q''' (n, 6) at path parameters (n,): one look-up for all three."""
+    i = np.clip(np.searchsorted(runs.s, place, side="right") - 1, 0, len(runs.s) - 2)
+    cubic, square, linear, _ = runs.curve.c[:, i]
+    x = (place - runs.s[i])[:, None]
+    third = 6.0 * cubic
+    second = third * x
+    first = (0.5 * second + 2.0 * square) * x + linear
+    return first, second + 2.0 * square, third
+
+
 def cut_runs(path: Path, T_flange_tcp: Array) -> Runs:
     """Cut a path at its stops and spline the joint angles of each run over its own travel.
 
-    The parameter grows by the TCP travel, or by the reorientation or the largest joint turn (on 50 mm) where that is more.
+    The parameter grows by the TCP travel, or by the reorientation or largest joint turn (on 50 mm) where that is more.
 
     Args:
         T_flange_tcp: (n, 4, 4) tool of every sample.
@@ -96,8 +107,8 @@ def rotation_angle(R: Array) -> Array:
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
     """Cubic splines through (k, 6) values, twice differentiable inside each run, independent between runs.
 
-    The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord slopes
-    m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.
+    The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
+    slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.
     """
     k = len(s)
     if k < 2:

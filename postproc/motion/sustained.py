@@ -1,7 +1,7 @@
 """Acceleration that lasts: what a quasi-static correction may follow.
 
 Joint acceleration shorter than the period T1 of the arm's first natural frequency shakes the arm instead of bending it.
-The morphological opening in time with a flat window of length T1 removes such bursts and keeps in full what lasts longer:
+The morphological opening in time with a flat window of length T1 removes such bursts and keeps what lasts longer:
 
     a_sustained = open(max(a, 0)) - open(max(-a, 0)),  open(f) = dilate(erode(f)).
 """

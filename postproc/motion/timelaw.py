@@ -1,12 +1,12 @@
 """The time law s(t) of runs from rest to rest, made jerk-limited by a moving average in time.
 
-toppra gives a speed whose square is piecewise linear in s: constant path acceleration between grid points, with jumps.
+toppra's squared speed is piecewise linear in s: constant path acceleration between grid points, with jumps.
 Averaging s(t) over a window W keeps every bound on speed and acceleration, starts and ends at rest with zero acceleration,
 and bounds the jerk:
 
     s_W(t) = (S(t + W/2) - S(t - W/2)) / W,  S the integral of s;   s_W''' = (s''(t + W/2) - s''(t - W/2)) / W.
 
-The path stays the same, each run takes W longer. (Biagiotti, Melchiorri 2012: trajectories by chains of averaging filters.)
+The path stays the same, each run takes W longer (Biagiotti, Melchiorri 2012: chains of averaging filters).
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class TimeLaw:
     """Piecewise constant path acceleration, averaged over each run's window.
 
     Args:
-        run: (g,) run of every grid point; first: (r,) grid point where each run begins, last: (r,) where it ends.
-        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s]; area: (g,) integral
-            of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
+        run: (g,) run of every grid point; first, last: (r,) grid points where each run begins and ends.
+        s: (g,) distance from the start of the run [m]; speed: (g,) [m/s]; t: (g,) time in the run [s];
+            area: (g,) integral of s over t [m s]; acceleration: (g,) of the interval behind each grid point [m/s^2].
         window: (r,) W [s].
     """
 

@@ -1,72 +1,30 @@
-"""How fast along the path: toppra under the limits of the arm and the program, then a jerk-limited time law."""
+"""The jerk-limited time law of a path: the fastest speed, averaged in time, checked against every limit."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.motion.fastest import fastest
 from postproc.motion.findings import at_move
 from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
-from postproc.motion.spline import Index, Runs
+from postproc.motion.spline import Index, Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law
 from postproc.motion.values import Path
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 
-UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
-_STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
-_ROUNDS = 3
+_ROUNDS = 6
 _KEPT = 1.001  # ratio to a limit that counts as kept
+_PATCH = 40  # grid points on either side of a place that is slowed
+_CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
-
-
-def solve(robot: Robot, runs: Runs, grid: Grid, constraints: Sequence[Any] = ()) -> tuple[Array, int | None]:
-    """Fastest path speeds (g,) [m/s] at the grid points, all runs in one pass of toppra.
-
-    Stops are grid points with speed zero, so one call serves the whole program and its cost is linear.
-
-    Returns:
-        The speeds, and the grid point where toppra finds no way on, if there is one.
-    """
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint, LinearConstraint
-    from toppra.interpolator import AbstractGeometricPath
-
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-    # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
-    last = np.append(np.diff(grid.run) > 0, True)
-    inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
-    values = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
-
-    class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
-        dof = 6
-        path_interval = np.array([grid.s[0], grid.s[-1]]) / UNIT
-        waypoints = None
-
-        def __call__(self, positions: Array, order: int = 0) -> Array:
-            return values[order]
-
-    class SpeedCap(LinearConstraint):  # type: ignore[misc]
-        dof = 6
-
-        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            bound = np.column_stack([np.zeros(len(grid.cap)), np.maximum((grid.cap / UNIT) ** 2, _STOP)])
-            return None, None, None, None, None, None, bound
-
-    limits = [JointVelocityConstraint(robot.speed), JointAccelerationConstraint(robot.acceleration), SpeedCap()]
-    solver = TOPPRA([*limits, *constraints], OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
-                    parametrizer="ParametrizeConstAccel")  # fmt: skip
-    _, speed, _, controllable = solver.compute_parameterization(0.0, 0.0, return_data=True)
-    if speed is None or np.isnan(speed).any():
-        blocked = np.flatnonzero(np.isnan(controllable).any(axis=1) | (controllable == 0).all(axis=1) & (grid.cap > 0))
-        return np.zeros(len(grid.s)), int(blocked[-1]) if len(blocked) else 0
-    return np.where(grid.cap > 0, speed * UNIT, 0.0), None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +52,7 @@ def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array) -> JointMotion:
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
-    q1, q2, q3 = (runs.curve(place, order) for order in (1, 2, 3))
+    q1, q2, q3 = derivatives(runs, place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
     return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + q1 * sdd, bend, q1 * sddd)
 
@@ -106,8 +64,8 @@ def _place(runs: Runs, run: Index, s: Array) -> Array:
     return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
 
 
-def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEvent]) -> TimeLaw:
-    """The jerk-limited time law of all runs; runs that pass a limit after averaging are slowed there and solved again.
+def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEvent], gravity: Array) -> TimeLaw:
+    """The jerk-limited time law of all runs; where averaging passes a limit, that stretch is slowed and solved again.
 
     Raises:
         PostprocError: MOT010, no speed keeps the limits of a joint.
@@ -117,56 +75,87 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
         none = np.zeros(0, dtype=np.int64)
         return TimeLaw(none, none, none, *(np.zeros(0) for _ in range(5)), window)
     program = programmed_speed(path, runs)
-    cap = np.minimum(program, smooth_speed(robot, runs))
-    todo = np.ones(runs.count, dtype=bool)
-    run, s, speed = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
-    for _ in range(_ROUNDS):
-        grid = lay_grid(robot, runs, cap, window).only(todo)
-        solved, blocked = solve(robot, runs, grid)
-        if blocked is not None:
-            raise PostprocError(_blocked(robot, path, runs, grid, blocked, events), exit_code=1)
-        keep = ~todo[run]
-        run, s, speed = (np.concatenate(x) for x in ((run[keep], grid.run), (s[keep], grid.s), (speed[keep], solved)))
-        order = np.lexsort((s, run))
-        run, s, speed = run[order], s[order], speed[order]
-        window = _wide_enough(robot, runs, run, s, speed, window)
-        law = time_law(run, s, speed, window)
-        excess, at_speed = _excess(robot, runs, law, program)
-        over = excess > _KEPT
-        if not over.any():
+    grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), window)
+    speed, blocked = fastest(robot, path, runs, grid, gravity)
+    if blocked is not None:
+        raise PostprocError(_blocked(robot, path, runs, grid, blocked, events), exit_code=1)
+    changed = np.ones(len(grid.s), dtype=bool)
+    excess = np.zeros(len(program))
+    for attempt in range(_ROUNDS + 1):
+        wider = _wide_enough(robot, runs, grid, speed, window, changed)
+        changed |= (wider > window)[grid.run]
+        window = wider
+        law = time_law(grid.run, grid.s, speed, window)
+        allowed = _examine(robot, runs, law, program, np.flatnonzero(changed), excess)
+        if not (excess > _KEPT).any():
             return law
-        cap[over] = np.minimum(cap[over], at_speed[over]) / excess[over] * _MARGIN
-        todo = np.zeros(runs.count, dtype=bool)
-        todo[runs.run[:-1][over]] = True
+        if attempt < _ROUNDS:
+            grid, speed, changed = _slowed(robot, path, runs, grid, speed, allowed, gravity)
     # What is still above a limit is a matter of per cents: the whole run takes that much longer.
     stretch = np.ones(runs.count)
     np.maximum.at(stretch, runs.run[:-1], excess)
-    return time_law(run, s, speed / stretch[run], window * stretch)
+    return time_law(grid.run, grid.s, speed / stretch[grid.run], window * stretch)
 
 
-def _wide_enough(robot: Robot, runs: Runs, run: Index, s: Array, speed: Array, window: Array) -> Array:
-    """Averaging windows (r,) at which no joint passes its jerk limit where speeding up or slowing down is what counts."""
+def _slowed(
+    robot: Robot, path: Path, runs: Runs, grid: Grid, speed: Array, allowed: Array, gravity: Array
+) -> tuple[Grid, Array, NDArray[np.bool_]]:
+    """Lower caps where intervals (k - 1,) allow less, and the speeds solved again around there.
+
+    Returns:
+        The grid, its speeds, and which of its points (g,) bool were solved again.
+    """
+    beside = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
+    cap = np.minimum(grid.cap, np.minimum(allowed[beside[0]], allowed[beside[1]]))
+    rows = maximum_filter1d(cap < grid.cap, 2 * _PATCH + 1)
+    edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
+    grid = Grid(grid.s, grid.run, cap, grid.floor)
+    part = Grid(grid.s, grid.run, np.where(edge, speed, cap), np.where(edge, speed, 0.0)).only(rows)
+    solved, blocked = fastest(robot, path, runs, part, gravity)
+    if blocked is not None:
+        # The stretch is too short to slow down in: solve everything.
+        again, blocked = fastest(robot, path, runs, grid, gravity)
+        return grid, speed if blocked is not None else again, np.ones_like(rows)
+    result = speed.copy()
+    result[rows] = solved
+    return grid, result, rows
+
+
+def _wide_enough(
+    robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Array, changed: NDArray[np.bool_]
+) -> Array:
+    """Averaging windows (r,) at which speeding up or slowing down takes no joint past its jerk limit."""
+    rows = np.flatnonzero(changed)
+    run = grid.run[rows]
     for _ in range(3):
-        law = time_law(run, s, speed, window)
+        law = time_law(grid.run, grid.s, speed, window)
         ratio = np.ones(runs.count)
         for shift in (0.0, 1.0):
-            t = law.t + shift * law.window[run] + 1e-9
-            m = joint_motion(runs, law, run, t)
+            m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9)
             led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
             jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / robot.jerk
             np.maximum.at(ratio, run, jerk.max(axis=1))
         if (ratio <= _KEPT).all():
             break
         window = window * np.where(ratio > 1.0, np.minimum(1.02 * ratio, 2.0), 1.0)
+        rows = np.flatnonzero((ratio > 1.0)[grid.run])
+        run = grid.run[rows]
     return window
 
 
-def _excess(robot: Robot, runs: Runs, law: TimeLaw, program: Array) -> tuple[Array, Array]:
-    """By which factor each interval (k - 1,) is passed too fast, and at which path speed [m/s]."""
-    excess, at_speed = np.zeros(len(program)), np.full(len(program), np.inf)
-    for shift in (0.0, 0.25, 0.5, 0.75, 1.0):
-        m = joint_motion(runs, law, law.run, law.t + shift * law.window[law.run])
-        i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
+def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index, excess: Array) -> Array:
+    """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
+
+    Returns:
+        (k - 1,) path speed [m/s] to allow instead.
+    """
+    allowed = np.full(len(program), np.inf)
+    run = law.run[rows]
+    motions = [joint_motion(runs, law, run, law.t[rows] + x * law.window[run]) for x in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    intervals = [np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1) for m in motions]
+    for i in intervals:
+        excess[i] = 0.0
+    for m, i in zip(motions, intervals, strict=True):
         over = np.maximum.reduce([
             (np.abs(m.v) / robot.speed).max(axis=1),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
@@ -174,8 +163,9 @@ def _excess(robot: Robot, runs: Runs, law: TimeLaw, program: Array) -> tuple[Arr
             np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk).max(axis=1)),
         ])  # fmt: skip
         np.maximum.at(excess, i, over)
-        np.minimum.at(at_speed, i, np.where(over > _KEPT, np.maximum(m.path_speed, 1e-4), np.inf))
-    return excess, at_speed
+        slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)
+        np.minimum.at(allowed, i, np.where(over > _KEPT, slower, np.inf))
+    return allowed
 
 
 def _blocked(robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, events: Sequence[MotionEvent]) -> Diagnostic:
@@ -184,6 +174,6 @@ def _blocked(robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, event
     bend = np.abs(runs.curve(min(grid.s[point], np.nextafter(runs.s[-1], 0.0)), 2)) / robot.acceleration
     return at_move(
         events, move, "MOT010", "error",
-        f"there is no speed at which the arm can follow the path to this target: joint {np.argmax(bend) + 1} passes its limits",
+        f"at no speed can the arm follow the path to this target: joint {np.argmax(bend) + 1} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.motion.inertia import inertial_torque
+from postproc.motion.inertia import inertial_torque, point_velocity
 from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained, time_steps
 from postproc.motion.timelaw import times_at
@@ -15,19 +15,27 @@ from postproc.motion.timing import joint_motion, limited_law
 from postproc.motion.values import Path, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import jacobian
+from postproc.robot.kinematics import body_poses
 
+GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
-def retime(robot: Robot, path: Path, events: Sequence[MotionEvent], period: Array | None = None) -> Trajectory:
+def retime(
+    robot: Robot,
+    path: Path,
+    events: Sequence[MotionEvent],
+    period: Array | None = None,
+    gravity: Array = GRAVITY,
+) -> Trajectory:
     """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
 
-    toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where the
-    averaged motion would pass a limit the speed is lowered and solved again.
+    toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
+    the averaged motion would pass a limit the speed is lowered and solved again.
 
     Args:
         period: (n,) first natural period of the arm at each sample [s].
+        gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
 
     Raises:
         PostprocError: MOT010, no speed along the path keeps the limits of a joint.
@@ -35,7 +43,7 @@ def retime(robot: Robot, path: Path, events: Sequence[MotionEvent], period: Arra
     n = len(path.q)
     tool, mass, center = _held(path)
     runs = cut_runs(path, tool)
-    law = limited_law(robot, path, runs, events)
+    law = limited_law(robot, path, runs, events, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)]) if runs.count else np.zeros(1)
 
     t, v, a = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6))
@@ -58,7 +66,7 @@ def retime(robot: Robot, path: Path, events: Sequence[MotionEvent], period: Arra
         at = np.column_stack([np.interp(t, even, column) for column in kept.T])
         a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
-    tcp_speed = np.linalg.norm(np.einsum("nij,nj->ni", jacobian(robot, path.q, tool)[:, :3], v), axis=1)
+    tcp_speed = np.linalg.norm(point_velocity(robot, body_poses(robot, path.q), v, path.T_base_tcp[:, :3, 3]), axis=1)
     return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed)
 
 

@@ -1,0 +1,99 @@
+"""The fastest speed along a path under the limits of the arm and of the program: toppra, once for the whole program."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.motion.grid import Grid
+from postproc.motion.inertia import inertial_torque
+from postproc.motion.spline import Runs
+from postproc.motion.values import Path
+from postproc.robot.arm import Robot
+
+UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
+_STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
+_LOOSE = 1e-6  # the same for a speed that is given
+
+
+def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+    """Fastest path speeds (g,) [m/s] at the grid points, all runs in one pass of toppra.
+
+    Stops are grid points with speed zero, so one call serves the whole program and its cost is linear.
+
+    Args:
+        gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.
+
+    Returns:
+        The speeds, and the grid point where toppra finds no way on, if there is one.
+    """
+    from toppra.algorithm import TOPPRA
+    from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint, LinearConstraint
+    from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
+    from toppra.interpolator import AbstractGeometricPath
+
+    path_of_arm = path
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
+    last = np.append(np.diff(grid.run) > 0, True)
+    inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
+    values = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
+
+    class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
+        dof = 6
+        path_interval = np.array([grid.s[0], grid.s[-1]]) / UNIT
+        waypoints = None
+
+        def __call__(self, positions: Array, order: int = 0) -> Array:
+            return values[order]
+
+    class SpeedBounds(LinearConstraint):  # type: ignore[misc]
+        dof = 6
+
+        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+            return None, None, None, None, None, None, np.column_stack([low, np.maximum(high, _STOP)])
+
+    class TorqueLimits(LinearConstraint):  # type: ignore[misc]
+        """M q' u + (M q'' + C(q') q') x + g within the limits."""
+
+        dof = 6
+        identical = True
+
+        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+            a, b, c = _torque_terms(robot, path_of_arm, runs, grid, values, gravity)
+            F = np.vstack([np.eye(6), -np.eye(6)])
+            limit = np.tile(np.asarray(robot.torque), 2)
+            return canlinear_colloc_to_interpolate(a, b, c, F, limit, None, None, gridpoints, identical=True)
+
+    limits = [JointVelocityConstraint(robot.speed), JointAccelerationConstraint(robot.acceleration), SpeedBounds()]
+    if robot.torque is not None:
+        limits.append(TorqueLimits())
+    solver = TOPPRA(limits, OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+                    parametrizer="ParametrizeConstAccel")  # fmt: skip
+    ends = np.minimum(grid.cap, np.maximum(grid.floor, 0.0))[[0, -1]] / UNIT
+    _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
+    if speed is None or np.isnan(speed).any():
+        unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
+        return np.zeros(len(grid.s)), int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
+    return np.where(grid.cap > 0, speed * UNIT, 0.0), None
+
+
+def _torque_terms(
+    robot: Robot, path: Path, runs: Runs, grid: Grid, values: list[Array], gravity: Array
+) -> tuple[Array, Array, Array]:
+    """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
+    knot = np.minimum(np.searchsorted(runs.s, grid.s), len(runs.s) - 1)
+    held = [path.moves[i] for i in path.move[runs.sample[knot]]]
+    mass, center = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
+    q, q1, q2 = values
+    still = np.zeros_like(q)
+    rest = inertial_torque(robot, q, still, still, mass, center, gravity)
+    return (
+        inertial_torque(robot, q, still, q1, mass, center),
+        inertial_torque(robot, q, q1, q2, mass, center),
+        rest,
+    )
