@@ -1,13 +1,13 @@
 """The convert loop: read, plan, write, read back, prove.
 
-    Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> the same way again -> Deviation
+Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> the same way again -> Deviation
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ class Conversion:
         outputs: path of each source to its corrected bytes; empty where the program is not safe to compensate.
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
+        outcomes: of every motion statement; plan, before, after: what was decided, and the deviation along the way.
     """
 
     outputs: Mapping[str, bytes]
@@ -47,7 +48,9 @@ class Conversion:
     diagnostics: tuple[Diagnostic, ...]
     exit_code: int = 0
     outcomes: tuple[Outcome, ...] = ()
-    curves: Mapping[str, Any] = field(default_factory=dict)
+    plan: Plan | None = None
+    before: Deviation | None = None
+    after: Deviation | None = None
 
     @property
     def summary(self) -> str:
@@ -85,7 +88,9 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         findings += event.diagnostics
     if not any(e.statement.interpolation != "none" for e in events):
         text = "there is no motion statement to compensate"
-        findings.append(Diagnostic("CMP002", "error", text, sources[0], help="give a module with Move or Arc statements"))
+        findings.append(
+            Diagnostic("CMP002", "error", text, sources[0], help="give a module with Move or Arc statements")
+        )
     if has_errors(findings):
         return _failed(findings, 1)
     motion, more = read_motion(model, events, options)
@@ -261,4 +266,4 @@ def _conclude(
         "cycle_time_s": round(float(plan.motion.trajectory.t[-1]), 3),
         "diagnostics": [d.as_json() for d in findings],
     }
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes))
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)

@@ -49,7 +49,9 @@ def judge_statements(
         if outcome.status != "skipped" and largest > options.tolerance_m:
             why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
             text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * options.tolerance_m:g} mm"
-            help_ = f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
+            help_ = (
+                f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
+            )
             findings.append(_finding("CMP006", "warning", statement, text, help_))
     findings += _transition_findings(events, plan)
     return outcomes, findings
@@ -81,7 +83,9 @@ def _outcome(
     shifts = np.linalg.norm(T_goal[:, :3, 3] - samples.T_base_tcp[samples.goal[rows], :3, 3], axis=1)
     shift = MM * float(shifts.max())
     if shift < UNCHANGED_MM:
-        return Outcome(statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5))
+        return Outcome(
+            statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
+        )
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
 
 
@@ -89,7 +93,9 @@ def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
     """(m,) largest deviation along each move in space, transitions left out [m]."""
     samples = plan.motion.samples
     worst = np.zeros(len(samples.moves))
-    rows = ~samples.curves.joint[after.owner] & (samples.goal > samples.start)[after.owner] & ~in_transition(plan, after)
+    rows = (
+        ~samples.curves.joint[after.owner] & (samples.goal > samples.start)[after.owner] & ~in_transition(plan, after)
+    )
     np.maximum.at(worst, after.owner[rows], after.distance[rows])
     return worst
 

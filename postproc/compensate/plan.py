@@ -19,6 +19,7 @@ from postproc.compensate.correction import (
 from postproc.compensate.decisions import Decisions, Wish, decide_changes, same_value
 from postproc.compensate.insertions import insertion_of, why_indivisible
 from postproc.compensate.options import Options
+from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.samples import Samples, sample_moves
 from postproc.compensate.states import along, build_state
@@ -40,6 +41,8 @@ from postproc.robot.pose import displace, pose_error
 
 Conf = tuple[int, int, int, int]
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
+SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up and slows down
+SWIFT_INTERVALS = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +75,8 @@ def read_samples(
     moves, findings = read_moves(model.robot, events)
     if has_errors(findings) or not moves:
         return None, findings
-    dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, 0)
+    swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
+    dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
     try:
         return sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways), findings
     except PostprocError as error:
@@ -91,7 +95,7 @@ def read_motion(
         findings += more
         if has_errors(findings):
             return None, findings
-        trajectory = retime(model.robot, path, events)
+        trajectory = retime(model.robot, path, events, first_periods(model, path))
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
     state = build_state(model, samples, trajectory, options)
@@ -131,9 +135,7 @@ def plan_changes(
             break
         held |= refused
         indivisible.update(clashing)
-    return Plan(
-        motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible
-    )
+    return Plan(motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible)
 
 
 class _Values:

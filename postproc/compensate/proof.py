@@ -56,7 +56,7 @@ def measure_deviation(model: Model, programmed: Samples, ran: Samples, owner: Ar
     last = np.zeros(len(programmed.moves), dtype=int)
     last[owner] = ran.goal  # the last part of a divided move reaches its goal
     wanted = programmed.T_base_tcp[programmed.goal]
-    gap = real[last] 
+    gap = real[last]
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
     return Deviation(distance, of, u, np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1), angle)
@@ -100,5 +100,7 @@ def distance_to_curves(curves: Curves, move: Array, p: Array) -> tuple[Array, Ar
         phi = np.where(phi < curves.angle[i] / 2 - np.pi, phi + 2 * np.pi, phi)  # the gap of the circle is split in two
         phi = np.clip(phi, 0.0, curves.angle[i])
         u[rows] = phi / curves.angle[i]
-        nearest[rows] = curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
+        nearest[rows] = (
+            curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
+        )
     return np.linalg.norm(p - nearest, axis=1), u

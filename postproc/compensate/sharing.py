@@ -20,7 +20,9 @@ def target_users(program: Program) -> Mapping[str, frozenset[StatementKey]]:
     return result
 
 
-def fully_wished(events: Sequence[MotionEvent], wished: Sequence[tuple[int, str]]) -> frozenset[tuple[StatementKey, str]]:
+def fully_wished(
+    events: Sequence[MotionEvent], wished: Sequence[tuple[int, str]]
+) -> frozenset[tuple[StatementKey, str]]:
     """Statements and roles for which every execution has a corrected value."""
     have = set(wished)
     runs: dict[tuple[StatementKey, str], bool] = {}
