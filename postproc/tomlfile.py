@@ -151,6 +151,11 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
     if error["type"] == "extra_forbidden":
         return unknown_key(keys, _allowed(schema, tuple(error["loc"])[:-1]), source, code)
     name = ".".join(str(k) for k in keys)
+    if error["type"] == "missing" and isinstance(keys[-1], int):
+        at = span_of(source, keys[:-1], value=True)
+        return Diagnostic(
+            code, "error", f"`{name.rpartition('.')[0]}` has too few values", source, at, f"give {keys[-1] + 1} or more"
+        )
     if error["type"] == "missing":
         return Diagnostic(
             code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.effects.base import Effect
 from postproc.effects.joint_compliance import JointCompliance
@@ -146,16 +147,20 @@ def write_model(model: Model, path: str | Path, like: str | Path | None = None) 
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of mounting and tool; angles that say the same rotation in another way are left as the user wrote them."""
     from scipy.spatial.transform import Rotation
 
-    def angles(R: Any) -> list[float]:
+    def angles(table: str, R: Array) -> list[float]:
+        before: list[float] = list(document.get(table, {}).get("rpy_deg", [0.0, 0.0, 0.0]))
+        if np.allclose(rpy(np.radians(before)), R, atol=1e-12):
+            return before
         return [round(float(a), 9) + 0.0 for a in np.degrees(Rotation.from_matrix(R).as_euler("xyz"))]
 
     tool: dict[str, Any] = {"xyz_mm": [round(float(x) * 1e3, 9) + 0.0 for x in model.T_flange_tcp[:3, 3]]}
-    turn = angles(model.T_flange_tcp[:3, :3])
+    turn = angles("tool", model.T_flange_tcp[:3, :3])
     if any(turn) or "rpy_deg" in document.get("tool", {}):
         tool["rpy_deg"] = turn
-    return {"mounting": {"rpy_deg": angles(model.R_world_base)}, "tool": tool}
+    return {"mounting": {"rpy_deg": angles("mounting", model.R_world_base)}, "tool": tool}
 
 
 def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) -> None:

@@ -49,8 +49,7 @@ def paper_deflection(model: Model, state: State) -> Array:
     J = jacobian(model.robot, state.q, state.T_flange_tcp)
     force = np.zeros((len(state), 6)) if state.wrench is None else np.broadcast_to(state.wrench, (len(state), 6))
     pull = np.linalg.solve(np.swapaxes(J, 1, 2), weight.joint_load[:, :, None])[:, :, 0]
-    deflection: Array = np.linalg.solve(stiffness(model, state), (force + pull)[:, :, None])[:, :, 0]
-    return deflection
+    return np.asarray(np.linalg.solve(stiffness(model, state), (force + pull)[:, :, None]))[:, :, 0]
 
 
 def paper_compensation(model: Model, state: State, T_base_tcp: Array, printed: bool, sweeps: int = 10) -> PaperResult:

@@ -92,12 +92,11 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
     linear = along.slide + np.cross(along.spin, point[:, None] - along.origin)
     # twist[i, k] = F . (spin_i x J_k) = J_k . (F x spin_i)
     twist = np.einsum("nia,nka->nik", np.cross(force[:, None], along.spin), linear)
-    m = along.spin.shape[1]
     # A turn about a fixed point takes itself along: the diagonal belongs to either half.
     upper = np.triu(twist)
     bend = upper + np.swapaxes(np.triu(twist, 1), 1, 2)
     turn = np.einsum("nka,nia->nik", np.cross(moment[:, None], along.spin), along.spin)
-    result: Array = bend + np.tril(-turn, -1).reshape(-1, m, m)
+    result: Array = bend + np.tril(turn, -1)
     return result
 
 

@@ -1,0 +1,121 @@
+"""Model files: what they say, what is said about mistakes, and how they are written back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError, Source
+from postproc.effects.backlash import Backlash
+from postproc.model.file import default_model, parse_model, read_model, render_model, write_model
+
+MODEL = """# our cell
+robot = "irb4600_60_205"            # the big one
+[mounting]
+rpy_deg = [0, 180, 0]               # hangs from the gantry
+[tool]
+xyz_mm = [0, 0, 350]
+[effects.joint_compliance]
+compliance_rad_per_Nm = [4.2e-6, 3.0e-7, 3.6e-7, 2.1e-6, 1.9e-6, 2.6e-6]  # from spring
+[effects.backlash]
+half_gap_rad = [0, 1e-4, 9e-5, 0, 0, 0]
+[fit]
+noise_mm = 0.03
+"""
+
+
+def test_a_model_file_is_read() -> None:
+    model = parse_model(Source("cell.toml", MODEL.encode()))
+    assert model.gravity == pytest.approx([0, 0, 9.81])
+    assert model.T_flange_tcp[:3, 3] == pytest.approx([0, 0, 0.35])
+    assert [e.key for e in model.effects] == ["joint_compliance", "backlash"]
+    assert model.effect("backlash").half_gap_rad[1] == 1e-4  # type: ignore[union-attr]
+    assert model.fit["noise_mm"] == 0.03
+
+
+def problems(old: str, new: str) -> list[tuple[str, str]]:
+    assert old in MODEL
+    with pytest.raises(PostprocError) as error:
+        parse_model(Source("cell.toml", MODEL.replace(old, new).encode()))
+    assert error.value.exit_code == 2
+    return [(d.code, d.place) for d in error.value.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("[mounting]", "[mountin]", ("MOD002", "cell.toml:3:2")),
+        ("rpy_deg = [0, 180, 0]", "rpy = [0, 180, 0]", ("MOD002", "cell.toml:4:1")),
+        ("[0, 180, 0]", "[0, 180]", ("MOD002", "cell.toml:4:11")),
+        ("[0, 0, 350]", '"long"', ("MOD002", "cell.toml:6:10")),
+        ('robot = "irb4600_60_205"', 'robot = "irb1"', ("KIN006", "cell.toml:2:9")),
+        ('robot = "irb4600_60_205"', "robot = 3", ("MOD002", "cell.toml:2:9")),
+        ("[effects.backlash]", "[effects.backlsh]", ("MOD003", "cell.toml:9:2")),
+        ("half_gap_rad", "half_gap", ("EFF021", "cell.toml:10:1")),
+        ("[0, 1e-4, 9e-5, 0, 0, 0]", "[0, 1e-4]", ("EFF022", "cell.toml:10:1")),
+        ("[0, 1e-4, 9e-5, 0, 0, 0]", "[0, 1e-4", ("MOD001", "cell.toml:11:1")),
+    ],
+)
+def test_mistakes_are_found_at_their_place(old: str, new: str, expected: tuple[str, str]) -> None:
+    assert problems(old, new)[0] == expected
+
+
+def test_all_mistakes_are_listed_and_say_what_is_allowed() -> None:
+    text = MODEL.replace("rpy_deg", "rpy").replace("xyz_mm", "xzy_mm")
+    with pytest.raises(PostprocError) as error:
+        parse_model(Source("cell.toml", text.encode()))
+    first, second = error.value.diagnostics
+    assert first.message == "unknown key `rpy`"
+    assert "allowed here: `rpy_deg`" in first.help
+    assert second.help == "did you mean `xyz_mm`? allowed here: `rpy_deg`, `xyz_mm`"
+
+
+def test_writing_keeps_comments_and_changes_only_what_changed(tmp_path: Path) -> None:
+    path = tmp_path / "cell.toml"
+    path.write_text(MODEL, encoding="utf-8")
+    model = read_model(path)
+    assert render_model(model, MODEL) == MODEL
+    fitted = model.effects[0].with_vector(np.full(6, 1e-6))
+    changed = replace(model, effects=(fitted, Backlash(half_gap_rad=[0, 2e-4, 0, 0, 0, 0])), fit={"noise_mm": 0.02})
+    write_model(changed, path)
+    text = path.read_text(encoding="utf-8")
+    for comment in ("# our cell", "# the big one", "# hangs from the gantry", "# from spring"):
+        assert comment in text
+    again = read_model(path)
+    assert again.effects[0].vector().tolist() == [1e-6] * 6
+    assert again.effects[1].half_gap_rad[1] == 2e-4  # type: ignore[attr-defined]
+    assert again.fit == {"noise_mm": 0.02}
+    write_model(model.with_effects(model.effects[0]), path)
+    assert [e.key for e in read_model(path).effects] == ["joint_compliance"]
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_new_file_reads_back_as_the_same_model(tmp_path: Path) -> None:
+    model = replace(default_model("irb4600_60_205_seed"), fit={"covariance": [[1.0, 0.5], [0.5, 2.0]]})
+    write_model(model, tmp_path / "new.toml")
+    again = read_model(tmp_path / "new.toml")
+    assert again.robot.name == "irb4600_60_205_seed"
+    assert again.effects[0].vector() == pytest.approx(model.effects[0].vector(), abs=0)
+    assert again.fit["covariance"] == [[1.0, 0.5], [0.5, 2.0]]
+
+
+def test_a_robot_file_beside_the_model_is_found(tmp_path: Path) -> None:
+    from postproc.robot.library import LIBRARY
+
+    (tmp_path / "mine.toml").write_bytes((LIBRARY / "ur5.toml").read_bytes())
+    (tmp_path / "cell.toml").write_text('robot = "mine.toml"\n', encoding="utf-8")
+    assert read_model(tmp_path / "cell.toml").robot.name == "ur5"
+
+
+def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
+    with pytest.raises(PostprocError) as error:
+        default_model("irb4600_20_250")
+    (found,) = error.value.diagnostics
+    assert found.code == "MOD004"
+    assert "postproc fit" in found.help
+    with pytest.raises(PostprocError) as missing:
+        read_model("nowhere.toml")
+    assert missing.value.diagnostics[0].code == "MOD001"
