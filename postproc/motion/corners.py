@@ -18,7 +18,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.curves import Curves, joints_at, pose_at
-from postproc.motion.values import Move
+from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -38,7 +38,7 @@ class Corners:
     after: Array
     before_turn: Array
     after_turn: Array
-    stop: Array
+    stop: Flags
 
 
 def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
@@ -83,7 +83,7 @@ def fade(w: Array) -> Array:
     return w**3 * (2.0 - w)
 
 
-def _locate(move: Array, u: Array, before: Array, after: Array) -> tuple[Array, Array, Array]:
+def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, Index, Array]:
     """Rows inside a corner, the move that comes in there, and w in [0, 1] through the corner."""
     leaving = (before[move] > 0) & (u > 1.0 - before[move])
     entering = (after[move] > 0) & (u < after[move])
@@ -93,7 +93,7 @@ def _locate(move: Array, u: Array, before: Array, after: Array) -> tuple[Array, 
     return rows, np.where(entering, move - 1, move)[rows], w[rows]
 
 
-def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Array, u: Array) -> tuple[Array, Array, Array]:
+def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array) -> tuple[Array, Array, Flags]:
     """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
 
     Returns:
@@ -118,7 +118,8 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Array, u
             q[i] = joints_at(curves, a[both], u_a[both]) + joints_at(curves, b[both], u_b[both])
             q[i] -= curves.q_start[b[both]]
             T[i] = forward(robot, q[i]) @ curves.T_flange_tcp[move[i]]
-        rows, a, b, u_a, u_b = (x[~both] for x in (rows, a, b, u_a, u_b))
+        rows, a, b = rows[~both], a[~both], b[~both]
+        u_a, u_b = u_a[~both], u_b[~both]
         q[rows] = np.nan
         cross = _cross_fade(robot, curves, a, b, u_a, u_b, move[rows])
         if part == "place":
@@ -128,7 +129,7 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Array, u
     return T, q, blend
 
 
-def _cross_fade(robot: Robot, curves: Curves, a: Array, b: Array, u_a: Array, u_b: Array, owner: Array) -> Array:
+def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Index) -> Array:
     """Blend of two curves in the tool of the incoming move, given in the tool of the move that owns the sample."""
     T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)
     T_corner = pose_at(robot, curves, a, np.ones(len(a)))

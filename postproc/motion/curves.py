@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.motion.values import Move
+from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -33,9 +33,9 @@ class Curves:
         length: (m,) TCP path length [m]; zero for the first move of a chain.
     """
 
-    joint: Array
-    arc: Array
-    fault: Array
+    joint: Flags
+    arc: Flags
+    fault: Index
     start: Array
     R_start: Array
     chord: Array
@@ -104,7 +104,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     return curves
 
 
-def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, Array, Array, Array, Index]:
     """Circles from start over via to end, (k, 3) each [m].
 
     Returns:
@@ -122,7 +122,8 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
 
     def seen(p: Array) -> Array:
         d = p - center
-        return np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
+        angle: Array = np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
+        return angle
 
     angle, at_via = seen(end), seen(via)
     d_via, d_end = np.linalg.norm(to_via, axis=1), np.linalg.norm(to_end, axis=1)
@@ -150,7 +151,7 @@ def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Ar
     return np.where(other[:, None], long_way, turn)
 
 
-def pose_at(robot: Robot, curves: Curves, move: Array, u: Array) -> Array:
+def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
     """Poses (n, 4, 4) of the TCP on the curves of ``move`` (n,) at fractions ``u`` (n,)."""
     T = np.zeros((len(u), 4, 4))
     T[:, 3, 3] = 1.0
@@ -169,6 +170,7 @@ def pose_at(robot: Robot, curves: Curves, move: Array, u: Array) -> Array:
     return T
 
 
-def joints_at(curves: Curves, move: Array, u: Array) -> Array:
+def joints_at(curves: Curves, move: Index, u: Array) -> Array:
     """Joint angles (n, 6) of joint moves at fractions ``u`` (n,)."""
-    return curves.q_start[move] + curves.q_change[move] * u[:, None]
+    q: Array = curves.q_start[move] + curves.q_change[move] * u[:, None]
+    return q

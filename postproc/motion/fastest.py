@@ -40,7 +40,7 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
     last = np.append(np.diff(grid.run) > 0, True)
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
-    values = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
     class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
@@ -61,13 +61,19 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
         """M q' u + (M q'' + C(q') q') x + g within the limits."""
 
         dof = 6
-        identical = True
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.identical = True
 
         def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
             a, b, c = _torque_terms(robot, path_of_arm, runs, grid, values, gravity)
             F = np.vstack([np.eye(6), -np.eye(6)])
             limit = np.tile(np.asarray(robot.torque), 2)
-            return canlinear_colloc_to_interpolate(a, b, c, F, limit, None, None, gridpoints, identical=True)
+            terms: tuple[Any, ...] = canlinear_colloc_to_interpolate(
+                a, b, c, F, limit, None, None, gridpoints, identical=True
+            )
+            return terms
 
     limits = [JointVelocityConstraint(robot.speed), JointAccelerationConstraint(robot.acceleration), SpeedBounds()]
     if robot.torque is not None:

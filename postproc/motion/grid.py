@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.motion.spline import Index, Runs
-from postproc.motion.values import Path
+from postproc.motion.spline import Runs
+from postproc.motion.values import Flags, Index, Path
 from postproc.robot.arm import Robot
 
 FASTEST = 20.0  # [m/s] stands for no limit
@@ -31,7 +30,7 @@ class Grid:
     cap: Array
     floor: Array
 
-    def only(self, rows: NDArray[np.bool_]) -> Grid:
+    def only(self, rows: Flags) -> Grid:
         """Some of the grid points, (g,) bool."""
         return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows])
 
@@ -58,7 +57,8 @@ def programmed_speed(path: Path, runs: Runs) -> Array:
 def smooth_speed(robot: Robot, runs: Runs, share: float = 0.5) -> Array:
     """Path speeds (k - 1,) [m/s] at which the curve itself uses a share of a joint's jerk limit: |q'''| s_dot^3."""
     jerk = (np.abs(6 * runs.curve.c[0]) / robot.jerk).max(axis=1)
-    return np.cbrt(share / np.maximum(jerk, share / FASTEST**3))
+    speed: Array = np.cbrt(share / np.maximum(jerk, share / FASTEST**3))
+    return speed
 
 
 def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
@@ -106,4 +106,5 @@ def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Ar
         half = 1 << (n - 1)
         table[n - 1] = np.minimum(table[n - 1], table[n])
         table[n - 1, half:] = np.minimum(table[n - 1, half:], table[n, :-half])
-    return table[0]
+    lowest: Array = table[0]
+    return lowest

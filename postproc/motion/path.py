@@ -11,7 +11,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.motion.corners import Corners, blended_poses, plan_corners
 from postproc.motion.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.findings import at_move, once
-from postproc.motion.values import Move, Path
+from postproc.motion.values import Flags, Index, Move, Path
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import inverse, track
@@ -44,8 +44,8 @@ def sample_path(
     """
     moves = tuple(moves)
     if not moves:
-        empty = np.zeros(0)
-        return Path((), np.zeros((0, 4, 4)), np.zeros((0, 6)), empty, empty, empty, empty, empty), []
+        none = np.zeros(0, dtype=np.int64)
+        return Path((), np.zeros((0, 4, 4)), np.zeros((0, 6)), none, np.zeros(0), np.zeros(0), none, none > 0), []
     curves = build_curves(robot, moves)
     findings = [
         at_move(events, moves[i], "MOT001", "error", f"MoveC cannot run this arc: {ARC_FAULTS[curves.fault[i]]}",
@@ -71,15 +71,16 @@ def sample_path(
     return path, once(findings)
 
 
-def starts_chain(moves: tuple[Move, ...], move: Array) -> Array:
+def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
     """Samples (n,) bool before which the way of the arm is unknown."""
     starts = np.array([m.first for m in moves])[move]
-    return starts & np.append(True, np.diff(move) != 0)
+    result: Flags = starts & np.append(True, np.diff(move) != 0)
+    return result
 
 
 def place_samples(
     moves: tuple[Move, ...], curves: Curves, corners: Corners, spacing: float
-) -> tuple[Array, Array, Array]:
+) -> tuple[Index, Array, Index]:
     """Moves and fractions of all samples, and the sample of each goal: (n,), (n,), (m,).
 
     Every move has up to three stretches (corner, free, corner), each evenly divided; sample density follows length,
@@ -131,7 +132,7 @@ def _corner_angles(curves: Curves) -> Array:
 
 
 def _track(
-    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], T: Array, q: Array, move: Array, tool: Array
+    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], T: Array, q: Array, move: Index, tool: Array
 ) -> list[Diagnostic]:
     """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
     findings = []
@@ -152,12 +153,12 @@ def _track(
 
 
 def _examine(
-    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], path: Path, in_space: Array
+    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], path: Path, in_space: Flags
 ) -> list[Diagnostic]:
     """Joint limits, jumps, goals in another configuration and singular wrists; one finding per move and kind."""
     findings = []
 
-    def report(rows: Array, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
+    def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
         for i in np.unique(path.move[rows], return_index=True)[1]:
             findings.append(at_move(events, moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help))
 

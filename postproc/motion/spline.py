@@ -5,20 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.linalg import solve_banded
 
 from postproc.arrays import Array
 from postproc.motion.path import starts_chain
-from postproc.motion.values import Path
+from postproc.motion.values import Flags, Index, Path
 
 TURN_ARM = 0.05  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.05  # and so does the turn of a joint: the parameter grows even where the TCP stands
 STILL = 1e-7  # [m] samples closer than this are one place
 GAP = 1e-3  # [m] of the parameter between two runs
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,22 +39,24 @@ class Runs:
     curve: PPoly
 
     @property
-    def inside(self) -> NDArray[np.bool_]:
+    def inside(self) -> Flags:
         """(k - 1,) True for intervals inside a run."""
-        return np.diff(self.run) == 0
+        result: Flags = np.diff(self.run) == 0
+        return result
 
     @property
-    def ends(self) -> NDArray[np.bool_]:
+    def ends(self) -> Flags:
         """(k,) True at the first and last knot of every run."""
         change = ~self.inside
-        return np.append(True, change) | np.append(change, True)
+        result: Flags = np.append(True, change) | np.append(change, True)
+        return result
 
 
-def derivatives(runs: Runs, place: Array) -> tuple[Array, Array, Array]:
+def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
     """q', q'', q''' (n, 6) at path parameters (n,): one look-up for all three."""
-    i = np.clip(np.searchsorted(runs.s, place, side="right") - 1, 0, len(runs.s) - 2)
-    cubic, square, linear, _ = runs.curve.c[:, i]
-    x = (place - runs.s[i])[:, None]
+    i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
+    cubic, square, linear, _ = curve.c[:, i]
+    x = (place - curve.x[i])[:, None]
     third = 6.0 * cubic
     second = third * x
     first = (0.5 * second + 2.0 * square) * x + linear
@@ -101,7 +100,8 @@ def cut_runs(path: Path, T_flange_tcp: Array) -> Runs:
 def rotation_angle(R: Array) -> Array:
     """Angles (n,) [rad] of rotations (n, 3, 3), exact for small ones."""
     axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
+    angle: Array = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
+    return angle
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:

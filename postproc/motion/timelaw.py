@@ -1,6 +1,6 @@
 """The time law s(t) of runs from rest to rest, made jerk-limited by a moving average in time.
 
-toppra's squared speed is piecewise linear in s: constant path acceleration between grid points, with jumps.
+The squared speed that toppra gives is piecewise linear in s: constant path acceleration between grid points, and jumps.
 Averaging s(t) over a window W keeps every bound on speed and acceleration, starts and ends at rest with zero acceleration,
 and bounds the jerk:
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.motion.spline import Index
+from postproc.motion.values import Index
 
 _ITERATIONS = 60  # bisection halves the bracket each time; Newton ends after about six
 
@@ -72,7 +72,8 @@ def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
 def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
     """Sum of the pieces before each grid point, from the start of its run (kept short: long sums lose digits)."""
     total = np.concatenate([[0.0], np.cumsum(piece)[:-1]])
-    return total - total[first][run]
+    result: Array = total - total[first][run]
+    return result
 
 
 def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.interpolate import PPoly
 from scipy.ndimage import maximum_filter1d
 
 from postproc.arrays import Array
@@ -14,9 +14,9 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.fastest import fastest
 from postproc.motion.findings import at_move
 from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
-from postproc.motion.spline import Index, Runs, derivatives
+from postproc.motion.spline import Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law
-from postproc.motion.values import Path
+from postproc.motion.values import Flags, Index, Path
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 
@@ -25,6 +25,20 @@ _KEPT = 1.001  # ratio to a limit that counts as kept
 _PATCH = 40  # grid points on either side of a place that is slowed
 _CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The runs of a path and their time law; start: (r + 1,) time at which each run begins [s]."""
+
+    runs: Runs
+    law: TimeLaw
+    start: Array
+
+    def at(self, t: Array) -> tuple[Index, Array]:
+        """Run and time in the run of times (k,) from the start of the program [s]."""
+        run = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, max(self.runs.count - 1, 0))
+        return run, t - self.start[run]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +59,15 @@ class JointMotion:
     jerk_slope: Array
 
 
-def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array) -> JointMotion:
+def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array, curve: PPoly | None = None) -> JointMotion:
     """Motion at times ``t`` (k,) from the start of each run [s].
 
+    The joints follow ``runs.curve``, or another curve over the same parameter:
     qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
-    q1, q2, q3 = derivatives(runs, place)
+    q1, q2, q3 = derivatives(runs.curve if curve is None else curve, place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
     return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + q1 * sdd, bend, q1 * sddd)
 
@@ -61,7 +76,8 @@ def _place(runs: Runs, run: Index, s: Array) -> Array:
     """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
     low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
-    return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
+    place: Array = np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
+    return place
 
 
 def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEvent], gravity: Array) -> TimeLaw:
@@ -72,8 +88,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
     """
     window = np.full(runs.count, float((robot.acceleration / robot.jerk).max()))
     if runs.count == 0:
-        none = np.zeros(0, dtype=np.int64)
-        return TimeLaw(none, none, none, *(np.zeros(0) for _ in range(5)), window)
+        return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
     program = programmed_speed(path, runs)
     grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), window)
     speed, blocked = fastest(robot, path, runs, grid, gravity)
@@ -99,7 +114,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
 
 def _slowed(
     robot: Robot, path: Path, runs: Runs, grid: Grid, speed: Array, allowed: Array, gravity: Array
-) -> tuple[Grid, Array, NDArray[np.bool_]]:
+) -> tuple[Grid, Array, Flags]:
     """Lower caps where intervals (k - 1,) allow less, and the speeds solved again around there.
 
     Returns:
@@ -121,9 +136,7 @@ def _slowed(
     return grid, result, rows
 
 
-def _wide_enough(
-    robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Array, changed: NDArray[np.bool_]
-) -> Array:
+def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Array, changed: Flags) -> Array:
     """Averaging windows (r,) at which speeding up or slowing down takes no joint past its jerk limit."""
     rows = np.flatnonzero(changed)
     run = grid.run[rows]

@@ -11,7 +11,7 @@ from postproc.motion.inertia import inertial_torque, point_velocity
 from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained, time_steps
 from postproc.motion.timelaw import times_at
-from postproc.motion.timing import joint_motion, limited_law
+from postproc.motion.timing import Profile, joint_motion, limited_law
 from postproc.motion.values import Path, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
@@ -44,7 +44,8 @@ def retime(
     tool, mass, center = _held(path)
     runs = cut_runs(path, tool)
     law = limited_law(robot, path, runs, events, gravity)
-    start = np.concatenate([[0.0], np.cumsum(law.duration)]) if runs.count else np.zeros(1)
+    start = np.concatenate([[0.0], np.cumsum(law.duration)])
+    profile = Profile(runs, law, start)
 
     t, v, a = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6))
     if runs.count:
@@ -60,14 +61,13 @@ def retime(
     a_sustained = np.zeros_like(a)
     if runs.count:
         even = time_steps(float(start[-1]), T1)
-        run = np.clip(np.searchsorted(start, even, side="right") - 1, 0, runs.count - 1)
-        a_even = joint_motion(runs, law, run, even - start[run]).a
+        a_even = joint_motion(runs, law, *profile.at(even)).a
         kept = sustained(even, a_even, np.interp(even, t, T1))
         at = np.column_stack([np.interp(t, even, column) for column in kept.T])
         a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
     tcp_speed = np.linalg.norm(point_velocity(robot, body_poses(robot, path.q), v, path.T_base_tcp[:, :3, 3]), axis=1)
-    return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed)
+    return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed, profile)
 
 
 def _held(path: Path) -> tuple[Array, Array, Array]:

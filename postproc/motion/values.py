@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
+
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +70,12 @@ class Path:
     moves: tuple[Move, ...]
     T_base_tcp: Array
     q: Array
-    move: Array
+    move: Index
     u: Array
     s: Array
-    goal: Array
-    blend: Array
-    stop: Array = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    goal: Index
+    blend: Flags
+    stop: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +88,7 @@ class Trajectory:
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         torque: (n, 6) inertial joint torque M qdd + C qd [N m] at a_sustained (pinocchio, rigid arm with payload).
         tcp_speed: (n,) [m/s].
+        profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
     """
 
     path: Path
@@ -93,3 +98,4 @@ class Trajectory:
     a_sustained: Array
     torque: Array
     tcp_speed: Array
+    profile: Any = None
