@@ -1,6 +1,6 @@
 """The time law s(t) of runs from rest to rest, made jerk-limited by a moving average in time.
 
-The squared speed that toppra gives is piecewise linear in s: constant path acceleration between grid points, and jumps.
+The squared speed from toppra is piecewise linear in s: the path acceleration is constant between grid points.
 Averaging s(t) over a window W keeps every bound on speed and acceleration, starts and ends at rest with zero acceleration,
 and bounds the jerk:
 
