@@ -1,7 +1,8 @@
 """The formulas of the source paper, as printed, to set beside the exact equilibrium.
 
-Source: "Off-Line Programmed Error Compensation of an Industrial Robot in Ship Hull Welding" (virtual springs, IRB 4600).
-Joint springs alone. docs/paper.md lists what is printed wrongly and shows how far these formulas are from `equilibrium`.
+Source: "Off-Line Programmed Error Compensation of an Industrial Robot in Ship Hull Welding" (virtual springs, ABB
+IRB 4600). Joint springs alone. docs/paper.md lists what is printed wrongly and how far these formulas are from
+`equilibrium`.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ class PaperResult:
 def paper_deflection(model: Model, state: State) -> Array:
     """Cartesian deflection K^-1 (f_e + J^-T tau) of Eq. 23, (n, 6) [m, rad], base axes.
 
-    tau is the load of gravity and inertia on the joints at the commanded angles, K the stiffness of Eq. 22 there. Fails at
-    singular poses and mixes the tangent stiffness with the whole load.
+    tau is the load of gravity and inertia on the joints at the commanded angles, K the stiffness of Eq. 22 there.
+    Fails at singular poses and mixes the tangent stiffness with the whole load.
     """
     rigid = model.with_effects()
     nominal = equilibrium(rigid, state)
@@ -65,13 +66,14 @@ def paper_compensation(model: Model, state: State, T_base_tcp: Array, printed: b
     """
     desired = T_base_tcp[:, :3, 3]
     commanded = T_base_tcp.copy()
-    error, sweep = np.full(len(state), np.inf), 0
-    for sweep in range(1, sweeps + 1):
+    sweep = 0
+    while sweep < sweeps:
         real = _real(model, state, commanded).T_base_tcp[:, :3, 3]
         gap = desired - real
         error = np.linalg.norm(gap, axis=1)
         if error.max() < 1e-9:
             break
+        sweep += 1
         factor = np.abs(gap).max(axis=1) / np.maximum(error, 1e-300)
         start = desired if printed else commanded[:, :3, 3]
         commanded = transform(start + factor[:, None] * gap, T_base_tcp[:, :3, :3])
