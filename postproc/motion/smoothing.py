@@ -26,7 +26,7 @@ class CorrectionLimits:
 
     Args:
         joints_by_correction: (k, 6, 6) joint angles per correction at k poses, the inverse Jacobian.
-        speed, acceleration, jerk: (6,) of the joints, the share that a transition may use [rad/s], [rad/s^2], [rad/s^3].
+        speed, acceleration, jerk: (6,) of the joints, the share that a transition may use [rad/s] and derivatives.
     """
 
     joints_by_correction: Array
@@ -41,8 +41,8 @@ class Ramp:
 
     Args:
         jump: (6,) translation [m] and rotation vector [rad]; duration: [s].
-        complete: the limits hold; otherwise the transition takes all the time there is and passes them by ``excess``,
-            the largest ratio of speed, acceleration or jerk to its limit.
+        complete: the limits hold; otherwise the transition takes all the time there is, and ``excess`` is the largest
+            ratio that speed, acceleration or jerk may then have to its limit.
     """
 
     jump: Array
@@ -54,10 +54,12 @@ class Ramp:
     def at(self, time: Array) -> Array:
         """Correction (k, 6) at times (k,) after the beginning [s], zero before it and the whole jump after the end."""
         if self.duration <= 0.0:
-            return np.where(time[:, None] < 0.0, 0.0, self.jump)
+            begun: Array = np.where(time[:, None] < 0.0, 0.0, self.jump)
+            return begun
         inside = np.clip(time / self.duration, 0.0, 1.0) * self.curve.duration
         progress = np.array([self.curve.at_time(x)[0][0] for x in inside])
-        return np.clip(progress, 0.0, 1.0)[:, None] * self.jump
+        passed: Array = np.clip(progress, 0.0, 1.0)[:, None] * self.jump
+        return passed
 
 
 def correction_limits(robot: Robot, q: Array, T_flange_tcp: Array) -> CorrectionLimits:
@@ -66,7 +68,7 @@ def correction_limits(robot: Robot, q: Array, T_flange_tcp: Array) -> Correction
     Args:
         T_flange_tcp: (4, 4) the tool whose TCP is corrected.
     """
-    inverse: Array = np.linalg.pinv(jacobian(robot, q, T_flange_tcp), rcond=_SINGULAR)
+    inverse = np.asarray(np.linalg.pinv(jacobian(robot, q, T_flange_tcp), rcond=_SINGULAR), dtype=float)
     return CorrectionLimits(inverse, SHARE * robot.speed, SHARE * robot.acceleration, SHARE * robot.jerk)
 
 
@@ -91,8 +93,8 @@ def transition(jump: Array, limits: CorrectionLimits, available: float) -> Ramp:
     if fast.duration <= available:
         return Ramp(jump, float(fast.duration), True, 1.0, fast)
     # Squeezed into the time there is: speed grows with the factor, acceleration and jerk with its square and cube.
-    squeeze = fast.duration / max(available, 1e-9)
-    return Ramp(jump, float(available), False, float(squeeze**3), fast)
+    squeeze = fast.duration / available if available > 0.0 else np.inf
+    return Ramp(jump, float(max(available, 0.0)), False, float(squeeze**3), fast)
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:

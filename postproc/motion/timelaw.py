@@ -1,8 +1,8 @@
 """The time law s(t) of runs from rest to rest, made jerk-limited by a moving average in time.
 
 The squared speed from toppra is piecewise linear in s: the path acceleration is constant between grid points.
-Averaging s(t) over a window W keeps every bound on speed and acceleration, starts and ends at rest with zero acceleration,
-and bounds the jerk:
+Averaging s(t) over a window W keeps every bound on speed and acceleration, starts and ends at rest with zero
+acceleration, and bounds the jerk:
 
     s_W(t) = (S(t + W/2) - S(t - W/2)) / W,  S the integral of s;   s_W''' = (s''(t + W/2) - s''(t - W/2)) / W.
 
