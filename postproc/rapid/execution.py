@@ -16,7 +16,7 @@ from postproc.rapid.memory import Constants, Memory
 from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program
 from postproc.rapid.state import run_state_instruction
-from postproc.rapid.steps import EventMaker
+from postproc.rapid.steps import EventMaker, undeclared
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
@@ -112,6 +112,7 @@ class Execution(ABC):
             self.call_routine(routine, pieces, memory)
         elif word in STATE:
             run_state_instruction(word, pieces, memory, lambda span: self.value(span, memory))
+            self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
             self.count(word, pieces, memory)
         elif word not in READ_ONLY:
@@ -120,6 +121,12 @@ class Execution(ABC):
                 "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
                 (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
             )  # fmt: skip
+
+    def report_undeclared(self, data: Data, source: Source) -> None:
+        """Report a name that gives a load or a displacement and is declared nowhere."""
+        if isinstance(data, NotKnown) and data.missing and data.span and data.missing not in self.maker.reported:
+            self.maker.reported.add(data.missing)
+            self.diagnostics.append(undeclared("data", data.missing, source, data.span))
 
     def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:
         """Routine named by ``%text%`` and where its arguments begin; no name if only the running program knows."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import floor
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
@@ -127,7 +128,7 @@ class Flow(Execution):
         turns, step = MAX_TURNS + 1, 1.0
         if all(isinstance(bound, float) for bound in bounds):
             step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
-            turns = max(0, int((bounds[1] - bounds[0]) / step + 1e-9) + 1) if step else MAX_TURNS + 1
+            turns = max(0, floor((bounds[1] - bounds[0]) / step + 1e-9) + 1) if step else MAX_TURNS + 1
         reached = True
         if turns <= MAX_TURNS and self.steps < MAX_STEPS:
             for turn in range(turns):

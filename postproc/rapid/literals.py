@@ -39,15 +39,15 @@ class LiteralSpans(TargetSpans):
         return found.regs[first:last] if found else ()
 
     @property
-    def trans(self) -> tuple[Span, ...]:  # type: ignore[override]
+    def trans(self) -> tuple[Span, ...]:
         return self._groups(1, 4)
 
     @property
-    def rot(self) -> tuple[Span, ...]:  # type: ignore[override]
+    def rot(self) -> tuple[Span, ...]:
         return self._groups(4, 8)
 
     @property
-    def robconf(self) -> tuple[Span, ...]:  # type: ignore[override]
+    def robconf(self) -> tuple[Span, ...]:
         return self._groups(8, 12)
 
     def __reduce__(self) -> tuple[type[LiteralSpans], tuple[Source, Span]]:

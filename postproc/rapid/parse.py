@@ -35,7 +35,7 @@ class FileReader(StatementReader):
             word, start, end = self.peek()
             module = patterns.MODULE_HEAD.match(self.data, start) if word == b"module" else None
             inside = module is not None or word in ITEM_WORDS
-            if stray is not None and (inside or start >= self.end):
+            if stray is not None and (inside or (modules and start >= self.end)):
                 self.report(
                     "RAP015",
                     "warning",

@@ -127,6 +127,9 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
     data = source.data
     if not data.strip():
         return [], [Diagnostic("RAP001", "error", "the file is empty", source, None, "give a RAPID module")]
+    if is_utf16(data):
+        help = "save it as UTF-8 or ISO 8859-1, as controllers read it"
+        return [], [Diagnostic("RAP016", "error", "the file is UTF-16 text", source, None, help)]
     if is_encrypted(data):
         return [], [
             Diagnostic(

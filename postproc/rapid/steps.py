@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
@@ -166,23 +166,17 @@ class EventMaker:
         """The reason of an event; a name that is declared nowhere is reported once."""
         if error.missing is not None and argument is not None and error.missing not in self.reported:
             self.reported.add(error.missing)
-            what = {"tool": "tool", "\\wobj": "work object"}.get(argument.role, "data")
-            found.append(
-                Diagnostic(
-                    "RAP020", "error", f"the {what} `{error.missing}` has no value in these files", source,
-                    argument.span,
-                    f"give the file that declares `{error.missing}` too, often a system module such as user.sys or"
-                    " CalibData.mod",
-                )
-            )  # fmt: skip
-            self.diagnostics += found[-1:]
+            what = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}.get(argument.role, "data")
+            name = argument.text if argument.text.lower() == error.missing else error.missing
+            found.append(undeclared(what, name, source, argument.span))
+            self.diagnostics.append(found[-1])
         return error.reason
 
     @staticmethod
     def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:
         value = state.get(key, default)
         if isinstance(value, NotKnown):
-            reasons.append(reason)
+            reasons.append(f"{reason}: {value.reason}")
             return default
         result: T = value
         return result
@@ -208,6 +202,14 @@ class EventMaker:
             return Weld(phase, self.constant(argument, _first, memory) if argument else None)
         except NotKnown:
             return Weld(phase, None)
+
+
+def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
+    """A name whose value stands in none of the files."""
+    return Diagnostic(
+        "RAP020", "error", f"the {what} `{name}` has no value in these files", source, span,
+        f"give the file that declares `{name}` too, often a system module such as user.sys or CalibData.mod",
+    )  # fmt: skip
 
 
 def _speed(name: str, data: Data) -> SpeedData:

@@ -1,0 +1,124 @@
+"""Programs compared by meaning."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from postproc.rapid.diff import ProgramDiff, compare_programs
+from tests.rapid.build import UNUSED, module, program, target
+
+DATA = f"CONST robtarget p:={target(100, 0, 0)};CONST robtarget q:={target(200, 0, 0)};PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
+BODY = "MoveJ p,v100,z10,t; SetDO do1,1; MoveL q,v100,fine,t; IF di1=1 THEN MoveL p,v50,fine,t; ENDIF"
+
+
+def compare(body: str, data: str = DATA, tolerance: float = 0.001) -> ProgramDiff:
+    return compare_programs(program(module(BODY, DATA), "a.mod"), program(module(body, data), "b.mod"), tolerance)
+
+
+def kinds(found: ProgramDiff) -> list[tuple[str, str, str]]:
+    return [(d.kind, d.what, d.name) for d in found.differences]
+
+
+@pytest.mark.parametrize(
+    ("body", "data"),
+    [
+        (BODY, DATA),
+        (BODY.replace("MoveL q", "! moved\n  movel   Q"), DATA),
+        (BODY.replace("q,", target(200, 0, 0) + ","), DATA),
+        (BODY.replace("q,", "Offs(p,100,0,0),"), DATA),
+        (BODY.replace("v100", "[100,500,5000,1000]"), DATA),
+        (BODY, DATA.replace("9E9", "9E+09")),
+        (BODY.replace("MoveL q,v100", "MoveL q,v200\\V:=100"), DATA),
+    ],
+)
+def test_what_means_the_same_is_equal(body: str, data: str) -> None:
+    found = compare(body, data)
+    assert found.equal, found.render()
+    assert found.compared == 3
+
+
+def test_a_moved_target_is_measured() -> None:
+    found = compare(BODY, DATA.replace("[200,0,0],[0,1,0,0]", "[200.3,0,0.4],[0,1,0,0]"))
+    assert kinds(found) == [("changed", "motion", "MoveL")]
+    assert found.max_distance_mm == pytest.approx(0.5)
+    assert compare(BODY, DATA.replace("[200,", "[200.3,"), tolerance=0.31).equal
+
+
+def test_a_turned_target_is_measured() -> None:
+    half = math.radians(0.5) / 2
+    turned = f"[200,0,0],[{-math.sin(half)},{math.cos(half)},0,0]"
+    found = compare(BODY, DATA.replace("[200,0,0],[0,1,0,0]", turned))
+    assert found.max_angle_deg == pytest.approx(0.5, abs=1e-6)
+    assert not found.equal
+
+
+def test_the_same_orientation_with_the_other_sign_is_equal() -> None:
+    assert compare(BODY, DATA.replace("[200,0,0],[0,1,0,0]", "[200,0,0],[0,-1,0,0]")).equal
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "role"),
+    [
+        ("MoveL q,v100,fine", "MoveL q,v100,z0", "zone"), ("MoveL q,v100", "MoveL q,v150", "speed"),
+        ("MoveL q", "MoveJ q", "instruction"), ("q,v100,fine,t", "q,v100,fine,t\\Corr", "\\corr"),
+        ("q,v100,fine,t", "q,v100,fine,tool0", "tool"), ("q,v100", "q,v100\\T:=3", "duration"),
+    ],
+)  # fmt: skip
+def test_arguments(old: str, new: str, role: str) -> None:
+    found = compare(BODY.replace(old, new))
+    assert role in [row[0] for d in found.differences for row in d.arguments]
+
+
+def test_configuration_and_axes() -> None:
+    found = compare(BODY, DATA.replace("[200,0,0],[0,1,0,0],[0,0,0,0]", "[200,0,0],[0,1,0,0],[0,-1,0,0]"))
+    assert found.differences[0].conf == ((0, 0, 0, 0), (0, -1, 0, 0))
+    moved = DATA.replace(
+        "CONST robtarget q:=" + target(200, 0, 0), "CONST robtarget q:=" + target(200, 0, 0).replace("[9E9", "[7")
+    )
+    assert [row[0] for d in compare(BODY, moved).differences for row in d.arguments] == ["external axes"]
+
+
+def test_added_and_removed_statements_do_not_shift_the_rest() -> None:
+    points = [f"MoveL {target(x, 0, 0)},v100,z1,t;" for x in range(0, 1000, 10)]
+    more = list(points)
+    more.insert(31, f"MoveL {target(305, 0, 1)},v100,z1,t;")
+    more.insert(60, f"MoveL {target(585, 0, 1)},v100,z1,t;")
+    del more[80]
+    moved = [line.replace(",0,0],[0,1", ",0,0.1],[0,1") for line in more]
+    a, b = (program(module("\n".join(lines), DATA)) for lines in (points, moved))
+    found = compare_programs(a, b, 0.15)
+    assert [(d.kind, d.line_a, d.line_b) for d in found.differences] == [
+        ("added", None, 4 + 31), ("added", None, 4 + 60), ("removed", 4 + 78, None),
+    ]  # fmt: skip
+    assert found.max_distance_mm == pytest.approx(0.1)
+
+
+def test_other_statements_and_data() -> None:
+    assert kinds(compare(BODY.replace("do1,1", "do1,0"))) == [("changed", "statement", "setdo")]
+    assert kinds(compare(BODY.replace("SetDO do1,1;", ""))) == [("removed", "statement", "setdo do1 , 1 ;")]
+    assert kinds(compare(BODY.replace("di1=1", "di1=0")))[0][:2] == ("changed", "statement")
+    found = compare(BODY, DATA.replace("[0,0,100]", "[0,0,101]"))
+    assert ("changed", "declaration", "t") in kinds(found)
+    assert compare(BODY, DATA + f"CONST robtarget extra:={target(1, 1, 1)};").equal
+
+
+def test_joint_targets() -> None:
+    one = program(module(f"MoveAbsJ [[1,2,3,4,5,6],{UNUSED}],v5,fine,tool0;"))
+    two = program(module(f"MoveAbsJ [[1,2,3,4,5.5,6],{UNUSED}],v5,fine,tool0;"))
+    assert compare_programs(one, two, 0.1).max_angle_deg == pytest.approx(0.5)
+
+
+def test_text_and_json() -> None:
+    found = compare(BODY.replace("q,v100,fine", "q,v150,fine"), DATA.replace("[200,", "[200.25,"))
+    assert found.render().splitlines() == [
+        "changed m.main:4/4 MoveL  0.250 mm  0.0000 deg  speed: SpeedData(v_tcp=100.0, v_ori=500.0, v_leax=5000.0,"
+        " v_reax=1000.0) -> SpeedData(v_tcp=150.0, v_ori=500.0, v_leax=5000.0, v_reax=1000.0)",
+        "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 differences beyond 0.001 mm",
+    ]
+    data = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    assert data["schema"] == "postproc/diff/1"
+    assert data["differences"][0]["distance_mm"] == pytest.approx(0.25)
+    assert data["differences"][0]["line_b"] == 4

@@ -1,0 +1,43 @@
+"""Where declared data is used."""
+
+from __future__ import annotations
+
+from postproc.rapid.uses import declaration_uses
+from tests.rapid.build import program, target
+
+
+def test_every_kind_of_use() -> None:
+    text = f"""MODULE M
+CONST robtarget p:={target(1, 2, 3)};
+PERS robtarget found:={target(1, 2, 3)};
+CONST robtarget near:=p;
+CONST robtarget row{{2}}:=[p,{target(4, 5, 6)}];
+PERS wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];
+VAR num n;
+PROC main()
+  MoveL p,v5,z0,tool0\\WObj:=w;   ! p in a comment
+  MoveC Offs(p,n,0,0),row{{n}},v5,z0,tool0;
+  go p;
+  n:=p.trans.x;
+  TPWrite "p" \\Num:=n;
+  SearchL di1,found,p,v5,tool0;
+  IF Distance(p.trans,found.trans)>n THEN Stop; ENDIF
+ENDPROC
+PROC go(robtarget w)
+  MoveL w,v5,z0,tool0;
+ENDPROC
+ENDMODULE
+"""
+    uses = declaration_uses(program(text))
+    shown = [(u.kind, u.role, u.routine, u.source.position(u.span[0])[0]) for u in uses["m..p"]]
+    assert shown == [
+        ("declaration", "", "", 4), ("declaration", "", "", 5), ("motion", "to", "main", 9), ("expression", "via", "main", 10),
+        ("argument", "", "main", 11), ("read", "", "main", 12), ("motion", "to", "main", 14), ("read", "", "main", 15),
+    ]  # fmt: skip
+    assert [(u.kind, u.role) for u in uses["m..w"]] == [("motion", "\\wobj")]
+    assert [u.kind for u in uses["m..found"]] == ["write", "read"]
+    assert [(u.kind, u.role) for u in uses["m..row"]] == [("motion", "to")]
+    assert [u.kind for u in uses["m..n"]] == ["expression", "expression", "write", "argument", "read"]
+    for use in uses["m..p"]:
+        assert use.source.data[slice(*use.span)] == b"p"
+        assert (use.statement is not None) == (use.kind in ("motion", "expression"))

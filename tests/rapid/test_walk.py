@@ -1,0 +1,323 @@
+"""Programs followed in the order in which they run."""
+
+from __future__ import annotations
+
+import pytest
+
+from postproc.diagnostics import PostprocError
+from postproc.rapid.pose import pose_mult
+from postproc.rapid.records import JointTarget, LoadData, Pose
+from postproc.rapid.walk import walk, walk_program
+from tests.rapid.build import UNUSED, events, module, places, program, target
+
+P = f"CONST robtarget p:={target(0, 0, 0)};CONST robtarget q:={target(10, 0, 0)};"
+LOADS = "PERS loaddata part:=[5,[0,0,80],[1,0,0,0],0.1,0.2,0.3];"
+TOOL = "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"
+
+
+def x(body: str, data: str = P) -> list[float | None]:
+    """x coordinates of the events, None where the target is not known."""
+    return [None if place is None else place[0] for place in places(events(body, data))]
+
+
+def move(offset: str) -> str:
+    return f"MoveL Offs(p,{offset},0,0),v100,z10,tool0;"
+
+
+def test_calls_with_arguments() -> None:
+    data = P + f"PROC go(robtarget a,num b\\num c) IF Present(c) {move('c')} MoveL Offs(a,b,0,0),v5,z0,tool0; ENDPROC"
+    assert x("go p,1; go q,2\\c:=7; go Offs(q,1,0,0),1;", data) == [1, 7, 12, 12]
+
+
+def test_a_declared_target_stays_declared_through_a_parameter() -> None:
+    data = P + "PROC go(robtarget a) MoveL a,v5,z0,tool0; ENDPROC"
+    found = events("go q; go Offs(q,1,0,0);", data)
+    assert [(e.target_origin.kind, e.target_origin.declaration) for e in found] == [
+        ("declared", "m..q"),
+        ("expression", None),
+    ]
+
+
+def test_parameters_by_reference_write_to_the_caller() -> None:
+    data = P + "PROC up(INOUT num a,VAR num b) a:=a+1; b:=b+10; ENDPROC"
+    body = f"VAR num n:=1; VAR num m{{2}}:=[0,5]; up n,m{{2}}; {move('n')} {move('m{2}')} {move('m{1}')}"
+    assert x(body, data) == [2, 15, 0]
+
+
+def test_parameters_by_value_do_not() -> None:
+    data = P + f"PROC up(num a) a:=a+1; {move('a')} ENDPROC"
+    assert x(f"VAR num n:=1; up n; {move('n')}", data) == [2, 1]
+
+
+def test_a_persistent_parameter_that_is_only_read_is_no_write() -> None:
+    data = P + TOOL + "PROC go(PERS tooldata tool) MoveL p,v5,z0,tool; ENDPROC"
+    found = events("go t; MoveL q,v5,z0,t;", data)
+    assert [e.tool.name for e in found] == ["t", "t"]
+    assert [e.reason for e in found] == [None, None]
+
+
+def test_functions_of_the_program() -> None:
+    data = P + "FUNC robtarget above(robtarget a,num h) IF h<0 RETURN a; RETURN Offs(a,h,0,0); ENDFUNC"
+    assert x("MoveL above(q,5),v5,z0,tool0; MoveL above(q,-5),v5,z0,tool0;", data) == [15, 10]
+
+
+def test_a_function_that_depends_on_a_signal_is_not_known() -> None:
+    data = P + "FUNC num f() IF di1=1 RETURN 1; RETURN 2; ENDFUNC"
+    assert x(move("f()"), data) == [None]
+
+
+def test_assignments_to_parts() -> None:
+    body = "VAR robtarget a; VAR num m{2,2}; a:=q; a.trans.x:=a.trans.x+3; m{1,2}:=4; MoveL a,v5,z0,tool0;"
+    assert x(body + move("m{1,2}+m{2,2}")) == [13, 4]
+
+
+def test_arrays_of_targets_in_a_loop() -> None:
+    data = P + f"CONST robtarget a{{3}}:=[{target(1, 0, 0)},{target(2, 0, 0)},{target(3, 0, 0)}];"
+    found = events("FOR i FROM 1 TO Dim(a,1) DO MoveL a{i},v5,z0,tool0; ENDFOR", data)
+    assert places(found) == [(1, 0, 0), (2, 0, 0), (3, 0, 0)]
+    assert {e.target_origin.kind for e in found} == {"element"}
+    assert len({e.target_origin.spans.whole for e in found if e.target_origin.spans}) == 3
+
+
+@pytest.mark.parametrize(
+    ("head", "values"),
+    [("FOR i FROM 1 TO 3", [1, 2, 3]), ("FOR i FROM 3 TO 1 STEP -1", [3, 2, 1]), ("FOR i FROM 3 TO 1", [3, 2, 1]),
+     ("FOR i FROM 1 TO 2 STEP 0.5", [1, 1.5, 2]), ("FOR i FROM 2 TO 1 STEP 1", []), ("FOR i FROM 0 TO n", [None])],
+)  # fmt: skip
+def test_counting_loops(head: str, values: list[float | None]) -> None:
+    found = [e for e in events(f"{head} DO {move('i')} ENDFOR", P) if not e.conditional or values == [None]]
+    assert [None if e.target is None else e.target.trans[0] for e in found] == values  # type: ignore[union-attr]
+
+
+def test_a_conditional_loop_with_known_values() -> None:
+    assert x(f"VAR num n:=1; WHILE n<4 DO {move('n')} Incr n; ENDWHILE {move('n')}") == [1, 2, 3, 4]
+
+
+def test_an_endless_loop_runs_once_and_forgets_what_it_changes() -> None:
+    found = events(f"VAR num n:=0; WHILE TRUE DO {move('n')} n:=n+1; n:=5; {move('n')} ENDWHILE", P)
+    assert [None if e.target is None else e.target.trans[0] for e in found] == [None, 5]  # type: ignore[union-attr]
+    assert found[0].reason == "`n` is changed in a loop"
+    assert not found[0].conditional
+
+
+def test_both_ways_of_an_unknown_condition() -> None:
+    body = f"VAR num n:=0; IF di1=1 THEN n:=1; {move('n')} ELSEIF di2=1 THEN n:=1; ELSE {move('n+7')} n:=1; ENDIF {move('n')}"
+    found = events(body, P)
+    assert [e.target.trans[0] for e in found if e.target] == [1, 7, 1]  # type: ignore[union-attr]
+    assert [e.conditional for e in found] == [True, True, False]
+    assert [e.detached for e in found] == [True, True, True]
+    body = f"VAR num n:=0; IF di1=1 THEN n:=1; ENDIF {move('n')}"
+    assert events(body, P)[0].reason == "`n` depends on a condition that is not known"
+
+
+def test_a_way_that_returns_does_not_count_afterwards() -> None:
+    assert x(f"VAR num n:=0; IF di1=1 THEN n:=1; {move('n')} RETURN; ENDIF {move('n')}") == [1, 0]
+
+
+def test_only_the_first_event_after_a_gap_is_detached() -> None:
+    found = events(move("1") + move("2") + f"IF di1=1 THEN {move('3')} ENDIF {move('4')} {move('5')}", P)
+    assert [e.detached for e in found] == [True, False, False, True, False]
+    found = events(move("1") + "IF di1=1 THEN SetDO do1,1; ENDIF " + move("2"), P)
+    assert [e.detached for e in found] == [True, False]
+
+
+def test_main_first_then_what_it_does_not_reach() -> None:
+    data = P + f"PROC a() {move('1')} ENDPROC PROC b(num n) {move('n')} ENDPROC TRAP t {move('3')} ENDTRAP"
+    found = events("a;", data)
+    assert [(e.statement.routine, e.detached) for e in found] == [("a", True), ("b", True), ("t", True)]
+    assert found[1].reason == "the parameter `n` is not known"
+
+
+def test_without_main_every_routine_that_nobody_calls() -> None:
+    text = f"MODULE M {P} PROC b() c; {move('1')} ENDPROC PROC c() {move('2')} ENDPROC PROC a() {move('3')} ENDPROC ENDMODULE"
+    assert [e.statement.routine for e in walk(program(text))] == ["c", "b", "a"]
+
+
+def test_a_chosen_entry() -> None:
+    text = f"MODULE M {P} PROC main() a; {move('1')} ENDPROC PROC a() {move('2')} ENDPROC ENDMODULE"
+    assert places(walk(program(text), "A")) == [(2, 0, 0)]
+    with pytest.raises(PostprocError, match="there is no routine `nowhere`"):
+        walk(program(text), "nowhere")
+
+
+def test_a_routine_that_calls_itself() -> None:
+    assert x("again;", P + f"PROC again() {move('1')} again; ENDPROC") == [1]
+
+
+# -- written data ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("storage", ["PERS", "VAR"])
+def test_data_that_nobody_writes_is_as_good_as_constant(storage: str) -> None:
+    event = events("MoveL a,v5,z0,tool0;", f"{storage} robtarget a:={target(4, 0, 0)};")[0]
+    assert (event.target_origin.kind, event.target_origin.storage) == ("declared", storage)
+
+
+@pytest.mark.parametrize(
+    "write",
+    ["a:=CRobT();", "a.trans.x:=CPos();", "GetPos a;", "SearchL di1,a,p,v5,tool0;", "teach a;", "outer a;"],
+)
+def test_data_that_the_program_writes_is_known_only_at_run_time(write: str) -> None:
+    data = P + f"PERS robtarget a:={target(4, 0, 0)};"
+    data += "PROC teach(INOUT robtarget r) r:=CRobT(); ENDPROC PROC outer(PERS robtarget r) teach r; ENDPROC"
+    found = events(f"MoveL a,v5,z0,tool0; {write} MoveL a,v5,z0,tool0;", data)
+    for event in (found[0], found[-1]):
+        assert event.target is None
+        assert event.target_origin.kind == "runtime"
+        assert event.target_origin.declaration == "m..a"
+        assert "`a`" in (event.reason or "") or "known only at run time" in (event.reason or "")
+
+
+def test_a_value_assigned_on_the_way_is_known_from_there_on() -> None:
+    found = events("MoveL a,v5,z0,tool0; a:=Offs(q,1,0,0); MoveL a,v5,z0,tool0;", P + "VAR robtarget a;")
+    assert places(found) == [None, (11, 0, 0)]
+    assert found[1].target_origin.kind == "expression"
+
+
+def test_what_a_trap_writes_is_never_known() -> None:
+    data = P + "VAR num n;TRAP t n:=5; ENDTRAP"
+    assert x(f"n:=1; {move('n')}", data) == [None]
+
+
+# -- state -----------------------------------------------------------------------------------------------------------
+
+
+def test_payload_in_program_order() -> None:
+    data = P + LOADS + "PROC grip() GripLoad part; ENDPROC"
+    found = events("MoveL p,v5,z0,tool0; grip; MoveL p,v5,z0,tool0; GripLoad load0; MoveL p,v5,z0,tool0;", data)
+    assert [e.gripload.mass for e in found] == [0, 5, 0]
+    assert found[1].gripload == LoadData(5, (0, 0, 80), (1, 0, 0, 0), (0.1, 0.2, 0.3))
+
+
+def test_payload_that_depends_on_a_signal_is_not_known() -> None:
+    found = events("IF di1=1 GripLoad part; MoveL p,v5,z0,tool0; GripLoad load0; MoveL p,v5,z0,tool0;", P + LOADS)
+    assert [e.reason for e in found] == [
+        "the payload is not known: `gripload` depends on a condition that is not known", None,
+    ]  # fmt: skip
+    found = events("IF di1=1 THEN GripLoad part; GripLoad load0; ENDIF MoveL p,v5,z0,tool0;", P + LOADS)
+    assert found[0].reason is None
+
+
+def test_total_load_of_a_move() -> None:
+    event = events("GripLoad part; MoveL p,v5,z0,t\\TLoad:=part;", P + LOADS + TOOL)[0]
+    assert (event.tool.tload.mass, event.gripload.mass) == (5, 0)
+
+
+def test_program_displacement() -> None:
+    found = events(
+        f"PDispSet [[1,2,3],[1,0,0,0]]; MoveL p,v5,z0,tool0; PDispOff; MoveL p,v5,z0,tool0;"
+        f"PDispOn \\ExeP:={target(5, 0, 1)}, p, tool0; MoveL p,v5,z0,tool0; PDispOn q, tool0; MoveL p,v5,z0,tool0;",
+        P,
+    )
+    assert [e.displacement.trans for e in found] == [(1, 2, 3), (0, 0, 0), (5, 0, 1), (0, 0, 0)]
+    assert (found[3].reason or "").startswith("the program displacement is not known: ")
+
+
+def test_rotated_displacement_carries_the_programmed_onto_the_executed_point() -> None:
+    executed = target(5, 0, 1, "[0,0.8,0.6,0]")
+    event = events(f"PDispOn \\Rot \\ExeP:={executed}, q, tool0; MoveL p,v5,z0,tool0;", P)[0]
+    assert event.displacement != Pose()
+    there = pose_mult(event.displacement, Pose((10, 0, 0), (0, 1, 0, 0)))
+    assert there.trans == pytest.approx((5, 0, 1))
+    assert there.rot == pytest.approx((0, 0.8, 0.6, 0))
+
+
+def test_monitoring_speed_and_acceleration() -> None:
+    body = "MoveL p,v5,z0,tool0; ConfL\\Off; ConfJ \\Off; SingArea\\Wrist; VelSet 50,800; AccSet 60,100; MoveL p,v5,z0,tool0;"
+    before, after = events(body, P)
+    assert before.options == {"conf_l": True, "conf_j": True, "singarea_wrist": False}
+    assert after.options == {"conf_l": False, "conf_j": False, "singarea_wrist": True}
+    assert (before.velocity_override, before.velocity_limit, before.acceleration) == (100, None, 100)
+    assert (after.velocity_override, after.velocity_limit, after.acceleration) == (50, 800, 60)
+
+
+def test_moved_work_object_and_axis_offsets_are_refused() -> None:
+    data = P + 'PERS wobjdata st:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
+    assert events("MoveL p,v5,z0,tool0\\WObj:=st;", data)[0].reason == "the work object `st` is moved by `STN1`"
+    assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason == "an offset of the external axes is active"
+
+
+# -- arguments ---------------------------------------------------------------------------------------------------------
+
+
+def test_speeds_zones_and_times() -> None:
+    data = P + "PERS speeddata slow:=[12,500,5000,1000];PERS zonedata zw:=[FALSE,2,3,3,0.3,3,0.3];VAR num s;"
+    found = events(
+        "MoveL p,slow,zw,tool0; MoveL p,v1000\\T:=4,z200,tool0; MoveJ p,vmax,fine,tool0; s:=Read(); MoveL p,[s,1,1,1],z0,tool0;",
+        data,
+    )
+    assert [e.speed.v_tcp for e in found[:3]] == [12, 1000, 7000]
+    assert (found[0].zone.pzone_tcp, found[1].zone.zone_ori, found[1].duration) == (2, 30, 4)
+    assert found[3].reason == "`read` is a function this version does not know"
+
+
+def test_joint_targets() -> None:
+    data = f"CONST jointtarget home:=[[1,2,3,4,5,6],{UNUSED}];VAR jointtarget j;"
+    found = events(
+        f"MoveAbsJ home\\NoEOffs,v5,z0,tool0; MoveAbsJ [[0,0,0,0,0,90],{UNUSED}],v5,z0,tool0; j:=CJointT(); MoveAbsJ j,v5,z0,tool0;",
+        data,
+    )
+    assert found[0].target == JointTarget((1, 2, 3, 4, 5, 6), (9e9,) * 6)
+    assert [e.target_origin.kind for e in found] == ["declared", "inline", "runtime"]
+    assert found[0].statement.interpolation == "absjoint"
+
+
+def test_circular_moves() -> None:
+    event = events("MoveC p,q,v5,z0,tool0;", P)[0]
+    assert event.via is not None
+    assert (event.via.trans, places([event])) == ((0, 0, 0), [(10, 0, 0)])
+    assert event.via_origin is not None
+    assert event.via_origin.declaration == "m..p"
+    unknown = events("MoveC CRobT(),q,v5,z0,tool0;", P)[0]
+    assert unknown.target is None
+
+
+@pytest.mark.parametrize(
+    ("statement", "interpolation", "roles"),
+    [
+        ("MoveLDO p,v5,z0,t,do1,1", "line", "to speed zone tool signal value"),
+        ("MoveCDO p,q,v5,z0,t,do1,1", "arc", "via to speed zone tool signal value"),
+        ("MoveJSync p,v5,z0,t,\"go\"", "joint", "to speed zone tool procedure"),
+        ("TriggL p,v5,on1\\T2:=on2,z0,t\\WObj:=wobj0", "line", "to speed trigg \\t2 zone tool \\wobj"),
+        ("TriggC p,q,v5,on1,z0,t", "arc", "via to speed trigg zone tool"),
+        ("SearchL\\Stop,di1,found,q,v5,t", "line", "\\stop signal found to speed tool"),
+        ("SearchC di1,found,p,q,v5,t", "arc", "signal found via to speed tool"),
+        ("ArcLStart p,v5,s,w,fine,t\\SeamName:=\"a\"", "line", "to speed seam weld zone tool \\seamname"),
+        ("ArcCEnd p,q,v5,s,w\\Weave:=e,fine,t", "arc", "via to speed seam weld \\weave zone tool"),
+        ("ArcL1 p,v5,s,w,z1,t", "line", "to speed seam weld zone tool"),
+        ("ArcL2Start p,v5,s,w,fine,t", "line", "to speed seam weld zone tool"),
+        ("CapL p,v5,c,ws,e,z1,t", "line", "to speed cap weavestart weave zone tool"),
+        ("MoveExtJ [[0,0,0,0,0,0],[1,2,3,4,5,6]],v5,fine", "none", "to speed zone"),
+        ("ArcMoveL p,v5,z0,t", "line", "to speed zone tool"),
+    ],
+)  # fmt: skip
+def test_signatures(statement: str, interpolation: str, roles: str) -> None:
+    data = P + TOOL + "VAR robtarget found;PERS seamdata s:=[0];PERS welddata w:=[9,0];"
+    found = program(module(statement + ";", data))
+    assert found.diagnostics == ()
+    assert found.statements[0].interpolation == interpolation
+    assert [a.role for a in found.statements[0].arguments] == roles.split()
+    assert walk(found)[0].tool.name in ("t", "tool0")
+
+
+def test_a_search_is_never_certain() -> None:
+    event = events("SearchL\\Stop,di1,a,q,v5,tool0;", P + "VAR robtarget a;")[0]
+    assert event.reason == "where a search stops is known only at run time"
+
+
+def test_motion_without_known_arguments() -> None:
+    found = events("ArcRepL \\Start,1,v5,s,w,e,z0,t; EGMMoveL e,p,v5,z0,t; Search_1D r,p,q,v5,t;", P)
+    assert all(e.target is None and e.reason for e in found)
+
+
+def test_every_statement_has_an_event_even_in_dead_code() -> None:
+    body = f"IF FALSE THEN {move('1')} ENDIF RETURN; {move('2')}"
+    result = walk_program(program(module(body, P)))
+    assert [e.conditional for e in result.events] == [True, True]
+    assert places(result.events) == [(1, 0, 0), (2, 0, 0)]
+
+
+def test_loops_that_wait_do_not_hang() -> None:
+    data = P + "PERS bool busy:=TRUE;VAR num n;"
+    body = f"WHILE busy DO WaitTime 0.1; ENDWHILE WHILE n>=0 DO n:=n+1; ENDWHILE FOR i FROM 1 TO 1E9 DO n:=i; ENDFOR {move('1')}"
+    assert x("n:=0;" + body, data) == [1]
