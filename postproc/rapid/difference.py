@@ -1,0 +1,90 @@
+"""What differs between two programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One statement that differs.
+
+    Args:
+        kind: ``changed``, ``added`` (only in the second program) or ``removed`` (only in the first).
+        what: ``motion``, ``statement`` or ``declaration``.
+        place: ``module.routine``, or ``module`` for data.
+        name: the instruction, or the name of the data.
+        line_a, line_b: line in each file, as far as it stands there.
+        distance_mm: largest distance of the targets (None if not both are known).
+        angle_deg: largest angle between their orientations, or between joints.
+        conf: configurations of both where they differ.
+        arguments: role and both texts of arguments that differ.
+    """
+
+    kind: Literal["changed", "added", "removed"]
+    what: Literal["motion", "statement", "declaration"]
+    place: str
+    name: str
+    line_a: int | None
+    line_b: int | None
+    distance_mm: float | None = None
+    angle_deg: float | None = None
+    conf: tuple[tuple[int, ...], tuple[int, ...]] | None = None
+    arguments: tuple[tuple[str, str, str], ...] = ()
+
+    def render(self) -> str:
+        """One line for a terminal."""
+        lines = "/".join("-" if line is None else str(line) for line in (self.line_a, self.line_b))
+        parts = [f"{self.kind:8}{self.place}:{lines} {self.name}"]
+        if self.distance_mm is not None and self.kind == "changed":
+            parts.append(f"{self.distance_mm:.3f} mm")
+        if self.angle_deg is not None and self.kind == "changed":
+            parts.append(f"{self.angle_deg:.4f} deg")
+        if self.conf is not None:
+            parts.append(f"conf {list(self.conf[0])} -> {list(self.conf[1])}")
+        parts += [f"{role}: {a or '-'} -> {b or '-'}" for role, a, b in self.arguments]
+        return "  ".join(parts)
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "kind": self.kind, "what": self.what, "place": self.place, "name": self.name,
+            "line_a": self.line_a, "line_b": self.line_b,
+            "distance_mm": self.distance_mm, "angle_deg": self.angle_deg,
+            "conf": [list(c) for c in self.conf] if self.conf else None,
+            "arguments": [{"role": role, "a": a, "b": b} for role, a, b in self.arguments],
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ProgramDiff:
+    """Differences of two programs beyond the tolerance, and the largest ones of all that were compared."""
+
+    differences: tuple[Difference, ...]
+    compared: int = 0
+    max_distance_mm: float = 0.0
+    max_angle_deg: float = 0.0
+    tolerance_mm: float = 0.0
+
+    @property
+    def equal(self) -> bool:
+        return not self.differences
+
+    def render(self) -> str:
+        """Text for a terminal."""
+        summary = (
+            f"{self.compared} motion statements compared, largest distance {self.max_distance_mm:.3f} mm, largest angle"
+            f" {self.max_angle_deg:.4f} deg, {len(self.differences)} differences beyond {self.tolerance_mm:g} mm"
+        )
+        return "\n".join([*(d.render() for d in self.differences), summary])
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "schema": "postproc/diff/1",
+            "equal": self.equal,
+            "tolerance_mm": self.tolerance_mm,
+            "compared": self.compared,
+            "max_distance_mm": self.max_distance_mm,
+            "max_angle_deg": self.max_angle_deg,
+            "differences": [d.as_json() for d in self.differences],
+        }
