@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-ORDERS = (4, 8, 16, 25)
+ORDERS = (4, 6, 8, 12, 16, 25)
 
 
 class JointErrorMap(
@@ -56,17 +56,23 @@ class JointErrorMap(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All moving joints, then each alone, up to the order that the number of rows can carry."""
+        """All moving joints, then each alone, up to the order that the number of rows can carry; then one more joint."""
         low, high = state.q.min(axis=0), state.q.max(axis=0)
         # Angles beyond a full turn have been seen, whatever the number of the turn.
         full = high - low >= 2 * np.pi
         low, high = np.where(full, -100.0, low), np.where(full, 100.0, high)
         moving = tuple(int(j) + 1 for j in np.flatnonzero(high - low > 0.1))
+        choices: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+        if current is None:
+            choices = [(joints, ORDERS) for joints in [moving, *((j,) for j in moving)]]
+        else:
+            choices = [((*current.joint, j), (current.order,)) for j in moving if j not in current.joint]
+            choices += [(current.joint, tuple(k for k in ORDERS if k > current.order))]
         found: list[Variant] = []
-        for joints in [moving, *((j,) for j in moving)]:
-            carried = [k for k in ORDERS if 2 * k * len(joints) <= len(state)]
-            for k in carried:
-                effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
-                where = "all joints" if joints == moving else f"joint {joints[0]}"
-                found.append(variant(effect, f"{where}, orders to {k}"))
+        for joints, orders in choices:
+            for k in orders:
+                if 2 * k * len(joints) <= len(state):
+                    effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
+                    where = "all joints" if joints == moving else "joint " + " and ".join(map(str, joints))
+                    found.append(variant(effect, f"{where}, orders to {k}"))
         return tuple(found)

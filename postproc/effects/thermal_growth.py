@@ -50,12 +50,13 @@ class ThermalGrowth(
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         effect = current or cls()
         index = np.arange(len(effect.vector()))
+        # The strain is fitted along, but a strain without growth is geometry.
         alone, both = index == 0, index < 2
-        found = [variant(effect, "all castings", alone, alone), variant(effect, "all castings, free T0", both, both)]
+        found = [variant(effect, "all castings", alone, both)]
         if state.robot is None:
             return tuple(found)
         long = long_bodies(state.robot, 0.1)
         for k, b in enumerate(effect.body):
             if b in long or b == 0:
-                found.append(variant(effect, f"body {b}", index == 2 + k, index == 2 + k))
+                found.append(variant(effect, f"body {b}", index == 2 + k, both & (index == 1) | (index == 2 + k)))
         return tuple(found)

@@ -33,7 +33,13 @@ def channels(state: State, position: Array) -> dict[str, Array]:
         state: with loads filled in; position: (n, 3) TCP in the base frame [m].
     """
     found: dict[str, Array] = {}
-    for name, values in (("q", state.q), ("v", state.v), ("a", state.a), ("dir", state.approach), ("load", state.joint_load)):
+    for name, values in (
+        ("q", state.q),
+        ("v", state.v),
+        ("a", state.a),
+        ("dir", state.approach),
+        ("load", state.joint_load),
+    ):
         if values is not None:
             found.update({f"{name}{j + 1}": values[:, j] for j in range(6)})
     for name, column in (

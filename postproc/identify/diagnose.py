@@ -16,7 +16,7 @@ from postproc.identify.channels import channels
 from postproc.identify.findings import data_findings
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.linear import Linear, f_test
-from postproc.identify.forms import as_rows, schwarz
+from postproc.identify.forms import Form, as_rows, schwarz
 from postproc.identify.selection import (
     SIGNIFICANT,
     Candidate,
@@ -95,6 +95,19 @@ class _Search:
     classes: Mapping[str, type[Effect]]
     patterns: list[Pattern]
     outside: list[Suspect]
+    cache: dict[bytes, dict[str, list[Form]]] = field(default_factory=dict)
+
+    def screen(self) -> Screen:
+        """Forms are made once for the whole search: refits move their columns by no more than a few parts in a thousand."""
+        used = self.fit.problem.weights.used.tobytes()
+        made = self.cache.setdefault(used, {})
+        fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
+        screen = Screen(self.fit.problem, self.classes, fresh)
+        return screen
+
+    def remember(self, screen: Screen) -> None:
+        made = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), {})
+        made.update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
 
     def linear(self) -> Linear:
         linear = self.fit.linear
@@ -134,8 +147,9 @@ def diagnose(
 
 def ranking(search: _Search) -> list[Candidate]:
     """Every testable effect at its best on the present fit, best first; those with forming parameters after a full refit."""
-    screen, linear = Screen(search.fit.problem, search.classes), search.linear()
+    screen, linear = search.screen(), search.linear()
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
+    search.remember(screen)
     found.sort(key=lambda c: -c.evidence)
     best = found[0].evidence if found else 0.0
     for i, candidate in enumerate(found):
@@ -163,7 +177,7 @@ def _forward(search: _Search, first: list[Candidate]) -> list[Missing]:
             if taken is None:
                 search.classes = {k: c for k, c in search.classes.items() if k != best.key}
             else:
-                missing.append(taken)
+                missing = [m for m in missing if m.candidate.key != best.key] + [taken]
         else:
             break
         ranked = ranking(search)
@@ -172,7 +186,7 @@ def _forward(search: _Search, first: list[Candidate]) -> list[Missing]:
 
 def _take(search: _Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
     """The effect in the model, everything refitted; None where rows that the fit has not seen are not predicted better."""
-    screen = Screen(search.fit.problem, search.classes)
+    screen = search.screen()
     after = refit(search.fit, screen, search.linear(), best, {})
     if after is None or after.held_out_rms >= search.fit.held_out_rms:
         return None
@@ -192,7 +206,7 @@ def _backward(search: _Search, base: Fit, missing: list[Missing], noise: float |
         one = missing[at].candidate
         others = [m.candidate for m in missing if m.candidate.key != one.key]
         without = _refit_all(base, search.fit, others, noise)
-        trial = _Search(without, search.classes, search.patterns, search.outside)
+        trial = replace(search, fit=without)
         ranked = ranking(trial)
         mine = next((c for c in ranked if c.key == one.key), None)
         taken = {c.key for c in others}
@@ -203,8 +217,7 @@ def _backward(search: _Search, base: Fit, missing: list[Missing], noise: float |
             continue
         better = rivals[0]
         if better.key != one.key and better.evidence > mine.evidence + 6.0 and at < len(missing) - 1:
-            screen = Screen(without.problem, search.classes)
-            after = refit(without, screen, trial.linear(), better, {})
+            after = refit(without, trial.screen(), trial.linear(), better, {})
             if after is not None and after.held_out_rms < search.fit.held_out_rms:
                 new = Missing(judged(without, after, better), after.held_out_rms, confusable(rivals, better))
                 missing = [*missing[:at], new, *missing[at + 1 :]]
@@ -239,10 +252,24 @@ def _conclude(
         shown = by_channel(strongest)
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0}
     blind.update(untestable)
-    blind = {k: why for k, why in blind.items() if base.model.effect(k) is None and k not in {m.candidate.key for m in missing}}
+    blind = {
+        k: why
+        for k, why in blind.items()
+        if base.model.effect(k) is None and k not in {m.candidate.key for m in missing}
+    }
     found = (*base.data.diagnostics, *data_findings(final))
     return Diagnosis(
-        verdict, base, final, tuple(missing), tuple(first), untestable, blind, tuple(shown), base.noise.position, bound, found
+        verdict,
+        base,
+        final,
+        tuple(missing),
+        tuple(first),
+        untestable,
+        blind,
+        tuple(shown),
+        base.noise.position,
+        bound,
+        found,
     )
 
 
@@ -260,16 +287,21 @@ def _lack_of_fit(fit: Fit) -> bool:
     noise = fit.noise
     if noise.position is None or fit.freedom <= 0:
         return False
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     ratio = fit.variance
     dof = noise.dof if np.isfinite(noise.dof) else 1e6
-    return bool(ratio > 1.5 and f.sf(ratio, fit.freedom, dof) < 1e-6)
+    return bool(ratio > 1.5 and fdtrc(fit.freedom, dof, ratio) < 1e-6)
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
     missing = cls.missing(fit.problem.sensitivity.state)
-    names = {"v": "joint speed", "a": "acceleration", "approach": "approach side (dir1 .. dir6)", "wrench": "external force"}
+    names = {
+        "v": "joint speed",
+        "a": "acceleration",
+        "approach": "approach side (dir1 .. dir6)",
+        "wrench": "external force",
+    }
     return f"no {' or '.join(names.get(m, m) for m in missing)} channel"
 
 

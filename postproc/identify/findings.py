@@ -13,7 +13,9 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     for i in fit.set_aside:
         row = data.row[i] if data.row else i + 1
         size = 1e3 * float((fit.problem.error[i, :3] ** 2).sum() ** 0.5)
-        message = f"row {row} lies {size:.2f} mm from the fitted model, far more than any other; it was left out of the fit"
+        message = (
+            f"row {row} lies {size:.2f} mm from the fitted model, far more than any other; it was left out of the fit"
+        )
         span = None
         if data.source is not None and data.line:
             start = data.source.line_starts[data.line[i] - 1]

@@ -21,6 +21,7 @@ from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 
 FIRST = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+FRAMES = ("instrument_frame", "tool_frame")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
 
@@ -108,9 +109,9 @@ class Fit:
     @cached_property
     def intervals(self) -> dict[str, Array]:
         """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
-        width = t.ppf(0.975, max(self.freedom, 1.0)) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        width = stdtrit(max(self.freedom, 1.0), 0.975) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         result = {e.key: np.full(len(e.vector()), np.nan) for e in self.model.effects}
         for (key, i), w in zip(self.parameters, width, strict=True):
             result[key][i] = w
@@ -180,7 +181,22 @@ def fit_model(
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
+    problem = _null_where_held(problem, masks, frozenset(e.key for e in effects))
     return _iterate(problem, masks, figures, robust, penalty or {})
+
+
+def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
+    """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
+    held = [(key, i) for key, i in _columns(problem, masks, set())[2] if key in fresh and key not in FRAMES]
+    if not held:
+        return problem
+    effects = []
+    for effect in problem.model.effects:
+        x, null, amplitude = effect.vector().copy(), effect.null_vector(), effect.amplitudes()
+        index = [i for key, i in held if key == effect.key and amplitude[i]]
+        x[index] = null[index]
+        effects.append(effect.with_vector(x))
+    return problem.at(effects)
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
@@ -227,10 +243,14 @@ def _iterate(problem: Problem, masks: Masks, figures: Noise, robust: bool, penal
             problem = Problem(problem.model, problem.data, weights)
             cost = np.inf
     columns, parameters, held = _columns(problem, masks, frozen)
-    return Fit(problem, masks, held, tuple(sorted(frozen)), columns, _penalty(problem, parameters, penalty), figures, aside)
+    return Fit(
+        problem, masks, held, tuple(sorted(frozen)), columns, _penalty(problem, parameters, penalty), figures, aside
+    )
 
 
-def _columns(problem: Problem, masks: Masks, frozen: set[tuple[str, int]]) -> tuple[Array, list[tuple[str, int]], tuple[tuple[str, int], ...]]:
+def _columns(
+    problem: Problem, masks: Masks, frozen: set[tuple[str, int]]
+) -> tuple[Array, list[tuple[str, int]], tuple[tuple[str, int], ...]]:
     """Whitened columns of all free parameters that the data determines, effect by effect; the others are held.
 
     A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or where it only
@@ -285,11 +305,24 @@ def _values(problem: Problem, parameters: list[tuple[str, int]]) -> Array:
     return np.array([vectors[key][i] for key, i in parameters])
 
 
+def _anchor(problem: Problem, parameters: list[tuple[str, int]], soft: Array) -> Array:
+    """The penalty, and for all parameters but frames a weak pull to null: thirty ordinary sizes count as one standard deviation.
+
+    It is far below the noise of anything that the data determines, and keeps what it barely determines from running away.
+    """
+    scales = {e.key: e.scale() if e.key not in FRAMES else np.full(len(e.vector()), np.inf) for e in problem.model.effects}
+    null = {e.key: e.amplitudes() for e in problem.model.effects}
+    weak = np.array([(1 / (30 * scales[key][i]) if null[key][i] else 0.0) for key, i in parameters])
+    return np.asarray(np.hypot(soft, weak))
+
+
 def _cost(problem: Problem, parameters: list[tuple[str, int]], soft: Array) -> float:
-    return float(problem.residual @ problem.residual + np.sum((soft * _values(problem, parameters)) ** 2))
+    anchor = _anchor(problem, parameters, soft)
+    return float(problem.residual @ problem.residual + np.sum((anchor * _values(problem, parameters)) ** 2))
 
 
 def _solve(problem: Problem, columns: Array, parameters: list[tuple[str, int]], soft: Array) -> Array:
+    soft = _anchor(problem, parameters, soft)
     length = np.sqrt(np.sum(columns**2, axis=0) + soft**2)
     length = np.where(length > 0, length, 1.0)
     A, b = columns / length, problem.residual
@@ -303,7 +336,12 @@ def _solve(problem: Problem, columns: Array, parameters: list[tuple[str, int]], 
 
 
 def _advance(
-    problem: Problem, parameters: list[tuple[str, int]], step: Array, soft: Array, now: float, frozen: set[tuple[str, int]]
+    problem: Problem,
+    parameters: list[tuple[str, int]],
+    step: Array,
+    soft: Array,
+    now: float,
+    frozen: set[tuple[str, int]],
 ) -> tuple[Problem, float]:
     """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls; parameters that leave their bounds stop there."""
     share = 1.0
@@ -334,7 +372,10 @@ def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Weights:
     """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise."""
     values = weights.values.copy()
     start = 3
-    for measured, known in ((problem.data.rotation is not None, figures.rotation), (problem.data.joint is not None, None)):
+    for measured, known in (
+        (problem.data.rotation is not None, figures.rotation),
+        (problem.data.joint is not None, None),
+    ):
         if not measured:
             continue
         stop = start + (3 if start == 3 and problem.data.rotation is not None else 6)

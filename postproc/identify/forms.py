@@ -91,7 +91,9 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
             projected = linear.project(stacked)
             for k, i in enumerate(some):
                 own = slice(k * width, (k + 1) * width)
-                result[i] = gain(linear, projected[:, own], length[own], forms[i].forming, forms[i].effect.roughness() is not None)
+                result[i] = gain(
+                    linear, projected[:, own], length[own], forms[i].forming, forms[i].effect.roughness() is not None
+                )
     return result
 
 
@@ -122,7 +124,9 @@ def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flex
     strength = np.maximum(strength, 0.0)
     seen = turn.T @ b
     q = float(np.sum(seen**2 / (strength + s2 / WIDE**2)))
-    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(np.sum(np.log1p(strength * WIDE**2 / s2)))
+    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(
+        np.sum(np.log1p(strength * WIDE**2 / s2))
+    )
     worth = bayes - forming * float(np.log(freedom))
     if flexible:
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.

@@ -34,7 +34,9 @@ class Weights:
         return self.values > 0
 
 
-def make_weights(data: Measurements, noise: Noise, rotation: float | None = None, joint: float | None = None) -> Weights:
+def make_weights(
+    data: Measurements, noise: Noise, rotation: float | None = None, joint: float | None = None
+) -> Weights:
     """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
 
     Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend on it are

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import Form, Gain, as_rows, forms_of, gain, gains, ordinary
+from postproc.identify.forms import WIDE, Form, Gain, as_rows, forms_of, gain, gains, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -60,11 +60,25 @@ class Screen:
     first: dict[str, list[Form]] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> list[Form]:
+        found = self._made(key, current)
+        if key != "transmission_error":
+            return found
+        error_map = self.problem.model.effect("joint_error_map")
+        mapped = () if error_map is None else getattr(error_map, "joint", ())
+        return [f for f in found if not _broadband(f.effect, mapped)]
+
+    def _made(self, key: str, current: Effect | None) -> list[Form]:
         if current is not None:
             return forms_of(self.problem, self.classes[key], current)
         if key not in self.first:
             self.first[key] = forms_of(self.problem, self.classes[key], self.problem.model.effect(key))
         return self.first[key]
+
+
+def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
+    """Three lines in the spectrum of one joint, or one more line of a mapped joint, are a map of its errors, not an eccentric gear."""
+    joint = getattr(effect, "joint", ())
+    return bool(np.max(np.bincount(joint, minlength=1)) > 2) or bool(set(joint) & set(mapped))
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
@@ -95,6 +109,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
     inner = linear.extended(_columns(screen, linear, effect, free))
     while whole.evidence - searched > 0 and len(labels) < DEEPEST:
         options = screen.forms(form.key, effect)
+        if not options:
+            break
         measured = gains(inner, options)
         k = max(range(len(options)), key=lambda i: measured[i].evidence)
         cost = 2 * float(np.log(len(options)))
@@ -115,7 +131,16 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
     corrected = float(np.exp(min(0.0, np.log(max(p, 1e-300)) + searched / 2))) if p > 0 else 0.0
     label = "; ".join(text for text in labels if text)
     return Candidate(
-        form.key, effect, free, label, whole.evidence - searched, whole.fall, whole.count, searched, whole.visible, corrected
+        form.key,
+        effect,
+        free,
+        label,
+        whole.evidence - searched,
+        whole.fall,
+        whole.count,
+        searched,
+        whole.visible,
+        corrected,
     )
 
 
@@ -137,13 +162,13 @@ def _linear(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
     """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
     mask = _linear(candidate.effect, candidate.free)
-    columns = screen.problem.columns(candidate.effect, mask)
-    projected = linear.project(as_rows(linear, columns))
-    length = np.linalg.norm(projected, axis=0)
-    scale = np.where(length > 0, length, 1.0)
-    solution, *_ = np.linalg.lstsq(projected / scale, linear.rest, rcond=1e-4)
+    size = ordinary(candidate.effect, mask)
+    projected = linear.project(_columns(screen, linear, candidate.effect, candidate.free))
+    rest = linear.rest
+    s2 = max(float(rest @ rest) - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
+    gram = projected.T @ projected + s2 / WIDE**2 * np.eye(projected.shape[1])
     x = candidate.effect.vector().copy()
-    x[mask] += solution / scale
+    x[mask] += size * np.linalg.solve(gram, projected.T @ rest)
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 
@@ -185,4 +210,6 @@ def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
 
 def confusable(ranking: Sequence[Candidate], chosen: Candidate) -> tuple[str, ...]:
     """Effects that explain the same data nearly as well as the chosen one."""
-    return tuple(c.key for c in ranking if c.key != chosen.key and c.evidence > chosen.evidence - CLOSE and c.evidence > 0)
+    return tuple(
+        c.key for c in ranking if c.key != chosen.key and c.evidence > chosen.evidence - CLOSE and c.evidence > 0
+    )

@@ -98,7 +98,9 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
     state = loaded_state(model, rest.state, rest.deflection, True)
     n = len(state)
-    along = directions(model.robot, rest.chain if rest.chain.tip is not None else _with_ends(model, rest), tuple(range(7)))
+    along = directions(
+        model.robot, rest.chain if rest.chain.tip is not None else _with_ends(model, rest), tuple(range(7))
+    )
     column = np.empty(48, dtype=int)
     column[model.elastic.joint] = np.arange(6)
     column[model.elastic.spring.ravel()] = np.arange(6, 48)
@@ -115,8 +117,16 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
     J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
-    springs = tuple(e for e in model.effects if "load" in e.reads)
+    springs = tuple(_at_least_ordinary(model, e) for e in model.effects if "load" in e.reads)
     return Sensitivity(J, state, along, column, springs)
+
+
+def _at_least_ordinary(model: Model, spring: Effect) -> Effect:
+    """A joint compliance that a missing load has pushed towards zero would hide that load: half the stated one is taken."""
+    stated = model.robot.joint_compliance
+    if spring.key != "joint_compliance" or stated is None:
+        return spring
+    return spring.with_vector(np.maximum(spring.vector(), 0.5 * stated))
 
 
 def flat(displacement: Displacement, n: int) -> Array:

@@ -25,7 +25,9 @@ def start_frames(problem: Problem) -> Problem:
     aligned = align((T @ nominal)[rows], data.position[rows], tool=free_tool)
     R = aligned.T_instrument_base[:3, :3]
     new: dict[str, Effect] = {
-        "instrument_frame": frame.with_vector(np.concatenate([aligned.T_instrument_base[:3, 3], Rotation.from_matrix(R).as_rotvec()]))
+        "instrument_frame": frame.with_vector(
+            np.concatenate([aligned.T_instrument_base[:3, 3], Rotation.from_matrix(R).as_rotvec()])
+        )
     }
     if free_tool and tool is not None:
         turn = np.zeros(3)

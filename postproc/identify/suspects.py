@@ -111,7 +111,9 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = np.sign(sign) * np.abs(size)
-            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value / max(float(np.abs(value).max()), 1e-300))
+            yield Pattern(
+                order, f"side of {order[0]} times size of {order[1]}", value / max(float(np.abs(value).max()), 1e-300)
+            )
 
 
 def places(problem: Problem) -> dict[str, Array]:
@@ -121,6 +123,13 @@ def places(problem: Problem) -> dict[str, Array]:
     found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     return {name: columns for name, columns in found.items() if columns.any()}
+
+
+def _scaling(problem: Problem) -> Array:
+    """(n, r, 1) what a scale error of the instrument does: every position moves along itself."""
+    scaling = np.zeros((*problem.error.shape, 1))
+    scaling[:, :3, 0] = np.where(np.isfinite(problem.data.position), problem.data.position, 0.0)
+    return scaling
 
 
 def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: int = 40) -> list[Suspect]:
@@ -140,6 +149,12 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
         for k in np.argsort(-fall)[:top]:
             worth = schwarz(before, float(fall[k]), count, linear.freedom, tried) - ODDS
             found.append((worth, float(fall[k]), where, int(k)))
+    every = list(every)
+    scale = problem.whiten(_scaling(problem))
+    fall = float(_falls(linear, scale, np.ones((len(scale), 1)))[0][0])
+    every.append(Pattern(("x", "y", "z"), "proportional: the instrument's scale", np.ones(len(problem.error))))
+    places_["scale of the instrument"] = _scaling(problem)
+    found.append((schwarz(before, fall, 1, linear.freedom, tried) - ODDS, fall, "scale of the instrument", len(every) - 1))
     found.sort(key=lambda item: -item[0])
     found, every = _sharpened(problem, linear, found[:top], every, places_, tried)
     values = np.array([p.values for p in every]).T[rows]
@@ -209,9 +224,15 @@ def _falls(linear: Linear, whitened: Array, values: Array) -> tuple[Array, int]:
         b = values[:, at : at + chunk]
         C = (whitened[:, :, None] * b[:, None, :]).reshape(N, -1)
         inside = Q.T @ C
-        gram_raw = np.einsum("nic,njc->cij", C.reshape(N, m, -1), C.reshape(N, m, -1)) if m > 1 else np.sum(C**2, axis=0)[:, None, None]
+        gram_raw = (
+            np.einsum("nic,njc->cij", C.reshape(N, m, -1), C.reshape(N, m, -1))
+            if m > 1
+            else np.sum(C**2, axis=0)[:, None, None]
+        )
         inner = inside.reshape(-1, m, b.shape[1])
-        gram = gram_raw - (np.einsum("kic,kjc->cij", inner, inner) if m > 1 else np.sum(inside**2, axis=0)[:, None, None])
+        gram = gram_raw - (
+            np.einsum("kic,kjc->cij", inner, inner) if m > 1 else np.sum(inside**2, axis=0)[:, None, None]
+        )
         along = (rest @ C).reshape(m, -1).T
         scale = np.einsum("cii->c", gram_raw)
         alive = np.einsum("cii->c", gram) > 1e-5 * scale
