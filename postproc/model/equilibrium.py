@@ -20,6 +20,7 @@ from postproc.robot.pose import displace
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
 REACH = 3.0  # [m]
 SWEEPS = 60
+BATCH = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +100,14 @@ def _rest(model: Model, state: State, deflection: Deflection, sweeps: int) -> Eq
 
 def predict(model: Model, state: State) -> Array:
     """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4)."""
-    rest = equilibrium(model, state)
-    if rest.deflection.instrument is None:
-        return rest.T_base_tcp
-    seen: Array = displace(rest.deflection.instrument) @ rest.T_base_tcp
-    return seen
+    result = np.empty((len(state), 4, 4))
+    # Batches that stay in the processor's cache are faster, and a long program needs little memory.
+    for start in range(0, len(state), BATCH):
+        rows = slice(start, start + BATCH)
+        rest = equilibrium(model, take(state, rows))
+        instrument = rest.deflection.instrument
+        result[rows] = rest.T_base_tcp if instrument is None else displace(instrument) @ rest.T_base_tcp
+    return result
 
 
 def tcp(chain: Chain, state: State, deflection: Deflection) -> Array:

@@ -9,7 +9,10 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
 from postproc.model.equilibrium import Equilibrium, equilibrium, payload_point
+from postproc.model.states import take
 from postproc.model.tangent import Frame, tangent
+
+BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 
 
 def tcp_compliance(model: Model, state: State) -> Array:
@@ -53,6 +56,9 @@ def natural_frequencies(model: Model, state: State) -> Array:
     springs at the joints alone this is Eq. 6 with M_cart = (J M^-1 J^T)^-1 and K of Eq. 22, and it also holds at
     singular poses. Infinite for a rigid model.
     """
+    if len(state) > BATCH:
+        parts = [take(state, slice(i, i + BATCH)) for i in range(0, len(state), BATCH)]
+        return np.concatenate([natural_frequencies(model, part) for part in parts])
     rest = equilibrium(model, state)
     at = tangent(model, rest)
     squared = np.linalg.eigvals(at.give @ at.compliance @ inertia(rest, at.frame)).real

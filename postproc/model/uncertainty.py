@@ -1,0 +1,150 @@
+"""How far a prediction can be trusted: parameter covariance, what stays unexplained, the range that was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import displacement_of
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.derivatives import effect_derivatives
+from postproc.model.equilibrium import equilibrium
+from postproc.model.states import take
+from postproc.model.tangent import tangent
+
+BATCH = 500  # poses at once: 48 coordinates squared, a few times over
+MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What a fit knows about its own errors.
+
+    Args:
+        parameters: (effect key, index in its vector) of every fitted parameter.
+        covariance: (p, p) in the units of the parameters.
+        unexplained: standard deviation per axis [m] of what the model leaves of the true pose (not the noise of the
+            instrument).
+    """
+
+    parameters: tuple[tuple[str, int], ...]
+    covariance: Array
+    unexplained: float = 0.0
+
+
+def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
+    """Keys of the table [fit] of a model file: ``parameters`` by name, ``covariance``, ``unexplained_mm``."""
+    names = {e.key: e.names() for e in model.effects}
+    return {
+        "parameters": [f"{key}.{names[key][i]}" for key, i in known.parameters],
+        "covariance": [[float(x) for x in row] for row in known.covariance],
+        "unexplained_mm": float(known.unexplained * 1e3),
+    }
+
+
+def read_uncertainty(model: Model) -> Uncertainty | None:
+    """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
+    covariance = np.array(model.fit.get("covariance", []), dtype=float)
+    listed = list(model.fit.get("parameters", []))
+    if not listed or covariance.shape != (len(listed), len(listed)):
+        return None
+    place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
+    kept = [k for k, name in enumerate(listed) if name in place]
+    parameters = tuple(place[listed[k]] for k in kept)
+    return Uncertainty(parameters, covariance[np.ix_(kept, kept)], float(model.fit.get("unexplained_mm", 0.0)) * 1e-3)
+
+
+def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
+    """Covariance of the predicted TCP position, D P D^T + u^2 I with D the pose derivatives, (n, 3, 3) [m^2].
+
+    Args:
+        instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
+    """
+    result = np.empty((len(state), 3, 3))
+    for start in range(0, len(state), BATCH):
+        rows = slice(start, start + BATCH)
+        D = _derivatives(model, take(state, rows), known, instrument)
+        result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
+    return result
+
+
+def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> Array:
+    """(n, 3, p) of the position by the fitted parameters."""
+    rest = equilibrium(model, state)
+    at = tangent(model, rest)
+    columns = np.zeros((len(state), 3, len(known.parameters)))
+    for effect in model.effects:
+        wanted = [k for k, (key, _) in enumerate(known.parameters) if key == effect.key]
+        if wanted and (instrument or displacement_of(effect, rest.state).instrument is None):
+            index = [known.parameters[k][1] for k in wanted]
+            columns[:, :, wanted] = effect_derivatives(model, effect, rest, at)[:, :3, index]
+    return columns
+
+
+def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
+    """Standard deviation of the predicted position per axis (root mean square over the axes), (n,) [m].
+
+    NaN where the model file has no covariance.
+    """
+    known = read_uncertainty(model)
+    if known is None:
+        return np.full(len(state), np.nan)
+    covariance = position_covariance(model, state, known, instrument)
+    sigma: Array = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0) / 3.0)
+    return sigma
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """A channel that leaves the measured range.
+
+    Args:
+        channel: ``q1`` .. ``q6`` [rad], ``payload`` [kg], ``temperature`` [degC].
+        low, high: measured; reached: the value farthest outside; rows: (n,) which states are outside.
+    """
+
+    channel: str
+    low: float
+    high: float
+    reached: float
+    rows: NDArray[np.bool_]
+
+
+def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
+    """Keys of the table [fit.range] of a model file: lowest and highest value of every channel that was measured."""
+    every = [states] if isinstance(states, State) else list(states)
+    table: dict[str, list[float]] = {}
+    for state in every:
+        for name, values in _channels(state).items():
+            low, high = table.get(name, [np.inf, -np.inf])
+            table[name] = [min(low, float(np.nanmin(values))), max(high, float(np.nanmax(values)))]
+    return table
+
+
+def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
+    """Channels in which some states leave the range that the model was measured in; none where no range is known."""
+    table: Mapping[str, Any] = model.fit.get("range", {})
+    found = []
+    for name, values in _channels(state).items():
+        if name not in table:
+            continue
+        low, high = (float(x) for x in table[name])
+        slack = MARGIN * (high - low)
+        excess = np.maximum(low - slack - values, values - high - slack)
+        if (excess > 0).any():
+            found.append(Beyond(name, low, high, float(values[int(np.argmax(excess))]), excess > 0))
+    return tuple(found)
+
+
+def _channels(state: State) -> dict[str, Array]:
+    channels = {f"q{j + 1}": state.q[:, j] for j in range(6)}
+    for name, values in (("payload", state.payload_mass), ("temperature", state.temperature)):
+        if values is not None and np.isfinite(values).any():
+            channels[name] = np.broadcast_to(np.asarray(values, dtype=float), (len(state),))
+    return {name: values for name, values in channels.items() if len(values)}

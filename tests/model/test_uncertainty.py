@@ -1,0 +1,95 @@
+"""Standard deviations of predictions: closed forms, coverage on simulated fits, ranges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.effects.instrument_frame import InstrumentFrame
+from postproc.effects.joint_offset import JointOffset
+from postproc.model.derivatives import parameters, pose_derivatives, with_parameters
+from postproc.model.equilibrium import predict
+from postproc.model.file import default_model, read_model, write_model
+from postproc.model.uncertainty import (
+    Uncertainty,
+    beyond_range,
+    predict_sigma,
+    range_table,
+    read_uncertainty,
+    uncertainty_table,
+)
+
+RNG = np.random.default_rng(29)
+
+
+def model_with(known: Uncertainty | None = None):  # type: ignore[no-untyped-def]
+    model = default_model()
+    model = model.with_effects(*model.effects, JointOffset(offset_rad=[1e-4] * 6), InstrumentFrame())
+    return model if known is None else replace(model, fit=uncertainty_table(model, known))
+
+
+def test_an_uncertain_base_turn_grows_with_the_radius() -> None:
+    model = model_with(Uncertainty((("joint_offset", 0),), np.array([[1e-8]]), 3e-6))
+    state = model.state(np.zeros((1, 6)))
+    reach = predict(model, state)[0, 0, 3]
+    expected = np.sqrt((1e-4 * reach) ** 2 / 3 + 3e-6**2)
+    assert predict_sigma(model, state)[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_instruments_frame_does_not_count_in_the_base() -> None:
+    model = model_with(Uncertainty((("instrument_frame", 0), ("instrument_frame", 1)), np.diag([4e-8, 4e-8])))
+    state = model.state(RNG.uniform(-1, 1, (3, 6)))
+    assert predict_sigma(model, state) == pytest.approx(2e-4 * np.sqrt(2 / 3))
+    assert predict_sigma(model, state, instrument=False) == pytest.approx(0.0)
+
+
+def test_coverage_of_the_truth() -> None:
+    """Fits of simulated measurements: the error of the prediction lies within 1.96 sigma in about 95 % of cases."""
+    truth = model_with()
+    x = parameters(truth)
+    used = np.arange(12)  # compliances and offsets
+    q = RNG.uniform(-1.2, 1.2, (40, 6))
+    state = truth.state(q, payload_mass=RNG.uniform(5, 60, 40))
+    new = truth.state(RNG.uniform(-1.2, 1.2, (30, 6)), payload_mass=np.full(30, 20.0))
+    D = pose_derivatives(truth, state)[:, :3, used].reshape(-1, len(used))
+    noise = 3e-5
+    covariance = noise**2 * np.linalg.pinv(D.T @ D)
+    listed = tuple(("joint_compliance", i) for i in range(6)) + tuple(("joint_offset", i) for i in range(6))
+    known = model_with(Uncertainty(listed, covariance))
+    sigma = predict_sigma(known, new)
+    there = predict(truth, new)[:, :3, 3]
+    inside = []
+    for _ in range(40):
+        step = np.zeros_like(x)
+        step[used] = np.linalg.pinv(D) @ (RNG.normal(size=len(D)) * noise)
+        error = predict(with_parameters(truth, x + step), new)[:, :3, 3] - there
+        inside.append(np.abs(error) < 1.96 * sigma[:, None])
+    assert 0.90 < np.mean(inside) < 0.98
+
+
+def test_a_file_carries_it(tmp_path: Path) -> None:
+    known = Uncertainty((("joint_offset", 1), ("joint_compliance", 2)), np.array([[1e-8, 1e-13], [1e-13, 1e-16]]), 2e-5)
+    model = model_with(known)
+    state = model.state(RNG.uniform(-1, 1, (4, 6)), payload_mass=np.full(4, 10.0))
+    write_model(replace(model, fit={**model.fit, "range": range_table(state)}), tmp_path / "m.toml")
+    again = read_model(tmp_path / "m.toml")
+    assert again.fit["parameters"] == ["joint_offset.offset_rad[2]", "joint_compliance.compliance_rad_per_Nm[3]"]
+    assert predict_sigma(again, state) == pytest.approx(predict_sigma(model, state), rel=1e-12)
+    assert beyond_range(again, state) == ()
+    far = state.with_(q=state.q + np.array([0, 2.0, 0, 0, 0, 0]), payload_mass=np.full(4, 30.0))
+    first, second = beyond_range(again, far)
+    assert (first.channel, second.channel) == ("q2", "payload")
+    assert (second.low, second.high, second.reached) == (10.0, 10.0, 30.0)
+    assert first.reached == pytest.approx(far.q[:, 1].max())
+    # An effect taken out of the model takes its part of the covariance with it.
+    fewer = again.with_effects(*(e for e in again.effects if e.key != "joint_offset"))
+    assert read_uncertainty(fewer).parameters == (("joint_compliance", 2),)  # type: ignore[union-attr]
+
+
+def test_a_model_without_a_fit_says_so() -> None:
+    model = default_model()
+    assert np.isnan(predict_sigma(model, model.state(np.zeros((2, 6))))).all()
+    assert beyond_range(model, model.state(np.zeros((2, 6)))) == ()
