@@ -18,7 +18,7 @@ from postproc.compensate.outcomes import in_transition, judge_statements
 from postproc.compensate.plan import Plan, plan_changes, read_motion, read_samples
 from postproc.compensate.proof import Deviation, measure_deviation, places_of
 from postproc.compensate.sharing import target_users
-from postproc.compensate.states import build_state
+from postproc.compensate.states import build_state, steady
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, Source, has_errors
 from postproc.model.arm import Model
@@ -151,7 +151,9 @@ def _prove(
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion = plan.motion
     own = np.arange(len(motion.moves))
-    before = measure_deviation(model, motion.samples, motion.samples, own, motion.state)
+    place = motion.samples.move + motion.samples.u
+    still = steady(motion.trajectory, options, place)
+    before = measure_deviation(model, motion.samples, motion.samples, own, motion.state, still)
     written = read_program([Source(s.path, drafts[s.path]) for s in sources])
     ran_events = walk(written, options.entry)
     ran, findings = read_samples(model, ran_events, options, joint_ways=True)
@@ -164,7 +166,8 @@ def _prove(
     owner = np.array([index[owners[move.event]] for move in ran.moves])
     place = places_of(motion.samples, ran, owner, plan.pieces)
     state = build_state(model, ran, motion.trajectory, options, place)
-    return before, measure_deviation(model, motion.samples, ran, owner, state), []
+    still = steady(motion.trajectory, options, place)
+    return before, measure_deviation(model, motion.samples, ran, owner, state, still), []
 
 
 def _owners(
@@ -228,11 +231,9 @@ def _conclude(
     env: Any,
     sources: Sequence[Source],
 ) -> Conversion:
-    samples = plan.motion.samples
-    space = ~samples.curves.joint
     passing = in_transition(plan, after)
-    before_m = before.largest(space[before.owner] & (samples.goal > samples.start)[before.owner])
-    after_m = after.largest(space[after.owner] & (samples.goal > samples.start)[after.owner] & ~passing)
+    before_m = before.largest(before.space & before.steady)
+    after_m = after.largest(after.space & after.steady & ~passing)
     outcomes, more = judge_statements(program, events, plan, before, after, options)
     findings += more
     changed = [s for s in sources if edits[s.path]]
@@ -260,7 +261,8 @@ def _conclude(
         "max_error_before_mm": _mm(before_m),
         "max_error_after_mm": _mm(after_m),
         "max_transition_mm": _mm(after.largest(passing)),
-        "max_joint_move_mm": _mm(after.largest(~space[after.owner])),
+        "max_transient_mm": _mm(after.largest(after.space & ~after.steady & ~passing)),
+        "max_joint_move_mm": _mm(after.largest(~after.space)),
         "tolerance_mm": _mm(options.tolerance_m),
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(float(plan.motion.trajectory.t[-1]), 3),

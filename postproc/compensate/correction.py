@@ -116,21 +116,18 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
     T = exact.T_base_tcp.copy()
     found: list[Transition] = []
     for jumps, is_goal in ((at_start, False), (at_goal, True)):
-        size = np.abs(jumps).max(axis=1)
-        for i in np.flatnonzero(space & (size > NO_JUMP)):
+        for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
-            limits = correction_limits(model.robot, samples.q[rows], samples.moves[i].T_flange_tcp)
+            move = samples.moves[i]
             time = t[rows] - t[rows[0]]
+            limits = correction_limits(model.robot, samples.q[rows], move.T_flange_tcp)
             ramp = transition(jumps[i], limits, available=float(time[-1]))
-            into = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
-            T[rows] = _shifted(T[rows], jumps[i] - into)
+            passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
+            T[rows] = _shifted(T[rows], jumps[i] - passed)
             inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
-            found.append(
-                Transition(
-                    int(i), is_goal, float(np.linalg.norm(jumps[i, :3])), ramp.duration, ramp.complete,
-                    (int(inside[0]), int(inside[-1])),
-                )
-            )  # fmt: skip
+            size = float(np.linalg.norm(jumps[i, :3]))
+            ends_at = (int(inside[0]), int(inside[-1]))
+            found.append(Transition(int(i), is_goal, size, ramp.duration, ramp.complete, ends_at))
     return T, found
 
 

@@ -22,7 +22,7 @@ from postproc.model.equilibrium import (
     unsettled,
 )
 from postproc.model.states import take
-from postproc.robot.inverse import inverse
+from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert, pose_error
 

@@ -53,7 +53,7 @@ def judge_statements(
                 f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
             )
             findings.append(_finding("CMP006", "warning", statement, text, help_))
-    findings += _transition_findings(events, plan)
+    findings += _transition_findings(events, plan) + _transient_finding(events, plan, after, options)
     return outcomes, findings
 
 
@@ -90,12 +90,9 @@ def _outcome(
 
 
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
-    """(m,) largest deviation along each move in space, transitions left out [m]."""
-    samples = plan.motion.samples
-    worst = np.zeros(len(samples.moves))
-    rows = (
-        ~samples.curves.joint[after.owner] & (samples.goal > samples.start)[after.owner] & ~in_transition(plan, after)
-    )
+    """(m,) largest deviation along each move in space at steady speed, transitions left out [m]."""
+    worst = np.zeros(len(plan.motion.moves))
+    rows = after.space & after.steady & ~in_transition(plan, after)
     np.maximum.at(worst, after.owner[rows], after.distance[rows])
     return worst
 
@@ -123,6 +120,19 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
         else:
             findings.append(_finding("CMP007", "info", events[move.event].statement, text))
     return findings
+
+
+def _transient_finding(
+    events: Sequence[MotionEvent], plan: Plan, after: Deviation, options: Options
+) -> list[Diagnostic]:
+    """The largest deviation while the arm speeds up or slows down, where that is above the tolerance."""
+    rows = np.flatnonzero(after.space & ~after.steady & ~in_transition(plan, after))
+    if not len(rows) or after.distance[rows].max() <= options.tolerance_m:
+        return []
+    worst = rows[int(np.argmax(after.distance[rows]))]
+    move = plan.motion.moves[int(after.owner[worst])]
+    text = f"while the arm speeds up or slows down it is up to {MM * after.distance[worst]:.3f} mm off, most on the way to here"
+    return [_finding("CMP009", "info", events[move.event].statement, text)]
 
 
 def _finding(code: str, severity: str, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:

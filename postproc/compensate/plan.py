@@ -22,7 +22,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.samples import Samples, sample_moves
-from postproc.compensate.states import along, build_state
+from postproc.compensate.states import SWIFT, along, build_state
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
@@ -41,7 +41,6 @@ from postproc.robot.pose import displace, pose_error
 
 Conf = tuple[int, int, int, int]
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
-SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up and slows down
 SWIFT_INTERVALS = 32
 
 

@@ -15,6 +15,7 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.curves import Curves
+from postproc.motion.values import Flags
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,28 +24,34 @@ class Deviation:
 
     Args:
         distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move; u: (n,) fraction along it.
+        space: (n,) on a line or an arc with a known start, not on a joint move.
+        steady: (n,) the load of inertia does not change there.
         goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad].
     """
 
     distance: Array
     owner: Array
     u: Array
+    space: Flags
+    steady: Flags
     goal_distance: Array
     goal_angle: Array
 
-    def largest(self, rows: Array) -> float:
+    def largest(self, rows: Flags) -> float:
         """Largest distance [m] over the chosen samples, 0 where there are none."""
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
 
-def measure_deviation(model: Model, programmed: Samples, ran: Samples, owner: Array, state: State) -> Deviation:
+def measure_deviation(
+    model: Model, programmed: Samples, ran: Samples, owner: Array, state: State, steady: Flags
+) -> Deviation:
     """Drive the real arm with a program and compare with the programmed curves.
 
     Args:
         programmed: samples of the program as the user wrote it.
         ran: samples of the program that drives the arm, nominal joint angles from its own text.
         owner: (moves of ran,) the programmed move that each move of ``ran`` is (a part of).
-        state: at the samples of ``ran``.
+        state, steady: at the samples of ``ran``.
     """
     real = predict(model, state)
     of = owner[ran.move]
@@ -59,7 +66,8 @@ def measure_deviation(model: Model, programmed: Samples, ran: Samples, owner: Ar
     gap = real[last]
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
-    return Deviation(distance, of, u, np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1), angle)
+    goal_distance = np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle)
 
 
 def places_of(programmed: Samples, ran: Samples, owner: Array, pieces: Sequence[Pieces]) -> Array:

@@ -11,6 +11,8 @@ from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.values import Trajectory
 
+STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
+SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
 _STANDSTILL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
@@ -56,6 +58,20 @@ def along(trajectory: Trajectory, values: Array, place: Array) -> Array:
     if values.ndim == 1:
         return np.interp(place, known, values)
     return np.stack([np.interp(place, known, column) for column in values.T], axis=1)
+
+
+def steady(trajectory: Trajectory, options: Options, place: Array) -> Array:
+    """(n,) whether the TCP keeps its speed (or stands) at places given as move + fraction; all of them without inertia.
+
+    Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
+    """
+    if not options.inertia:
+        return np.ones(len(place), dtype=bool)
+    speed = trajectory.tcp_speed
+    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
+    restless = np.maximum(change[:-1], change[1:]) > STEADY * speed
+    restless |= trajectory.path.blend & (speed > SWIFT)  # a fast corner turns the load of inertia round
+    return along(trajectory, restless.astype(float), place) <= 0.0
 
 
 def approach_side(samples: Samples) -> Array:
