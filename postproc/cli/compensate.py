@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from postproc.cli.inputs import load_model, read_source
-from postproc.cli.options import EffectFiles, ModelFile, Output, ReportFile, Tolerance, VectorText, parse_vector
+from postproc.cli.options import EffectFiles, Flag, ModelFile, Output, ReportFile, Tolerance, VectorText, parse_vector
 from postproc.cli.output import finish, output_path, write
 from postproc.cli.report import print_json, say, show
 from postproc.compensate.options import Options
@@ -27,10 +27,10 @@ def run(
     template: Path | None = None,
     effects: EffectFiles = (),
     report: ReportFile = None,
-    in_place: bool = False,
-    check: bool = False,
-    diff: bool = False,
-    json: bool = False,
+    in_place: Flag = False,
+    check: Flag = False,
+    diff: Flag = False,
+    json: Flag = False,
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
 
@@ -55,6 +55,7 @@ def run(
         json: print the postproc/compensate/1 document.
     """
     from postproc.convert import compensate_program
+    from postproc.report.compensation import compensation_page
 
     source = read_source(program)
     target = output_path(program, output, in_place)
@@ -74,7 +75,7 @@ def run(
     if report is not None:
         write(report, compensation_page(source.path, result.report).encode())
     if result.output is None:
-        return 1
+        return max(1, result.exit_code)
     say(result.summary)
     names = (source.path, str(target or "compensated"))
     return finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)

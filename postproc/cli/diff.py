@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import read_source
-from postproc.cli.options import Distance
+from postproc.cli.options import Distance, Flag
 from postproc.cli.report import print_json, show
 from postproc.diagnostics import PostprocError, has_errors
 from postproc.rapid.diff import compare_programs
 from postproc.rapid.program import Program, read_program
 
 
-def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: bool = False) -> int:
+def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: Flag = False) -> int:
     """Compare two programs by meaning, statement by statement; exit 1 if they differ by more than the tolerance.
 
     Args:

@@ -6,7 +6,7 @@ import inspect
 from pathlib import Path
 
 from postproc.cli import report
-from postproc.cli.options import EffectFiles
+from postproc.cli.options import EffectFiles, Flag
 from postproc.cli.report import print_json
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
@@ -14,7 +14,7 @@ from postproc.effects.conformance import check_effect
 from postproc.effects.registry import effect_library, find_effect, load_effect_file, origin
 
 
-def list_(*, effects: EffectFiles = (), json: bool = False) -> int:
+def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
     """List the effects by key.
 
     Args:
@@ -30,7 +30,7 @@ def list_(*, effects: EffectFiles = (), json: bool = False) -> int:
     return 0
 
 
-def show(key: str, /, *, effects: EffectFiles = (), json: bool = False) -> int:
+def show(key: str, /, *, effects: EffectFiles = (), json: Flag = False) -> int:
     """Show an effect: equation, source, parameters, what it needs, what it is confused with.
 
     Args:
@@ -56,7 +56,7 @@ def show(key: str, /, *, effects: EffectFiles = (), json: bool = False) -> int:
     return 0
 
 
-def check(file: Path, /, *, json: bool = False) -> int:
+def check(file: Path, /, *, json: Flag = False) -> int:
     """Run the effects of a Python file through the conformance kit; exit 1 if one fails.
 
     Args:

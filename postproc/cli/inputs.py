@@ -46,9 +46,10 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
     from postproc.robot.library import load_robot
 
+    library = effect_library(effects)
     if path is None:
         return default_model(robot or DEFAULT_ROBOT)
-    model = parse_model(read_source(str(path)), effect_library(effects))
+    model = parse_model(read_source(str(path)), library)
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
 

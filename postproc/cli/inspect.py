@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import load_model, read_source
-from postproc.cli.options import EffectFiles, ModelFile
+from postproc.cli.options import EffectFiles, Flag, ModelFile
 from postproc.cli.report import print_json, say, show
 from postproc.diagnostics import has_errors
 from postproc.report.inspection import Row, inspect_program
 
 
 def run(
-    program: str, /, *, model: ModelFile = None, robot: str | None = None, effects: EffectFiles = (), json: bool = False
+    program: str, /, *, model: ModelFile = None, robot: str | None = None, effects: EffectFiles = (), json: Flag = False
 ) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 

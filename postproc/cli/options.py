@@ -27,7 +27,8 @@ Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1)]
+Flag = Annotated[bool, Parameter(show_default=False)]
+EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 

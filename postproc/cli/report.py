@@ -12,25 +12,32 @@ from postproc.report.document import to_json
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
-SHOWN = 20  # findings of one code that are printed in full
+SHOWN = 10  # places of one code that are printed in full
 
 
 def show(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print findings on stderr: the severity in colour on a terminal (unless NO_COLOR is set), the rest as it is."""
+    """Print findings on stderr, one for each code and place: a statement in a loop is wrong once.
+
+    The severity is coloured on a terminal (unless NO_COLOR is set), the rest is printed as it is.
+    """
     colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
-    seen: dict[str, int] = {}
+    seen: dict[str, set[object]] = {}
     for diagnostic in diagnostics:
-        seen[diagnostic.code] = seen.get(diagnostic.code, 0) + 1
-        if seen[diagnostic.code] > SHOWN:
+        places = seen.setdefault(diagnostic.code, set())
+        place = (diagnostic.place, diagnostic.span) if diagnostic.span else diagnostic.message
+        if place in places:
+            continue
+        places.add(place)
+        if len(places) > SHOWN:
             continue
         text = diagnostic.render()
         if colored:
             head, rest = text[: len(diagnostic.severity)], text[len(diagnostic.severity) :]
             text = f"{COLORS[diagnostic.severity]}{head}{RESET}{rest}"
         say(text)
-    for code, count in seen.items():
-        if count > SHOWN:
-            say(f"{code}: {count - SHOWN} more of the same")
+    for code, places in seen.items():
+        if len(places) > SHOWN:
+            say(f"{code}: {len(places) - SHOWN} more places")
 
 
 def say(text: str) -> None:

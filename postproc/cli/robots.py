@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.cli.options import Flag
 from postproc.cli.report import print_json
 from postproc.robot.arm import Robot
 from postproc.robot.library import list_robots, load_robot
 
 
-def list_(*, json: bool = False) -> int:
+def list_(*, json: Flag = False) -> int:
     """List the arms in the library.
 
     Args:
@@ -27,7 +28,7 @@ def list_(*, json: bool = False) -> int:
     return 0
 
 
-def show(name: str, /, *, json: bool = False) -> int:
+def show(name: str, /, *, json: Flag = False) -> int:
     """Show the numbers of an arm, each with its source.
 
     Args:

@@ -15,14 +15,14 @@ from postproc.report.svg import scatter
 def compensation_page(name: str, document: Mapping[str, Any]) -> str:
     """HTML from the ``postproc/compensate/1`` document of a program."""
     document = plain(document)
-    before, after = document["max_error_before_mm"], document["max_error_after_mm"]
+    before, after = document.get("max_error_before_mm"), document.get("max_error_after_mm")
     rows = document["statements"]
     done = [row for row in rows if row["status"] == "compensated"]
     skipped = [row for row in rows if row["status"] == "skipped"]
-    sentence = "Nothing was corrected."
+    sentence = "Nothing was corrected." if rows else "The program is not safe to compensate; nothing was written."
     if done and before is not None and after is not None:
         sentence = f"The largest deviation falls from {before:.2f} mm to {after:.3f} mm."
-    sections = []
+    sections: list[Section] = []
     if done:
         line, shift, residual = (
             np.array([np.nan if row[key] is None else row[key] for row in done], dtype=float)
@@ -39,5 +39,6 @@ def compensation_page(name: str, document: Mapping[str, Any]) -> str:
         findings = [(d["line"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         sections.append(Section("Findings", table(("line", "code", "what", "what to do"), findings)))
     keys = ("line", "routine", "status", "shift_mm", "residual_mm", "reason")
-    sections.append(Section("Every motion statement", table(keys, [[row[key] for key in keys] for row in rows])))
+    if rows:
+        sections.append(Section("Every motion statement", table(keys, [[row[key] for key in keys] for row in rows])))
     return render_page(f"postproc compensate {name}", sentence, sections, document)

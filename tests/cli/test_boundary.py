@@ -176,11 +176,12 @@ def test_documents_hold_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_findings_are_counted_when_there_are_many(capsys: pytest.CaptureFixture[str]) -> None:
-    source = Source("p.mod", b"MoveL [1] [mm]\n")
-    show([Diagnostic("RAP001", "warning", "odd", source, (0, 5))] * 25)
+    source = Source("p.mod", b"MoveL [1] [mm]\n" * 15)
+    odd = [Diagnostic("RAP001", "warning", "odd", source, (15 * line, 15 * line + 5)) for line in range(15)]
+    show([*odd, *odd])
     text = capsys.readouterr().err
-    assert text.count("warning[RAP001]") == 20
-    assert text.endswith("RAP001: 5 more of the same\n")
+    assert text.count("warning[RAP001]") == 10
+    assert text.endswith("RAP001: 5 more places\n")
     assert "MoveL [1] [mm]" in text
 
 
