@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
+from postproc.robot.configuration import confdata
+from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import body_poses, forward
 from postproc.robot.library import LIBRARY, list_robots, load_robot, read_robot
 from tests.independent import arm as A
@@ -95,6 +97,18 @@ def test_urdf_gives_the_same_arm(tmp_path: Path) -> None:
     assert robot.opw is not None
     assert robot.mass.tolist() == [0, 5, 5, 5, 5, 5, 5]
     assert robot.center[3] == pytest.approx([0.1, 0, 0])
+    # A straight wrist, the joint frames of the file turned against the base.
+    turned = urdf().replace(
+        'xyz="0 0 0.9"/><axis xyz="0 1 0"/>', 'xyz="0 0 0.9" rpy="1.5707963267948966 0 0"/><axis xyz="0 0 -1"/>'
+    )
+    turned = turned.replace('xyz="0 0 0.175"/><axis', 'xyz="0 0.175 0" rpy="-1.5707963267948966 0 0"/><axis')
+    path.write_text(turned, encoding="utf-8")
+    other = load_robot(path)
+    assert np.abs(forward(other, q) - forward(shipped, q)).max() < 1e-12
+    q[:, 4] = 1e-6
+    T = forward(other, q)
+    solution = joint_solution(other, T, confdata(other, q))
+    assert np.abs(forward(other, solution.q) - T).max() < 1e-9
     path.write_text(urdf().replace('type="revolute"', 'type="fixed"', 1), encoding="utf-8")
     with pytest.raises(PostprocError) as error:
         load_robot(path)
