@@ -58,9 +58,9 @@ class Changes:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.of_routine: dict[str, frozenset[str]] = {}
+        self._kept: dict[tuple[str, Span], frozenset[str]] = {}
         routines = list(program.all_routines())
-        self.of_routine = {r.key: frozenset() for r in routines}
+        self.of_routine: dict[str, frozenset[str]] = {r.key: frozenset() for r in routines}
         pending = {r.key for r in routines}
         callers: dict[str, set[str]] = {}
         by_key = {r.key: r for r in routines}
@@ -87,6 +87,13 @@ class Changes:
                     called = self.program.routine(statement.word, routine.module)
                     if called is not None:
                         yield called.key
+
+    def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
+        """As ``of`` for one statement, kept for the next time it is executed."""
+        key = (routine.source.path, statement.span)
+        if key not in self._kept:
+            self._kept[key] = frozenset(self.of([statement], routine))
+        return self._kept[key]
 
     def of(self, body: Sequence[Statement], routine: Routine) -> set[str]:
         """Keys that the statements may change; ``%name`` is the routine's own parameter."""

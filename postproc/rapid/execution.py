@@ -21,6 +21,7 @@ from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_CALLS = 30  # depth
+MAX_STEPS = 3_000_000  # statements executed; from there on every loop runs once and calls are passed over
 MAX_TREES = 50_000  # expressions kept for the next time they are executed
 
 
@@ -45,6 +46,7 @@ class Execution(ABC):
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
         self.returned: Value | NotKnown | None = None
+        self.jumps: dict[str, frozenset[str]] = {}
         self.steps = 0
         self.depth = 0
         self.trees: dict[tuple[str, Span], Expression] = {}
@@ -116,7 +118,7 @@ class Execution(ABC):
         elif word in ("incr", "decr", "add", "clear"):
             self.count(word, pieces, memory)
         elif word not in READ_ONLY:
-            forget(memory, self.changes.of([statement], memory.frame.routine), f"may be written by `{word}`")
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
             self.report_once(
                 "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
                 (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
@@ -147,11 +149,16 @@ class Execution(ABC):
     def call_routine(
         self, routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory
     ) -> Value | NotKnown | None:
-        if routine.key in self.stack or len(self.stack) > MAX_CALLS:
+        if self.steps > MAX_STEPS:
+            self.report_once(
+                "RAP033", "warning", "the program is too long to be followed to its end", routine.source, None,
+                "choose the routine to start with",
+            )  # fmt: skip
+        if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.steps > MAX_STEPS:
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
-            forget(memory, keys, "is changed in a routine that calls itself")
+            forget(memory, keys, "is changed in a routine that is not followed here")
             self.detached = True
-            return NotKnown(f"`{routine.name}` calls itself")
+            return NotKnown(f"`{routine.name}` is not followed here")
         frame = bound_frame(routine, pieces, memory, self.tree)
         inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
         result = self.enter(routine, inner)
@@ -200,7 +207,9 @@ class Execution(ABC):
             if argument.role == "found":
                 self.assign(argument.span, NotKnown(f"`{argument.text}` is found by a search"), memory)
 
-    def report_once(self, code: str, severity: Severity, message: str, source: Source, span: Span, help: str) -> None:
+    def report_once(
+        self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str
+    ) -> None:
         if (code, message) not in self.reported:
             self.reported.add((code, message))
             self.diagnostics.append(Diagnostic(code, severity, message, source, span, help))

@@ -8,7 +8,7 @@ from math import floor
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.execution import Execution
+from postproc.rapid.execution import MAX_STEPS, Execution
 from postproc.rapid.expressions import names_in
 from postproc.rapid.memory import Binding, Memory
 from postproc.rapid.program import bodies, statements_in
@@ -17,7 +17,6 @@ from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
-MAX_STEPS = 3_000_000  # statements executed; from there on every loop runs once
 MAX_DEPTH = 80  # blocks and calls inside one another
 
 
@@ -71,7 +70,7 @@ class Flow(Execution):
             case "leave":
                 return False
             case "opaque":
-                forget(memory, self.changes.of([statement], memory.frame.routine), "is not certain here")
+                forget(memory, self.changes.of_one(statement, memory.frame.routine), "is not certain here")
         return True
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
@@ -101,7 +100,7 @@ class Flow(Execution):
         if not ends:
             return False
         memory.changed = joined(ends)
-        parameters = (k for k in self.changes.of([statement], memory.frame.routine) if k.startswith("%"))
+        parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, "depends on a condition that is not known")
         return True
 
@@ -150,7 +149,7 @@ class Flow(Execution):
         if words.strip(b"() \t\r\n").lower() == b"true":
             self.unknown_turns(loop, memory, {}, certain=True)
             return False
-        keys = self.changes.of([loop], memory.frame.routine)
+        keys = self.changes.of_one(loop, memory.frame.routine)
         turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
         if not self.can_end(condition, keys, memory):
             turns = 1
@@ -165,7 +164,7 @@ class Flow(Execution):
         self.unknown_turns(loop, memory, {})
         return True
 
-    def can_end(self, condition: Span, keys: set[str], memory: Memory) -> bool:
+    def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
         """Whether the loop itself changes what its condition depends on."""
         try:
             names = names_in(self.tree(condition, memory))
@@ -178,7 +177,7 @@ class Flow(Execution):
         self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
     ) -> None:
         """A loop that runs nobody knows how often: its body once, with everything it changes unknown."""
-        keys = self.changes.of([loop], memory.frame.routine)
+        keys = self.changes.of_one(loop, memory.frame.routine)
         forget(memory, keys, "is changed in a loop")
         memory.frame.bindings.update(bindings)
         self.detached |= "@moves" in keys
@@ -190,8 +189,12 @@ class Flow(Execution):
 
     def label(self, statement: Statement, memory: Memory) -> None:
         routine = memory.frame.routine
-        if any(s.kind == "goto" and s.word == statement.word for b in bodies(routine) for s in statements_in(b)):
-            forget(memory, self.changes.of(routine.body, routine), "may have changed before the jump to here")
+        jumps = self.jumps.get(routine.key)
+        if jumps is None:
+            every = (s for body in bodies(routine) for s in statements_in(body))
+            jumps = self.jumps[routine.key] = frozenset(s.word for s in every if s.kind == "goto")
+        if statement.word in jumps:
+            forget(memory, self.changes.of_routine[routine.key], "may have changed before the jump to here")
             self.detached = True
 
     def leave_with(self, span: Span, memory: Memory) -> None:

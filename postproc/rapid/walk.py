@@ -17,6 +17,7 @@ from postproc.rapid.memory import Memory
 from postproc.rapid.program import Program, bodies, statements_in
 from postproc.rapid.state import State
 from postproc.rapid.syntax import Routine, Statement
+from postproc.rapid.values import NotKnown
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     for routine in [*_uncalled(program), *program.all_routines()]:
         if any(True for _ in _unreached(flow, routine)):
             memory = _start(flow, routine, unknown)
-            for statement in _unreached(flow, routine):
-                # Handlers, and code that no known way leads to.
-                flow.detached = True
-                flow.conditional += 1
-                forget(memory, flow.changes.everything, "is not certain here")
-                flow.statement(statement, memory)
-                flow.conditional -= 1
+            _finish(flow, routine, memory)
     return Walk(flow.events, tuple(flow.diagnostics))
 
 
@@ -79,6 +74,21 @@ def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
     flow.enter(routine, memory)
     return memory
+
+
+def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
+    """Handlers, and code that no known way leads to: every motion on its own, whatever ran before."""
+    forget(memory, flow.changes.everything, "is not certain here")
+    for body in bodies(routine):
+        for statement in statements_in(body):
+            if statement.kind == "for":
+                index = NotKnown(f"the loop index `{statement.word}` is not known")
+                memory.frame.bindings[statement.word] = index
+    flow.conditional += 1
+    for statement in _unreached(flow, routine):
+        flow.detached = True
+        flow.statement(statement, memory)
+    flow.conditional -= 1
 
 
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from postproc.diagnostics import PostprocError
+from postproc.rapid import execution
 from postproc.rapid.pose import pose_mult
 from postproc.rapid.records import JointTarget, LoadData, Pose
 from postproc.rapid.walk import walk, walk_program
@@ -321,3 +322,17 @@ def test_loops_that_wait_do_not_hang() -> None:
     data = P + "PERS bool busy:=TRUE;VAR num n;"
     body = f"WHILE busy DO WaitTime 0.1; ENDWHILE WHILE n>=0 DO n:=n+1; ENDWHILE FOR i FROM 1 TO 1E9 DO n:=i; ENDFOR {move('1')}"
     assert x("n:=0;" + body, data) == [1]
+
+
+def test_calls_that_multiply_are_cut_off_and_still_accounted_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution, "MAX_STEPS", 3000)
+    routines = [f"PROC r{n}() r{n + 1}; r{n + 1}; ENDPROC " for n in range(24)]
+    found = walk_program(program(module("r0;", P + "".join(routines) + f"PROC r24() {move('1')} ENDPROC")))
+    assert [d.code for d in found.diagnostics] == ["RAP033"]
+    assert len(found.events) > 0
+
+
+def test_a_loop_index_in_a_handler_is_not_missing_data() -> None:
+    found = walk_program(program(module(f"ERROR FOR i FROM 1 TO 2 DO {move('i')} ENDFOR", P)))
+    assert [e.reason for e in found.events] == ["the loop index `i` is not known"]
+    assert found.diagnostics == ()
