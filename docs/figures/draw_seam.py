@@ -1,6 +1,6 @@
 """Draw seam.svg: the weld of samples/hull_seam.mod as programmed, uncompensated and compensated.
 
-Run ``python docs/pictures/draw_seam.py`` in the root of the repository.
+Run ``python docs/figures/draw_seam.py`` in the root of the repository.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.options import Options
-from postproc.compensate.program import compensate_program
+from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -71,7 +71,7 @@ def label(x: float, y: float, text: str, color: str = "#333", anchor: str = "sta
 def draw() -> str:
     source = Source("samples/hull_seam.mod", (ROOT / "samples" / "hull_seam.mod").read_bytes())
     model = default_model()
-    result = compensate_program(source, model, Options(force=FORCE))
+    result = compensate_program(source, model, Options(force=FORCE, inertia=False))
     assert result.output is not None
     programmed, before = weld(model, source.data)
     _, after = weld(model, result.output)
