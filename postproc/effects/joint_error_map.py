@@ -48,7 +48,7 @@ class JointErrorMap(
         )
 
     def roughness(self) -> Array:
-        # On two collaborative arms held-out errors were flat from a third to three of this strength; k and k^2 were not.
+        # Measured on two arms: held-out errors are flat from a third to three of this strength; k^2 is not so kind.
         return np.asarray(np.tile(np.sqrt(np.arange(1.0, self.order + 1)), 2 * len(self.joint)))
 
     def outside(self, q: Array) -> Array:
@@ -58,7 +58,7 @@ class JointErrorMap(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All moving joints, then each alone, up to the order that the number of rows can carry; then one more joint."""
+        """All moving joints, then each alone, up to the order that the rows can carry; then one more joint."""
         low, high = state.q.min(axis=0), state.q.max(axis=0)
         # Angles beyond a full turn have been seen, whatever the number of the turn.
         full = high - low >= 2 * np.pi
