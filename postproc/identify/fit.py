@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
+from postproc.effects.instrument_frame import InstrumentFrame
+from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.linear import Linear, contiguous_blocks, hold_out
 from postproc.identify.problem import Problem, Weights, make_weights
 from postproc.identify.start import start_frames
@@ -145,6 +147,22 @@ class Fit:
     def held_out_rms(self) -> float:
         return rms(self.held_out_error)
 
+    def recorded(self) -> Model:
+        """The fitted model with its table [fit], ready to be written."""
+        from postproc.identify.record import recorded_model
+
+        return recorded_model(self)
+
+    def as_json(self) -> dict[str, Any]:
+        from postproc.identify.record import fit_json
+
+        return fit_json(self)
+
+    def text(self) -> str:
+        from postproc.identify.report import fit_text
+
+        return fit_text(self)
+
 
 def rms(error: Array) -> float:
     """Root mean square of all finite numbers, per axis."""
@@ -183,6 +201,25 @@ def fit_model(
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
     problem = _null_where_held(problem, masks, frozenset(e.key for e in effects))
     return _iterate(problem, masks, figures, robust, penalty or {})
+
+
+def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
+    """A model beside measurements with nothing fitted but frames that the model lacks.
+
+    An instrument frame or a tool of the model's own is kept as it is.
+    """
+    data = data.rows(data.usable)
+    figures = estimate_noise(data, noise)
+    lacking = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
+    if not lacking or data.tool_known:
+        lacking = [e for e in lacking if e.key == "instrument_frame"]
+    whole = model.with_effects(*lacking, *model.effects)
+    problem = start_frames(Problem(whole, data, make_weights(data, figures)))
+    nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
+    masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
+    if lacking:
+        return _iterate(problem, masks, figures, True, {})
+    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, _far_off(problem, problem.weights, 0))
 
 
 def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
@@ -410,7 +447,3 @@ def _huber(problem: Problem, values: Array) -> Array:
     length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
     limit = 1.5 * float(np.median(length))
     return np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300)))
-
-
-def fitted_with(fit: Fit, **changes: Any) -> Fit:
-    return replace(fit, **changes)

@@ -1,0 +1,158 @@
+"""Add effects to a model, refit everything, and show the error fall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.effects.base import Effect
+from postproc.effects.registry import effect_library, find_effect
+from postproc.identify.bound import nonparametric_bound
+from postproc.identify.channels import channels
+from postproc.identify.fit import Fit, fit_model
+from postproc.identify.record import fit_json, recorded_model
+from postproc.identify.selection import Screen, compose, refit
+from postproc.identify.suspects import patterns
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
+
+
+@dataclass(frozen=True)
+class Step:
+    """One rung of the ladder: what was added, the fit after it, the share of the way from the base to the floor."""
+
+    name: str
+    fit: Fit
+    share: float | None
+
+
+@dataclass(frozen=True)
+class Addition:
+    """A model with further effects.
+
+    Args:
+        ladder: base, then one rung for each effect. without: the final fit with one effect left out, by key.
+        floor: noise per axis, or the bound of any function where no noise is known [m].
+    """
+
+    ladder: tuple[Step, ...]
+    without: dict[str, Fit]
+    floor: float
+
+    @property
+    def before(self) -> Fit:
+        return self.ladder[0].fit
+
+    @property
+    def fit(self) -> Fit:
+        return self.ladder[-1].fit
+
+    @property
+    def model(self) -> Model:
+        """The new model with its table [fit], ready to be written."""
+        return recorded_model(self.fit)
+
+    def as_json(self) -> dict[str, Any]:
+        """``postproc/fit/1`` with the ladder and the leave-one-out table."""
+        before = {"rms_mm": _mm(self.before.rms), "held_out_rms_mm": _mm(self.before.held_out_rms)}
+        return {
+            **fit_json(self.fit, before),
+            "floor_mm": _mm(self.floor),
+            "ladder": [
+                {"step": s.name, "rms_mm": _mm(s.fit.rms), "held_out_rms_mm": _mm(s.fit.held_out_rms), "share_of_way": s.share}
+                for s in self.ladder
+            ],
+            "leave_one_out": [
+                {"without": key, "rms_mm": _mm(f.rms), "held_out_rms_mm": _mm(f.held_out_rms)} for key, f in self.without.items()
+            ],
+        }
+
+    def text(self) -> str:
+        """How far the error fell, then the ladder and the leave-one-out table."""
+        first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
+        lines = [
+            f"On rows that the fit has not seen, the error falls from {first:.3f} to {last:.3f} mm per axis; "
+            f"the floor is {1e3 * self.floor:.3f} mm.",
+            "The next `compensate` with this model corrects what it now predicts.",
+            "",
+            f"{'ladder':28s} rms mm  held-out mm  way to the floor",
+        ]
+        for s in self.ladder:
+            way = "" if s.share is None else f"{100 * s.share:5.0f} %"
+            lines.append(f"  {s.name:24s} {1e3 * s.fit.rms:8.3f} {1e3 * s.fit.held_out_rms:10.3f}     {way}")
+        lines += ["", f"{'leave one out':28s} rms mm  held-out mm"]
+        lines += [f"  - {k:22s} {1e3 * f.rms:8.3f} {1e3 * f.held_out_rms:10.3f}" for k, f in self.without.items()]
+        return "\n".join(lines)
+
+
+def add_effects(
+    model: Model,
+    data: Measurements,
+    keys: Sequence[str],
+    extra_effects: Iterable[type[Effect]] = (),
+    *,
+    noise: float | None = None,
+) -> Addition:
+    """Add effects by key one after another, each in the form that suits the data, and refit everything.
+
+    Args:
+        extra_effects: classes beside the library's.
+
+    Raises:
+        PostprocError: EFF020 for an unknown key, DAT021 where the data lacks a channel that an effect reads.
+    """
+    library = effect_library()
+    library.update({cls.key: cls for cls in extra_effects})
+    classes = [find_effect(key, library) for key in keys]
+    base = fit_model(model, data, noise=noise)
+    steps = [("base", base)]
+    for cls in classes:
+        steps.append((f"+ {cls.key}", grown(steps[-1][1], cls, noise)))
+    final = steps[-1][1]
+    floor = _floor(final)
+    top = base.held_out_rms
+    ladder = []
+    for name, fit in steps:
+        share = None if top <= floor else float(np.clip((top - fit.held_out_rms) / (top - floor), 0.0, 1.0))
+        ladder.append(Step(name, fit, share))
+    without = {e.key: _without(final, e.key, noise) for e in final.model.effects if len(final.model.effects) > 1}
+    return Addition(tuple(ladder), without, floor)
+
+
+def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
+    """A fit with one more effect, in the form that the data prefers; with a penalty chosen on held-out rows for free functions."""
+    missing = cls.missing(fit.problem.sensitivity.state)
+    if missing:
+        message = f"`{cls.key}` reads {', '.join(missing)}, and the measurements have no such channel"
+        raise PostprocError(Diagnostic("DAT021", "error", message, fit.data.source, help="measure with that channel"))
+    screen = Screen(fit.problem, {cls.key: cls})
+    candidate = compose(screen, fit.linear, cls.key)
+    if candidate is None:
+        return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
+    strengths = (0.0,) if candidate.effect.roughness() is None else (0.003, 0.03, 0.3)
+    found = [f for s in strengths if (f := refit(fit, screen, fit.linear, candidate, {cls.key: s})) is not None]
+    if not found:
+        message = f"the fit with `{cls.key}` does not settle on this data"
+        raise PostprocError(Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it"))
+    return min(found, key=lambda f: f.held_out_rms)
+
+
+def _without(final: Fit, key: str, noise: float | None) -> Fit:
+    kept = [e for e in final.model.effects if e.key != key]
+    free = {e.key: final.free[e.key] for e in kept}
+    return fit_model(final.model.with_effects(*kept), final.data, free=free, noise=noise)
+
+
+def _floor(fit: Fit) -> float:
+    if fit.noise.position is not None:
+        return fit.noise.position
+    named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
+    return min(fit.held_out_rms, nonparametric_bound(fit, patterns(named)))
+
+
+def _mm(value: float) -> float:
+    return round(float(value) * 1e3, 6)

@@ -1,0 +1,202 @@
+"""Where a model fails on measurements: figures, worst poses, the residual against every channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.identify.bound import nonparametric_bound
+from postproc.identify.channels import channels
+from postproc.identify.fit import Fit, evaluate, rms
+from postproc.identify.suspects import patterns
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
+from postproc.model.arm import Model
+
+WORST = 10
+BINS = 12
+
+
+@dataclass(frozen=True)
+class Trend:
+    """The residual against one channel.
+
+    Args:
+        channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
+            less what as many bins would explain of noise.
+        centre, mean, spread: per bin: channel, mean residual (mm along its main direction, or mrad at the joint), its standard error.
+    """
+
+    channel: str
+    where: str
+    share: float
+    centre: Array
+    mean: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far measured and predicted poses are apart.
+
+    Args:
+        fit: the model beside the data (nothing fitted). error: (n, 3) measured minus predicted [m], instrument axes.
+        joint_error: (n, 6) the smallest joint errors that would explain it [rad].
+        bound: held-out rms per axis that a free function of the channels reaches on this residual [m].
+    """
+
+    fit: Fit
+    error: Array
+    joint_error: Array
+    noise: Noise
+    iso: Iso9283
+    trends: tuple[Trend, ...]
+    bound: float
+
+    @property
+    def length(self) -> Array:
+        """(n,) distance between measured and predicted position [m]."""
+        return np.asarray(np.linalg.norm(self.error, axis=1))
+
+    def as_json(self) -> dict[str, Any]:
+        """``postproc/compare/1``."""
+        data, length = self.fit.data, self.length * 1e3
+        good = np.isfinite(length)
+        worst = [int(i) for i in np.argsort(-np.nan_to_num(length, nan=-1.0))[:WORST] if good[i]]
+        p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
+        floor = None if self.noise.position is None else round(1e3 * self.noise.position, 6)
+        rotation = self.fit.problem.error[:, 3:6] if data.rotation is not None else None
+        return {
+            "schema": "postproc/compare/1",
+            "rows": len(data),
+            "rms_mm": round(1e3 * rms(self.error), 6),
+            "rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0,
+            "mean_mm": round(float(np.mean(length[good])), 6) if good.any() else 0.0,
+            "maximum_mm": round(float(np.max(length[good])), 6) if good.any() else 0.0,
+            "percentiles_mm": {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
+            "per_axis_mm": {
+                axis: {"rms": round(1e3 * rms(self.error[:, i]), 6), "mean": round(1e3 * float(np.nanmean(self.error[:, i])), 6)}
+                for i, axis in enumerate("xyz")
+            },
+            "rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6),
+            "iso9283": {
+                "accuracy_mean_mm": round(self.iso.accuracy_mean, 6),
+                "accuracy_max_mm": round(self.iso.accuracy_max, 6),
+                "repeatability_median_mm": self.iso.repeatability_median,
+                "repeatability_max_mm": self.iso.repeatability_max,
+                "repeated_poses": self.iso.poses,
+            },
+            "noise_mm": floor,
+            "floor_mm": floor,
+            "bound_mm": round(1e3 * self.bound, 6),
+            "worst": [
+                {"row": data.row[i], "pose_id": data.pose_id[i], "error_mm": round(float(length[i]), 6)} for i in worst
+            ],
+            "channels": [
+                {
+                    "channel": t.channel,
+                    "where": t.where,
+                    "share": round(t.share, 4),
+                    "centre": [float(x) for x in t.centre],
+                    "mean": [float(x) for x in t.mean],
+                    "standard_error": [float(x) for x in t.spread],
+                }
+                for t in self.trends
+            ],
+            "diagnostics": [d.as_json() for d in data.diagnostics],
+        }
+
+    def text(self) -> str:
+        """The figures in a sentence, then tables."""
+        j = self.as_json()
+        noise = "the noise is not known" if j["noise_mm"] is None else f"the instrument's noise is {j['noise_mm']:.3f} mm per axis"
+        lines = [
+            f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
+            f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
+            f"Any function of the channels could bring it to about {j['bound_mm']:.3f} mm per axis on rows it has not seen.",
+            "",
+            "axis   rms mm   mean mm",
+            *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
+            "",
+            "worst poses: " + ", ".join(f"{w['pose_id']} (row {w['row']}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
+        ]
+        repeat = j["iso9283"]["repeatability_median_mm"]
+        if repeat is not None:
+            lines.append(f"ISO 9283: accuracy {j['iso9283']['accuracy_mean_mm']:.3f} mm, repeatability {repeat:.3f} mm")
+        lines += ["", "the residual follows (share of its variance above chance):"]
+        lines += [f"  {t.channel:12s} {t.where:8s} {100 * t.share:5.1f} %" for t in self.trends[:8]]
+        return "\n".join(lines)
+
+
+def compare(model: Model, data: Measurements, *, noise: float | None = None) -> Comparison:
+    """Compare a model, as it is, with measurements.
+
+    Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used, so that the
+    figures speak of the arm.
+    """
+    fit = evaluate(model, data, noise=noise)
+    figures = estimate_noise(fit.data, noise)
+    error = fit.problem.error[:, :3]
+    joint = joint_errors(fit)
+    named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
+    trends = _trends(error, joint, named)
+    bound = nonparametric_bound(fit, patterns(named))
+    return Comparison(fit, error, joint, figures, iso9283(error, fit.data.repeats), trends, bound)
+
+
+def joint_errors(fit: Fit) -> Array:
+    """(n, 6) joint errors of least square sum that would move the TCP by the position error, dq = J^+ e [rad].
+
+    Damped least squares with 0.05 m: near singular directions no joint is blamed for what it could hardly cause.
+    """
+    J = fit.problem.sensitivity.matrix[:, :3, :6]
+    e = np.nan_to_num(fit.problem.error[:, :3])
+    square = J @ np.swapaxes(J, 1, 2) + 0.05**2 * np.eye(3)
+    return np.asarray((np.swapaxes(J, 1, 2) @ np.linalg.solve(square, e[:, :, None]))[:, :, 0])
+
+
+def _trends(error: Array, joint: Array, named: Mapping[str, Array]) -> tuple[Trend, ...]:
+    good = np.isfinite(error).all(axis=1)
+    if good.sum() < 3 * BINS:
+        return ()
+    found: list[Trend] = []
+    for name, values in named.items():
+        member, centre = _bins(values[good])
+        axes = np.stack([error[good, i] * 1e3 for i in range(3)], axis=1)
+        found.append(_trend(name, "space", axes, member, centre))
+        if name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456":
+            j = int(name[-1]) - 1
+            found.append(_trend(name, f"joint {j + 1}", joint[good, j : j + 1] * 1e3, member, centre))
+    return tuple(sorted(found, key=lambda t: -t.share))
+
+
+def _bins(values: Array) -> tuple[Array, Array]:
+    distinct = np.unique(values)
+    if len(distinct) <= BINS:
+        member = np.searchsorted(distinct, values)
+        return member, distinct
+    edges = np.quantile(values, np.linspace(0, 1, BINS + 1)[1:-1])
+    member = np.searchsorted(edges, values)
+    centre = np.array([np.median(values[member == k]) if (member == k).any() else np.nan for k in range(BINS)])
+    return member, centre
+
+
+def _trend(name: str, where: str, values: Array, member: Array, centre: Array) -> Trend:
+    values = values - values.mean(axis=0)
+    _, _, turn = np.linalg.svd(values, full_matrices=False)
+    main = values @ turn[0]
+    bins = [k for k in range(len(centre)) if (member == k).sum() > 0]
+    means = np.array([values[member == k].mean(axis=0) for k in bins])
+    count = np.array([(member == k).sum() for k in bins])
+    total = float(np.sum(values**2))
+    between = float(np.sum(count[:, None] * means**2))
+    share = between / total if total > 0 else 0.0
+    chance = (len(bins) - 1) / max(1, len(values) - 1)
+    share = max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
+    spread = np.array([main[member == k].std() / np.sqrt(max(1, (member == k).sum())) for k in bins])
+    mean = np.array([main[member == k].mean() for k in bins])
+    return Trend(name, where, share, centre[bins], mean, spread)

@@ -1,0 +1,110 @@
+"""What a fit writes into the model file, and its JSON."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from postproc.identify.fit import Fit
+from postproc.model.arm import Model
+from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
+
+
+def unexplained(fit: Fit) -> float:
+    """Standard deviation per axis [m] of what the model leaves of the true pose.
+
+    The residual variance less that of the noise, where the difference is significant (F test, 1 %); all of the residual where
+    the noise is not known.
+    """
+    total = fit.problem.error[fit.problem.weights.used[:, 0], :3]
+    own = float(np.nanmean(total**2)) * fit.problem.weights.used.sum() / max(fit.freedom, 1.0)
+    noise = fit.noise.position
+    if noise is None:
+        return float(np.sqrt(own))
+    from scipy.special import fdtrc
+
+    dof = fit.noise.dof if np.isfinite(fit.noise.dof) else 1e6
+    if own <= noise**2 or fdtrc(max(fit.freedom, 1.0), dof, own / noise**2) > 0.01:
+        return 0.0
+    return float(np.sqrt(own - noise**2))
+
+
+def recorded_model(fit: Fit) -> Model:
+    """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
+    data = fit.data
+    known = Uncertainty(fit.parameters, fit.covariance, unexplained(fit))
+    table: dict[str, Any] = {
+        "rows": int(len(data) - len(fit.set_aside)),
+        "rms_mm": _mm(fit.rms),
+        "held_out_rms_mm": _mm(fit.held_out_rms),
+        "not_identifiable": not_identifiable(fit),
+        "version": _version(),
+        **uncertainty_table(fit.model, known),
+        "range": range_table(data.state),
+    }
+    if fit.noise.position is not None:
+        table["noise_mm"] = _mm(fit.noise.position)
+        table["noise_from"] = fit.noise.origin
+    if data.source is not None:
+        table["data"] = data.source.path.replace("\\", "/").rsplit("/", 1)[-1]
+        table["data_sha256"] = hashlib.sha256(data.source.data).hexdigest()
+    return replace(fit.model, fit=table)
+
+
+def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
+    """``postproc/fit/1``; intervals are half widths at 95 %."""
+    parameters: dict[str, Any] = {}
+    for effect in fit.model.effects:
+        width = fit.intervals[effect.key]
+        at, own = 0, {}
+        for name in effect.parameters():
+            value = np.atleast_1d(np.asarray(getattr(effect, name), dtype=float))
+            size = value.size
+            own[name] = [
+                [float(v), None if np.isnan(w) else float(w) / 1.96]
+                for v, w in zip(value.ravel(), width[at : at + size], strict=True)
+            ]
+            at += size
+        parameters[effect.key] = own
+    return {
+        "schema": "postproc/fit/1",
+        "rms_mm": _mm(fit.rms),
+        "rms_3d_mm": _mm(fit.rms * np.sqrt(3)),
+        "held_out_rms_mm": _mm(fit.held_out_rms),
+        "noise_mm": None if fit.noise.position is None else _mm(fit.noise.position),
+        "noise_from": fit.noise.origin,
+        "rows": len(fit.data),
+        "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
+        "before": before,
+        "parameters": parameters,
+        "not_identifiable": not_identifiable(fit),
+        "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
+        "unexplained_mm": _mm(unexplained(fit)),
+        "diagnostics": [d.as_json() for d in fit.data.diagnostics],
+    }
+
+
+def not_identifiable(fit: Fit) -> list[str]:
+    """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
+    return [_name(fit, key, i) for key, i in fit.held]
+
+
+def _name(fit: Fit, key: str, index: int) -> str:
+    effect = fit.model.effect(key)
+    assert effect is not None
+    return f"{key}.{effect.names()[index]}"
+
+
+def _mm(value: float) -> float:
+    return round(float(value) * 1e3, 6)
+
+
+def _version() -> str:
+    try:
+        return version("postproc")
+    except PackageNotFoundError:
+        return "unknown"
