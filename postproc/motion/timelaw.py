@@ -18,7 +18,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.values import Index
 
-_ITERATIONS = 60  # bisection halves the bracket each time; Newton ends after about six
+_ITERATIONS = 120  # Newton ends after about six; every third step halves the bracket, whatever the law looks like
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
         window: (r,) averaging time of each run [s].
     """
     first = np.flatnonzero(np.diff(run, prepend=-1))
-    last = np.append(first[1:], len(run)) - 1
+    last = np.append(first[1:], len(run))[: len(first)] - 1
     inside = np.append(np.diff(run) == 0, False)
     step = np.append(np.diff(s), 0.0)
     ahead = np.append(speed[1:], 0.0)
@@ -108,7 +108,7 @@ def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
     whole = law.s[law.last][run]
     t = high * np.clip(s / np.maximum(whole, 1e-300), 0.0, 1.0)
     active = np.arange(len(s))
-    for _ in range(_ITERATIONS):
+    for iteration in range(_ITERATIONS):
         if len(active) == 0:
             break
         at, v, _, _ = evaluate(law, run[active], t[active])
@@ -116,9 +116,11 @@ def times_at(law: TimeLaw, run: Index, s: Array) -> Array:
         low[active] = np.where(miss <= 0, t[active], low[active])
         high[active] = np.where(miss >= 0, t[active], high[active])
         newton = t[active] - miss / np.maximum(v, 1e-300)
-        safe = (newton > low[active]) & (newton < high[active])
-        t[active] = np.where(safe, newton, 0.5 * (low[active] + high[active]))
-        active = active[(np.abs(miss) > 1e-12) & (high[active] - low[active] > 1e-12)]
+        safe = (newton > low[active]) & (newton < high[active]) & (iteration % 3 != 2)
+        going = (np.abs(miss) > 1e-12) & (high[active] - low[active] > 1e-12)
+        next_t = np.where(safe, newton, 0.5 * (low[active] + high[active]))[going]
+        active = active[going]
+        t[active] = next_t
     t[s <= 0.0] = 0.0
     ended = s >= whole
     t[ended] = law.duration[run][ended]

@@ -14,6 +14,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.fastest import fastest
 from postproc.motion.findings import at_move
 from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
+from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law
 from postproc.motion.values import Flags, Index, Path
@@ -93,7 +94,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
     grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), window)
     speed, blocked = fastest(robot, path, runs, grid, gravity)
     if blocked is not None:
-        raise PostprocError(_blocked(robot, path, runs, grid, blocked, events), exit_code=1)
+        raise PostprocError(_blocked(robot, path, runs, grid, blocked, events, gravity), exit_code=1)
     changed = np.ones(len(grid.s), dtype=bool)
     excess = np.zeros(len(program))
     for attempt in range(_ROUNDS + 1):
@@ -181,12 +182,21 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index
     return allowed
 
 
-def _blocked(robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, events: Sequence[MotionEvent]) -> Diagnostic:
+def _blocked(
+    robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, events: Sequence[MotionEvent], gravity: Array
+) -> Diagnostic:
     knot = min(int(np.searchsorted(runs.s, grid.s[point])), len(runs.s) - 1)
     move = path.moves[path.move[runs.sample[knot]]]
-    bend = np.abs(runs.curve(min(grid.s[point], np.nextafter(runs.s[-1], 0.0)), 2)) / robot.acceleration
+    place = np.array([min(grid.s[point], np.nextafter(runs.s[-1], 0.0))])
+    if robot.torque is None:
+        share = np.abs(runs.curve(place, 2)[0]) / robot.acceleration
+    else:
+        still = np.zeros((1, 6))
+        weight = inertial_torque(robot, runs.curve(place), still, still, np.array([move.payload_mass]),
+                                 move.payload_center[None], gravity)  # fmt: skip
+        share = np.abs(weight[0]) / robot.torque
     return at_move(
         events, move, "MOT010", "error",
-        f"at no speed can the arm follow the path to this target: joint {np.argmax(bend) + 1} passes its limits",
+        f"at no speed can the arm follow the path to this target: joint {np.argmax(share) + 1} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip

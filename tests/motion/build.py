@@ -1,0 +1,80 @@
+"""Short programs as moves, without a RAPID text."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent
+from postproc.robot.inverse import inverse
+from postproc.robot.kinematics import forward
+from postproc.robot.library import load_robot
+
+ROBOT = load_robot("irb4600_60_205")
+HOME = np.radians([0.0, 20.0, 10.0, 0.0, 60.0, 0.0])
+DOWN = (0.0, 180.0, 0.0)
+
+
+def pose(x: float, y: float, z: float, angles: tuple[float, float, float] = DOWN) -> np.ndarray:
+    """(4, 4) from metres and zyx angles [deg]."""
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_euler("zyx", angles, degrees=True).as_matrix()
+    T[:3, 3] = x, y, z
+    return T
+
+
+TORCH = pose(0.05, 0.0, 0.35, (0.0, 30.0, 0.0))
+
+
+def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
+    """Moves from keyword arguments of ``Move``; joint angles stay as near as possible to those of the move before."""
+    moves: list[Move] = []
+    q = HOME
+    for i, step in enumerate(steps):
+        given = dict(step)
+        own = given.pop("T_flange_tcp", tool)
+        T = given.get("T_base_tcp")
+        if T is None:
+            q = np.asarray(given.pop("q"))
+        else:
+            found = inverse(ROBOT, (T @ np.linalg.inv(own))[None])[0]
+            found = found[np.isfinite(found).all(axis=1)]
+            turns = found - 2 * np.pi * np.round((found - q) / (2 * np.pi))
+            q = turns[int(np.argmin(np.abs(turns - q).max(axis=1)))]
+        given.setdefault("first", i == 0)
+        moves.append(Move(event=i, q=q, T_flange_tcp=own, **given))
+    return moves
+
+
+def line(T: np.ndarray, **more: Any) -> dict[str, Any]:
+    return {"kind": "line", "T_base_tcp": T, **more}
+
+
+def joint(T: np.ndarray, **more: Any) -> dict[str, Any]:
+    return {"kind": "joint", "T_base_tcp": T, **more}
+
+
+def arc(via: np.ndarray, T: np.ndarray, **more: Any) -> dict[str, Any]:
+    return {"kind": "arc", "T_base_tcp": T, "T_base_via": via, **more}
+
+
+def events(moves: list[Move]) -> list[MotionEvent]:
+    """Stand-ins with nothing but a place each."""
+    found = []
+    for i, _ in enumerate(moves):
+        statement = SimpleNamespace(argument=lambda role: None, source=None, span=(i, i + 1))
+        found.append(cast(MotionEvent, SimpleNamespace(statement=statement, options={})))
+    return found
+
+
+def tcp(q: np.ndarray, tool: np.ndarray = TORCH) -> np.ndarray:
+    return forward(ROBOT, q) @ tool
+
+
+def slow(moves: list[Move], speed: float) -> list[Move]:
+    return [replace(m, speed=speed) for m in moves]

@@ -1,0 +1,197 @@
+"""Time: limits kept everywhere, programmed speeds held, rest at stops; against plain numerical differentiation."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError
+from postproc.motion.limits import check_limits
+from postproc.motion.path import sample_path
+from postproc.motion.timing import Profile, joint_motion
+from postproc.motion.trajectory import retime
+from postproc.motion.values import Move, Trajectory
+from tests.motion.build import ROBOT, arc, chain, events, joint, line, pose, tcp
+
+
+def timed(moves: list[Move], **more: object) -> Trajectory:
+    path, findings = sample_path(ROBOT, moves, events(moves))
+    assert findings == []
+    return retime(ROBOT, path, events(moves), **more)  # type: ignore[arg-type]
+
+
+def weld() -> list[Move]:
+    return chain(
+        joint(pose(1.0, -0.5, 0.9)),
+        line(pose(1.1, -0.4, 0.6), speed=1.0, rotation_speed=5.0, zone=0.05, zone_rotation=0.075),
+        line(pose(1.2, -0.3, 0.5), speed=0.25, zone=0.001, zone_rotation=0.0015),
+        line(pose(1.2, 0.2, 0.5), speed=0.01, welding=True, zone=0.001, zone_rotation=0.001),
+        arc(pose(1.2 - 0.1 * (1 - np.sqrt(0.5)), 0.2 + 0.1 * np.sqrt(0.5), 0.5), pose(1.1, 0.3, 0.5), speed=0.01,
+            welding=True, fine=True),
+        line(pose(1.1, 0.3, 0.8), speed=2.0, fine=True),
+        joint(pose(1.0, -0.5, 0.9), speed=5.0, fine=True),
+    )  # fmt: skip
+
+
+def positions(trajectory: Trajectory, t: np.ndarray) -> np.ndarray:
+    """Joint angles (k, 6) at any times, from nothing but the curve and the time law's distance."""
+    from postproc.motion.timelaw import evaluate
+
+    profile: Profile = trajectory.profile
+    run, inner = profile.at(t)
+    s = evaluate(profile.law, run, inner)[0]
+    first = np.flatnonzero(np.diff(profile.runs.run, prepend=-1))
+    last = np.append(first[1:], len(profile.runs.s)) - 1
+    place = np.minimum(profile.runs.s[first][run] + s, np.nextafter(profile.runs.s[last][run], -1.0))
+    return np.asarray(profile.runs.curve(place))
+
+
+@pytest.fixture(scope="module")
+def trajectory() -> Trajectory:
+    return timed(weld())
+
+
+def test_speed_acceleration_and_jerk_limits_hold_everywhere(trajectory: Trajectory) -> None:
+    profile: Profile = trajectory.profile
+    t = np.linspace(0.0, trajectory.t[-1], 400_001)
+    m = joint_motion(profile.runs, profile.law, *profile.at(t))
+    assert (np.abs(m.v) / ROBOT.speed).max() < 1.002
+    assert (np.abs(m.a) / ROBOT.acceleration).max() < 1.01
+    assert (np.abs(m.jerk_bend + m.jerk_slope) / ROBOT.jerk).max() < 1.05
+    # The arm is used: some limit is nearly reached on the fast moves.
+    assert (np.abs(m.a) / ROBOT.acceleration).max() > 0.5
+
+
+def test_derivatives_are_those_of_the_motion(trajectory: Trajectory) -> None:
+    """Speeds and accelerations against central differences of the joint angles."""
+    profile: Profile = trajectory.profile
+    rng = np.random.default_rng(1)
+    t = rng.uniform(0.0, trajectory.t[-1], 3000)
+    h = 1e-5
+    q0, q1, q2 = (positions(trajectory, t + x) for x in (-h, 0.0, h))
+    m = joint_motion(profile.runs, profile.law, *profile.at(t))
+    away = np.abs(t[:, None] - profile.start).min(axis=1) > 2 * h
+    assert np.abs((q2 - q0) / (2 * h) - m.v)[away].max() < 1e-4
+    kink = np.abs(m.a - (q2 - 2 * q1 + q0) / h**2).max(axis=1)[away]
+    # At the few places where the jerk jumps the difference quotient is that coarse.
+    assert np.quantile(kink, 0.99) < 2e-2
+
+
+def test_programmed_speeds_are_kept_and_held(trajectory: Trajectory) -> None:
+    t = np.linspace(0.0, trajectory.t[-1], 400_001)
+    p = tcp(positions(trajectory, t))[:, :3, 3]
+    speed = np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(t)
+    path = trajectory.path
+    at = path.move[np.clip(np.searchsorted(trajectory.t, t[1:]), 0, len(path.move) - 1)]
+    programmed = np.array([m.speed for m in path.moves])[at]
+    in_space = np.array([m.kind != "joint" for m in path.moves])[at]
+    # In a zone corner the chords that carry the speed are up to 0.5 % short.
+    assert (speed / programmed)[in_space].max() < 1.02
+    middle = (path.move == 3) & (path.u > 0.1) & (path.u < 0.9)
+    assert trajectory.tcp_speed[middle] == pytest.approx(0.01, rel=1e-4)
+    assert np.abs(trajectory.a[middle]).max() < 1e-3
+    on_arc = (path.move == 4) & (path.u > 0.1) & (path.u < 0.9)
+    assert trajectory.tcp_speed[on_arc] == pytest.approx(0.01, rel=2e-3)
+
+
+def test_rest_at_every_stop(trajectory: Trajectory) -> None:
+    path = trajectory.path
+    rest = path.goal[path.stop]
+    assert len(rest) == 4
+    assert np.abs(trajectory.v[rest]).max() < 1e-9
+    assert np.abs(trajectory.a[rest]).max() < 1e-9
+    assert np.abs(trajectory.torque[rest]).max() < 1e-9
+    assert (trajectory.tcp_speed[path.goal[~path.stop]] > 1e-3).all()
+
+
+def test_time_runs_and_fits_the_distance(trajectory: Trajectory) -> None:
+    path, t = trajectory.path, trajectory.t
+    assert (np.diff(t) > 0).all()
+    q = positions(trajectory, t[1:-1])
+    inside = ~np.isin(np.arange(1, len(t) - 1), path.goal[path.stop])
+    assert np.abs(q - path.q[1:-1])[inside].max() < 1e-8
+
+
+def test_a_start_at_full_speed_would_take_longer_without_the_grid_points_of_ramps() -> None:
+    """A slow weld between stops takes its length over its speed, the window, and next to nothing more."""
+    moves = chain(joint(pose(1.1, -0.2, 0.5)), line(pose(1.1, 0.2, 0.5), speed=0.008, fine=True))
+    trajectory = timed(moves)
+    assert trajectory.t[-1] == pytest.approx(0.4 / 0.008 + trajectory.profile.law.window[0], abs=0.02)
+
+
+def test_a_duration_is_met() -> None:
+    moves = chain(joint(pose(1.1, -0.3, 0.5)), line(pose(1.1, 0.3, 0.5), speed=1.0, duration=7.5, fine=True))
+    assert timed(moves).t[-1] == pytest.approx(7.5, rel=0.03)
+
+
+def test_reorientation_speed_is_kept() -> None:
+    turned = pose(1.1, 0.0, 0.5, (60.0, 180.0, 0.0))
+    moves = chain(joint(pose(1.1, 0.0, 0.5)), line(turned, speed=1.0, rotation_speed=np.radians(20.0), fine=True))
+    trajectory = timed(moves)
+    assert trajectory.t[-1] == pytest.approx(3.0 + trajectory.profile.law.window[0], abs=0.15)
+
+
+def test_slow_down_reaches_the_weld_speed_before_the_weld(trajectory: Trajectory) -> None:
+    path = trajectory.path
+    welding = (path.move == 3) & ~path.blend
+    assert trajectory.tcp_speed[welding].max() < 0.01 * 1.005
+
+
+def test_torque_limits() -> None:
+    moves = chain(joint(pose(1.1, -0.4, 0.9)), joint(pose(1.1, 0.4, 0.4), speed=5.0, fine=True))
+    path, _ = sample_path(ROBOT, moves, events(moves))
+    free = retime(ROBOT, path, events(moves))
+    weak = replace(ROBOT, torque=np.array([200.0, 4000.0, 2000.0, 300.0, 200.0, 100.0]))
+    held = retime(weak, path, events(moves))
+    assert held.t[-1] > free.t[-1]
+    assert np.abs(free.torque[:, 0]).max() > 200.0
+    assert np.abs(held.torque[:, 0]).max() < 200.0 * 1.05
+    none = replace(ROBOT, torque=np.array([200.0, 10.0, 2000.0, 300.0, 200.0, 100.0]))
+    with pytest.raises(PostprocError) as error:
+        retime(none, path, events(moves))
+    assert error.value.diagnostics[0].code == "MOT010"
+    assert "joint 2" in error.value.diagnostics[0].message
+
+
+def test_the_same_motion_keeps_the_limits_and_a_wild_correction_does_not(trajectory: Trajectory) -> None:
+    path = trajectory.path
+    report = check_limits(ROBOT, trajectory, path.q)
+    assert report.stretch < 1.02
+    assert report.cycle_time == trajectory.t[-1]
+    gentle = path.q + 1e-3 * np.sin(path.s)[:, None]
+    assert check_limits(ROBOT, trajectory, gentle).stretch < 1.05
+    wild = path.q + 2e-3 * (np.arange(len(path.q)) % 2)[:, None]
+    assert check_limits(ROBOT, trajectory, wild).stretch > 1.2
+
+
+def test_no_motion_no_time() -> None:
+    for moves in ([], chain(joint(pose(1.1, 0.0, 0.5)))):
+        trajectory = timed(moves)
+        assert trajectory.t.tolist() == [0.0] * len(moves)
+        assert check_limits(ROBOT, trajectory, trajectory.path.q).stretch == 1.0
+
+
+def test_a_target_given_twice_is_a_stop() -> None:
+    there = pose(1.1, 0.1, 0.5)
+    moves = chain(
+        joint(pose(1.1, -0.1, 0.5)), line(there, zone=0.01), line(there, zone=0.01), line(pose(1.1, 0.3, 0.5))
+    )
+    trajectory = timed(moves)
+    assert np.isfinite(trajectory.t).all()
+    assert trajectory.path.stop.tolist() == [True, True, True, True]
+
+
+def test_cost_grows_with_the_program_and_no_faster() -> None:
+    def seconds(n: int) -> float:
+        points = [line(pose(1.1 + 0.02 * (k % 2), -0.4 + 0.8 * k / n, 0.5), zone=0.001, speed=0.1) for k in range(n)]
+        moves = chain(joint(pose(1.0, -0.4, 0.6)), *points, line(pose(1.1, 0.4, 0.5), fine=True))
+        path, _ = sample_path(ROBOT, moves, events(moves))
+        begin = time.process_time()
+        retime(ROBOT, path, events(moves))
+        return time.process_time() - begin
+
+    seconds(10)
+    assert seconds(800) < 8 * 4 * max(seconds(100), 0.02)
