@@ -1,0 +1,159 @@
+"""Sustained acceleration, inertial torques, transitions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from postproc.motion.inertia import inertial_torque, point_velocity
+from postproc.motion.path import sample_path
+from postproc.motion.smoothing import GENTLE, SHARE, correction_limits, transition
+from postproc.motion.sustained import sustained, time_steps
+from postproc.motion.trajectory import retime
+from postproc.robot.kinematics import body_poses, jacobian
+from tests.motion.build import ROBOT, TORCH, chain, events, joint, line, pose, tcp
+
+
+def kept(a: np.ndarray, period: float, dt: float = 0.001) -> np.ndarray:
+    t = np.arange(len(a)) * dt
+    return sustained(t, np.repeat(a[:, None], 6, axis=1), np.full(len(a), period))[:, 0]
+
+
+def test_a_burst_vanishes_and_what_lasts_stays_in_full() -> None:
+    t = np.arange(0, 2, 0.001)
+    burst = np.where((t > 0.5) & (t < 0.55), 8.0, 0.0)
+    assert np.abs(kept(burst, 0.1)).max() == 0.0
+    lasting = np.where((t > 0.5) & (t < 1.5), -3.0, 0.0)
+    assert kept(lasting, 0.1) == pytest.approx(lasting)
+    assert kept(burst + lasting, 0.1) == pytest.approx(np.where((t > 0.55) & (t < 1.5), -3.0, 0.0), abs=3.0)
+
+
+@given(st.integers(0, 200))
+def test_never_more_than_there_is(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a = np.convolve(rng.normal(size=400), np.ones(int(rng.integers(1, 60))), "same")
+    part = kept(a, 0.04)
+    assert (np.abs(part) <= np.abs(a) + 1e-12).all()
+    assert (part * a >= -1e-12).all()
+    # Opened once, opened for good.
+    assert kept(part, 0.04) == pytest.approx(part, abs=1e-12)
+
+
+def test_time_steps_are_fine_enough() -> None:
+    t = time_steps(1.0, np.array([0.2, 0.1]))
+    assert t[[0, -1]].tolist() == [0.0, 1.0]
+    assert np.diff(t).max() < 0.1 / 10
+    assert time_steps(0.0, np.array([0.1])).tolist() == [0.0]
+
+
+def test_a_slow_weld_is_free_of_inertia_and_a_long_swing_is_not() -> None:
+    moves = chain(
+        joint(pose(1.1, -0.3, 0.5)),
+        line(pose(1.1, 0.3, 0.5), speed=0.01, fine=True),
+        joint(pose(1.1, -0.5, 0.8), speed=5.0, fine=True),
+    )
+    path, _ = sample_path(ROBOT, moves, events(moves))
+    trajectory = retime(ROBOT, path, events(moves))
+    weld, swing = path.move == 1, path.move == 2
+    assert np.abs(trajectory.a_sustained[weld]).max() < 1e-2
+    assert np.abs(trajectory.a[weld]).max() > np.abs(trajectory.a_sustained[weld]).max()
+    assert np.abs(trajectory.a_sustained[swing]).max() > 1.0
+    # Only bursts longer than the first period count.
+    stiff = retime(ROBOT, path, events(moves), np.full(len(path.q), 0.02))
+    assert np.abs(stiff.a_sustained).sum() > np.abs(trajectory.a_sustained).sum()
+
+
+def kinetic_energy(q: np.ndarray, v: np.ndarray, mass: float, center: np.ndarray, h: float = 1e-6) -> np.ndarray:
+    """Half the mass times squared speed of every body and the payload, speeds from differences of poses."""
+    T0, T1 = body_poses(ROBOT, q - h * v), body_poses(ROBOT, q + h * v)
+    total = np.zeros(len(q))
+    for b in range(1, 7):
+        points = [T[:, b, :3, :3] @ ROBOT.center[b] + T[:, b, :3, 3] for T in (T0, T1)]
+        total += 0.5 * ROBOT.mass[b] * np.sum(((points[1] - points[0]) / (2 * h)) ** 2, axis=1)
+        W = T1[:, b, :3, :3] @ np.swapaxes(T0[:, b, :3, :3], 1, 2)
+        spin = np.stack([W[:, 2, 1] - W[:, 1, 2], W[:, 0, 2] - W[:, 2, 0], W[:, 1, 0] - W[:, 0, 1]], axis=1) / (4 * h)
+        local = np.einsum("nji,nj->ni", T0[:, b, :3, :3], spin)
+        total += 0.5 * np.einsum("ni,ij,nj->n", local, ROBOT.inertia[b], local)
+    ends = [(T[:, 6] @ ROBOT.link[6])[:, :3] @ np.append(center, 1.0) for T in (T0, T1)]
+    return total + 0.5 * mass * np.sum(((ends[1] - ends[0]) / (2 * h)) ** 2, axis=1)
+
+
+def test_power_of_the_inertial_torque_is_the_change_of_energy() -> None:
+    rng = np.random.default_rng(2)
+    q, v, a = rng.uniform(-1, 1, (20, 6)), rng.uniform(-2, 2, (20, 6)), rng.uniform(-5, 5, (20, 6))
+    mass, center = 12.0, np.array([0.1, -0.05, 0.3])
+    torque = inertial_torque(ROBOT, q, v, a, np.full(20, mass), np.tile(center, (20, 1)))
+    h = 1e-5
+    energy = [kinetic_energy(q + x * v + x * x * a / 2, v + x * a, mass, center) for x in (-h, h)]
+    rate = (energy[1] - energy[0]) / (2 * h)
+    assert np.sum(torque * v, axis=1) == pytest.approx(rate, rel=2e-4, abs=0.05)
+
+
+def test_weight_is_the_change_of_height() -> None:
+    rng = np.random.default_rng(4)
+    q = rng.uniform(-1, 1, (10, 6))
+    still, center = np.zeros((10, 6)), np.tile([0.1, 0.0, 0.2], (10, 1))
+    gravity = np.array([0.0, 0.0, -9.81])
+    torque = inertial_torque(ROBOT, q, still, still, np.full(10, 7.0), center, gravity)
+
+    def potential(q: np.ndarray) -> np.ndarray:
+        T = body_poses(ROBOT, q)
+        height = sum(ROBOT.mass[b] * (T[:, b, :3, :3] @ ROBOT.center[b] + T[:, b, :3, 3])[:, 2] for b in range(1, 7))
+        payload = ((T[:, 6] @ ROBOT.link[6])[:, :3] @ np.array([0.1, 0.0, 0.2, 1.0]))[:, 2]
+        return np.asarray(9.81 * (height + 7.0 * payload))
+
+    h = 1e-6
+    for j in range(6):
+        step = h * np.eye(6)[j]
+        assert (potential(q + step) - potential(q - step)) / (2 * h) == pytest.approx(torque[:, j], abs=1e-4)
+
+
+def test_velocity_of_a_point() -> None:
+    rng = np.random.default_rng(5)
+    q, v = rng.uniform(-1, 1, (10, 6)), rng.uniform(-1, 1, (10, 6))
+    found = point_velocity(ROBOT, body_poses(ROBOT, q), v, tcp(q)[:, :3, 3])
+    assert found == pytest.approx(np.einsum("nij,nj->ni", jacobian(ROBOT, q, TORCH)[:, :3], v), abs=1e-12)
+
+
+JUMP = np.array([1.2e-3, -0.4e-3, 0.8e-3, 1e-4, -2e-4, 0.0])
+Q = np.radians([[0.0, 20.0, 10.0, 0.0, 60.0, 0.0], [5.0, 22.0, 12.0, 5.0, 60.0, 0.0]])
+
+
+@pytest.mark.parametrize(("size", "available"), [(1.0, 3.0), (1.0, 0.22), (40.0, 3.0)])
+def test_a_transition_keeps_its_share_of_the_joint_limits(size: float, available: float) -> None:
+    limits = correction_limits(ROBOT, Q, TORCH)
+    ramp = transition(size * JUMP, limits, available)
+    assert ramp.complete
+    assert ramp.duration <= available
+    t = np.linspace(0.0, ramp.duration, 20_001)
+    correction = ramp.at(t)
+    assert correction[0] == pytest.approx(np.zeros(6), abs=1e-12)
+    assert correction[-1] == pytest.approx(size * JUMP)
+    joints = np.einsum("kij,tj->kti", limits.joints_by_correction, correction)
+    h = t[1]
+    speed = np.diff(joints, axis=1) / h
+    acceleration = np.diff(speed, axis=1) / h
+    jerk = np.diff(acceleration, axis=1) / h
+    assert (np.abs(speed).max(axis=(0, 1)) <= SHARE * ROBOT.speed * 1.001).all()
+    assert (np.abs(acceleration).max(axis=(0, 1)) <= SHARE * ROBOT.acceleration * 1.001).all()
+    assert (np.abs(jerk).max(axis=(0, 1)) <= SHARE * ROBOT.jerk * 1.05).all()
+    assert np.abs(speed[:, [0, -1]]).max() < 1e-3 * np.abs(speed).max()
+
+
+def test_a_small_jump_is_passed_gently_where_there_is_time() -> None:
+    limits = correction_limits(ROBOT, Q, TORCH)
+    assert transition(1e-2 * JUMP, limits, 5.0).duration == pytest.approx(GENTLE)
+    assert transition(1e-2 * JUMP, limits, 0.12).duration == pytest.approx(0.12)
+
+
+def test_without_time_the_limits_give_way_and_that_is_said() -> None:
+    limits = correction_limits(ROBOT, Q, TORCH)
+    ramp = transition(40 * JUMP, limits, 0.05)
+    assert not ramp.complete
+    assert ramp.duration == 0.05
+    assert ramp.excess > 1.0
+    assert ramp.at(np.array([-1.0, 0.0, 0.05, 1.0])) == pytest.approx(np.outer([0, 0, 1, 1], 40 * JUMP))
+    at_once = transition(JUMP, limits, 0.0)
+    assert at_once.at(np.array([-1e-9, 0.0])) == pytest.approx(np.outer([0, 1], JUMP))

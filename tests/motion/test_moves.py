@@ -1,0 +1,140 @@
+"""From RAPID text to moves in SI units: loads, speeds, chains, configurations, and what cannot be reached."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import Diagnostic, Source
+from postproc.motion.moves import read_moves
+from postproc.motion.path import sample_path
+from postproc.motion.values import Move
+from postproc.rapid.program import read_program
+from postproc.rapid.walk import walk
+from tests.motion.build import ROBOT, tcp
+
+E = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+P1 = f"[[1000,-200,600],[0,0,1,0],[-1,0,-1,0],{E}]"
+P2 = f"[[1000,-100,600],[0,0,1,0],[-1,0,-1,0],{E}]"
+DATA = """PERS tooldata t1:=[TRUE,[[0,0,300],[1,0,0,0]],[4,[0,0,100],[1,0,0,0],0,0,0]];
+PERS wobjdata w1:=[FALSE,TRUE,"",[[100,0,0],[1,0,0,0]],[[0,50,0],[0.707106781,0,0,0.707106781]]];
+PERS loaddata part:=[6,[0,0,50],[1,0,0,0],0,0,0];
+PERS welddata wd:=[8,0,[0,0,25,8.4,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];
+PERS seamdata sm:=[0.5,0.3,[0,0,23,7,0,0,0,0,0],0.2,0,0,0,0,[0,0,0,0,0,0,0,0,0],0,0.5,[0,0,21,5.8,0,0,0,0,0],0.05,0,[0,0,0,0,0,0,0,0,0],0.8];
+VAR robtarget unknown;
+"""
+
+
+def read(body: str) -> tuple[list[Move], list[Diagnostic], str]:
+    text = f"MODULE M\n{DATA}PROC main()\n{body}\nENDPROC\nENDMODULE\n"
+    program = read_program([Source("m.mod", text.encode())])
+    moves, findings = read_moves(ROBOT, walk(program))
+    return moves, findings, text
+
+
+def test_si_units_and_joint_angles() -> None:
+    moves, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},v50,z10,t1;")
+    assert findings == []
+    assert [m.kind for m in moves] == ["joint", "line"]
+    assert [m.first for m in moves] == [True, False]
+    assert moves[0].T_base_tcp is not None
+    assert moves[0].T_base_tcp[:3, 3] == pytest.approx([1.0, -0.2, 0.6])
+    assert np.abs(tcp(moves[1].q[None], moves[1].T_flange_tcp)[0] - moves[1].T_base_tcp).max() < 1e-9
+    assert (moves[0].speed, moves[1].speed) == (pytest.approx(0.2), pytest.approx(0.05))
+    assert moves[1].rotation_speed == pytest.approx(np.radians(500))
+    assert (moves[0].fine, moves[1].fine) == (True, False)
+    assert (moves[1].zone, moves[1].zone_rotation) == (pytest.approx(0.010), pytest.approx(0.015))
+    assert moves[1].zone_angle == pytest.approx(np.radians(1.5))
+    assert moves[1].confdata == (-1, 0, -1, 0)
+
+
+def test_tool_and_grip_load_are_one_mass() -> None:
+    moves, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nGripLoad part;\nMoveL {P2},v50,fine,t1;")
+    assert moves[0].payload_mass == 4.0
+    assert moves[0].payload_center == pytest.approx([0, 0, 0.1])
+    assert moves[1].payload_mass == 10.0
+    # The tool's centre is given in tool0, the part's in the tool frame, 300 mm further out.
+    assert moves[1].payload_center == pytest.approx([0, 0, (4 * 0.1 + 6 * 0.35) / 10])
+
+
+def test_work_object() -> None:
+    target = f"[[100,-800,600],[0,0.707106781,0.707106781,0],[0,0,-1,0],{E}]"
+    moves, findings, _ = read(f"MoveJ {target},v200,fine,t1\\WObj:=w1;")
+    assert all(d.code == "KIN002" for d in findings)
+    if moves:
+        assert moves[0].T_base_tcp is not None
+        assert moves[0].T_base_tcp[:3, 3] == pytest.approx([0.9, 0.15, 0.6], abs=1e-6)
+
+
+def test_the_weld_speed_governs_the_weld() -> None:
+    moves, _, _ = read(
+        f"MoveJ {P1},v200,z10,t1;\nArcLStart {P2},v100,sm,wd,fine,t1;\n"
+        f"ArcL {P1},v100,sm,wd,z1,t1;\nArcLEnd {P2},v100,sm,wd,fine,t1;"
+    )
+    assert [m.welding for m in moves] == [False, False, True, True]
+    assert [m.speed for m in moves] == pytest.approx([0.2, 0.1, 0.008, 0.008])
+
+
+def test_speed_and_time_arguments() -> None:
+    moves, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},v50\\V:=30,fine,t1;\nMoveL {P1},v50\\T:=4,fine,t1;")
+    assert moves[1].speed == pytest.approx(0.030)
+    assert moves[2].duration == 4.0
+
+
+def test_a_hidden_target_breaks_the_chain() -> None:
+    moves, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL *,v50,z10,t1;\nMoveL {P2},v50,fine,t1;")
+    assert [m.first for m in moves] == [True, True]
+    assert findings == []
+    assert [m.event for m in moves] == [0, 2]
+
+
+def test_everything_out_of_reach_is_found_at_once_and_where() -> None:
+    far = f"[[3000,0,600],[0,0,1,0],[0,0,0,0],{E}]"
+    odd = f"[[1000,-100,600],[0,0,1,0],[-1,0,-1,5],{E}]"
+    body = f"MoveJ {P1},v200,fine,t1;\nMoveL {far},v50,z10,t1;\nMoveL {odd},v50,fine,t1;\n"
+    body += "MoveAbsJ [[0,0,0,0,130,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;"
+    moves, findings, text = read(body)
+    assert [d.code for d in findings] == ["KIN001", "KIN002", "KIN003"]
+    assert [text.encode()[slice(*(d.span or (0, 0)))].decode() for d in findings[:2]] == [far, odd]
+    assert "joint 5" in findings[2].message
+    assert [m.event for m in moves] == [0]
+
+
+def test_a_statement_in_a_loop_is_wrong_once() -> None:
+    far = f"[[3000,0,600],[0,0,1,0],[0,0,0,0],{E}]"
+    _, findings, _ = read(f"FOR i FROM 1 TO 5 DO\nMoveL {far},v50,z10,t1;\nENDFOR")
+    assert len(findings) == 1
+
+
+def test_without_configuration_control_the_arm_keeps_the_one_it_has() -> None:
+    odd = f"[[1000,-100,600],[0,0,1,0],[2,2,2,5],{E}]"
+    strict, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {odd},v50,fine,t1;")
+    assert [d.code for d in findings] == ["KIN002"]
+    moves, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nConfL\\Off;\nMoveL {odd},v50,fine,t1;")
+    assert findings == []
+    wanted, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},v50,fine,t1;")
+    assert moves[1].q == pytest.approx(wanted[1].q)
+    assert len(strict) == 1
+
+
+def test_standing_still_is_no_speed() -> None:
+    _, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},[0,500,5000,1000],fine,t1;")
+    assert [d.code for d in findings] == ["MOT006"]
+
+
+def test_an_arc_knows_its_circle_point() -> None:
+    via = f"[[1050,-150,600],[0,0,1,0],[-1,0,-1,0],{E}]"
+    moves, findings, text = read(f"MoveJ {P1},v200,fine,t1;\nMoveC {via},{P2},v50,fine,t1;")
+    assert findings == []
+    assert moves[1].kind == "arc"
+    assert moves[1].T_base_via is not None
+    assert moves[1].T_base_via[:3, 3] == pytest.approx([1.05, -0.15, 0.6])
+    flat = f"[[1000,-150,600],[0,0,1,0],[-1,0,-1,0],{E}]"
+    text = (
+        f"MODULE M\n{DATA}PROC main()\nMoveJ {P1},v200,fine,t1;\nMoveC {flat},{P2},v50,fine,t1;\nENDPROC\nENDMODULE\n"
+    )
+    found = walk(read_program([Source("m.mod", text.encode())]))
+    moves, _ = read_moves(ROBOT, found)
+    _, findings = sample_path(ROBOT, moves, found)
+    assert [d.code for d in findings] == ["MOT001"]
+    assert text.encode()[slice(*(findings[0].span or (0, 0)))].decode() == P2
