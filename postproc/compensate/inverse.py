@@ -13,11 +13,11 @@ from postproc.model.chain import deflected_chain
 from postproc.model.equilibrium import (
     REACH,
     Deflection,
+    active_bodies,
     carries_load,
     deflect,
     distance,
     loaded_state,
-    reads_body_loads,
     tcp,
     unsettled,
 )
@@ -27,9 +27,8 @@ from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert, pose_error
 
 SWEEPS = 30
-NEAR = (
-    1e-7  # [m] or [rad]: start joints farther from the pose than this are replaced by the nearest closed-form solution
-)
+# Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
+NEAR = 5e-6
 DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
 BATCH = 2000
@@ -98,15 +97,15 @@ def _sweeps(
     model: Model, state: State, desired: Array, theta: Array, deflection: Deflection, tolerance: float, most: int
 ) -> tuple[Array, Array, int]:
     loaded = carries_load(model)
-    ends = loaded and len(state) > 0 and reads_body_loads(model, state)
+    bodies = active_bodies(model, state) if loaded and len(state) else ()
     # Where only joints deflect, by loads alone, the real joint angles fix the loads and the first sweep is exact.
-    coupled = ends or any("q" in e.reads for e in model.effects)
+    coupled = bool(bodies) or any("q" in e.reads for e in model.effects)
     residual, last, sweep = np.zeros(len(state)), np.inf, 0
     newton: Array | None = None
     for sweep in range(1, most + 1):
         seen = state.with_(q=theta - deflection.joint)
         if loaded:
-            seen = loaded_state(model, seen, deflection, ends)
+            seen = loaded_state(model, seen, deflection, bodies)
         new = deflect(model, seen)
         moved = distance(new, deflection)
         deflection = new

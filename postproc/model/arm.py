@@ -16,6 +16,7 @@ from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
 
 GRAVITY = 9.81  # [m/s^2]
+ALL_BODIES = tuple(range(7))
 
 
 @dataclass(frozen=True)
@@ -45,14 +46,19 @@ class Model:
         return g
 
     @cached_property
-    def rigid(self) -> Multibody:
-        """The six joints alone."""
-        return Multibody(self.robot, self.gravity, ())
+    def _built(self) -> dict[tuple[int, ...], Multibody]:
+        return {}
 
-    @cached_property
+    def multibody(self, bodies: tuple[int, ...] = ()) -> Multibody:
+        """The six joints with virtual springs at the far ends of some bodies; built once for each choice."""
+        if bodies not in self._built:
+            self._built[bodies] = Multibody(self.robot, self.gravity, bodies)
+        return self._built[bodies]
+
+    @property
     def elastic(self) -> Multibody:
         """The six joints and a virtual spring at the far end of each of the seven bodies."""
-        return Multibody(self.robot, self.gravity, tuple(range(7)))
+        return self.multibody(ALL_BODIES)
 
     def effect(self, key: str) -> Effect | None:
         """The effect with a key, if the model holds it."""
@@ -69,5 +75,5 @@ class Model:
 
     def __getstate__(self) -> dict[str, Any]:
         # Pinocchio's models are rebuilt where they are needed: cheaper than sending them to another process.
-        cached = ("rigid", "elastic", "gravity")
+        cached = ("_built", "gravity")
         return {key: value for key, value in self.__dict__.items() if key not in cached}

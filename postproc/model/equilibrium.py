@@ -12,8 +12,9 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import displacement_of, load_of
 from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration
-from postproc.model.arm import Model
+from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain, directions, spread
+from postproc.model.multibody import Multibody
 from postproc.model.states import take
 from postproc.robot.pose import displace
 
@@ -41,6 +42,7 @@ class Equilibrium:
         state: the states with poses and loads filled in, as the effects saw them last.
         deflection: displacement of every coordinate. chain: geometry of the deflected arm.
         T_base_tcp: (n, 4, 4) real TCP. sweeps: how many it took.
+        bodies: those whose far ends are moved or whose loads are read; loads of the others are NaN.
     """
 
     state: State
@@ -48,6 +50,7 @@ class Equilibrium:
     chain: Chain
     T_base_tcp: Array
     sweeps: int
+    bodies: tuple[int, ...] = ()
 
 
 def equilibrium(model: Model, state: State) -> Equilibrium:
@@ -61,20 +64,20 @@ def equilibrium(model: Model, state: State) -> Equilibrium:
         state = state.with_(
             T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
         )
-        return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), 0)
+        return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), 0, ())
     loaded = carries_load(model)
-    ends = loaded and reads_body_loads(model, state)
+    bodies = active_bodies(model, state) if loaded else ()
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     last = np.inf
     for sweep in range(1, SWEEPS + 1):
-        seen = loaded_state(model, state, deflection, ends) if loaded else state
+        seen = loaded_state(model, state, deflection, bodies) if loaded else state
         new = deflect(model, seen)
         change = distance(new, deflection)
         deflection = new
         worst = float(change.max())
         # Sweeps contract evenly, so the next change is foretold and need not be computed.
         if not loaded or worst < SETTLED or (worst < 1e-6 and worst * (worst / last) < 0.1 * SETTLED):
-            return _rest(model, seen, deflection, sweep)
+            return _rest(model, seen, deflection, sweep, bodies)
         if not np.isfinite(worst) or worst > 10.0 * REACH:
             break
         last = worst
@@ -93,9 +96,10 @@ def unsettled(index: int) -> PostprocError:
     )
 
 
-def _rest(model: Model, state: State, deflection: Deflection, sweeps: int) -> Equilibrium:
+def _rest(model: Model, state: State, deflection: Deflection, sweeps: int, bodies: tuple[int, ...]) -> Equilibrium:
+    every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
-    return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), sweeps)
+    return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), sweeps, every)
 
 
 def predict(model: Model, state: State) -> Array:
@@ -121,44 +125,58 @@ def carries_load(model: Model) -> bool:
     return any({"load", "pose"} & set(e.reads) for e in model.effects)
 
 
-def reads_body_loads(model: Model, state: State) -> bool:
-    """Whether any effect moves or loads the ends of bodies: asked of one state with loads that are not numbers."""
-    nan = {"joint_load": np.zeros((1, 6)), "body_load": np.full((1, 7, 6), np.nan)}
-    probe = take(state, slice(0, 1)).with_(
-        T_base_body=deflected_chain(model.robot, state.q[:1], {}, False).T_base_body, **nan
-    )
-    shares = [displacement_of(e, probe) for e in model.effects]
-    return any(s.body or (s.joint is not None and np.isnan(s.joint).any()) for s in shares)
+def active_bodies(model: Model, state: State) -> tuple[int, ...]:
+    """Bodies whose far ends an effect moves, or whose load it reads.
+
+    Asked of one state, once for every body, with a load on that body that is not a number: where it shows, it is read.
+    """
+    probe = take(state, np.zeros(8, dtype=int))
+    body_load = np.zeros((8, 7, 6))
+    body_load[ALL_BODIES, ALL_BODIES] = np.nan
+    chain = deflected_chain(model.robot, probe.q, {}, False)
+    probe = probe.with_(T_base_body=chain.T_base_body, joint_load=np.zeros((8, 6)), body_load=body_load)
+    found: set[int] = set()
+    for effect in model.effects:
+        share = displacement_of(effect, probe)
+        parts = [share.joint, share.tool, share.instrument, *share.body.values()]
+        read = [np.isnan(p).any(axis=-1) for p in parts if p is not None and np.ndim(p) == 2]
+        found |= {*share.body, *(b for b in ALL_BODIES if any(r[b] for r in read))}
+    return tuple(sorted(found))
 
 
-def loaded_state(model: Model, state: State, deflection: Deflection, ends: bool) -> State:
-    """The state with body poses and the loads on all springs of the arm deflected so far.
+def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...] | bool) -> State:
+    """The state with body poses and the loads on the springs of the arm deflected so far.
 
     load = J_g^T G + J_theta^T f - (M qdd + v), on every virtual spring (Eqs. 14-16, 23 corrected): links through the
     recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
+
+    Args:
+        bodies: those whose far ends carry a spring, beside those that are deflected; True for all.
     """
-    ends = ends or bool(deflection.body)
-    chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, ends)
+    springs = ALL_BODIES if bodies is True else tuple(sorted({*(bodies or ()), *deflection.body}))
+    chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
     state = state.with_(T_base_body=chain.T_base_body)
-    along = directions(model.robot, chain, tuple(range(7)) if ends else ())
-    bodies = model.elastic if ends else model.rigid
-    load = -bodies.rnea(coordinates(model, chain, ends), state.v, state.a)
+    along = directions(model.robot, chain, springs)
+    arm = model.multibody(springs)
+    load = -arm.rnea(coordinates(chain, arm), state.v, state.a)
     forces, torques = applied(model, state, chain, deflection)
     if forces is not None:
         load = load + spread(along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
-    joint = load[:, bodies.joint] + torques
-    body = load[:, bodies.spring] if ends else None
-    return state.with_(joint_load=joint, body_load=body)
+    body_load: Array | None = None
+    if springs:
+        body_load = np.full((len(state), 7, 6), np.nan)
+        body_load[:, springs] = load[:, arm.spring]
+    return state.with_(joint_load=load[:, arm.joint] + torques, body_load=body_load)
 
 
-def coordinates(model: Model, chain: Chain, ends: bool) -> Array:
-    """All coordinates of the deflected arm in chain order, (n, 6) or (n, 48)."""
-    if not ends:
+def coordinates(chain: Chain, arm: Multibody) -> Array:
+    """All coordinates of the deflected arm in chain order, (n, m)."""
+    if not arm.bodies:
         return chain.q
-    result = np.zeros((len(chain.q), model.elastic.size))
-    result[:, model.elastic.joint] = chain.q
+    result = np.zeros((len(chain.q), arm.size))
+    result[:, arm.joint] = chain.q
     for b, xi in chain.body.items():
-        result[:, model.elastic.spring[b]] = xi
+        result[:, arm.columns[b]] = xi
     return result
 
 

@@ -22,6 +22,7 @@ class Multibody:
 
     Attributes:
         joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
+        columns: the latter by the number of the body.
     """
 
     def __init__(self, robot: Robot, gravity: Array, bodies: tuple[int, ...]) -> None:
@@ -61,6 +62,7 @@ class Multibody:
         self.bodies = bodies
         self.joint = np.array(joint)
         self.spring = np.array(spring, dtype=int).reshape(len(bodies), 6)
+        self.columns = dict(zip(bodies, self.spring, strict=True))
 
     @property
     def size(self) -> int:

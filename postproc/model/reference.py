@@ -44,7 +44,7 @@ def paper_deflection(model: Model, state: State) -> Array:
     rigid = model.with_effects()
     nominal = equilibrium(rigid, state)
     weight = loaded_state(
-        model, state.with_(wrench=None, robot=model.robot, gravity=model.gravity), nominal.deflection, False
+        model, state.with_(wrench=None, robot=model.robot, gravity=model.gravity), nominal.deflection, ()
     )
     assert weight.joint_load is not None
     J = jacobian(model.robot, state.q, state.T_flange_tcp)

@@ -20,7 +20,7 @@ POSE_STEP = 1e-6  # [rad, m]
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The arm at rest with all its coordinates: m = 6 joints, or 48 with virtual springs."""
+    """The arm at rest with all its coordinates: m = 6 joints and 6 for each virtual spring."""
 
     bodies: Multibody
     chain: Chain
@@ -30,10 +30,9 @@ class Frame:
 
 def frame(model: Model, rest: Equilibrium) -> Frame:
     """The coordinates that an equilibrium needs: those of the bodies' ends only where something moves or loads them."""
-    ends = bool(rest.deflection.body) or rest.state.body_load is not None
-    bodies = model.elastic if ends else model.rigid
-    chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, ends)
-    return Frame(bodies, chain, directions(model.robot, chain, bodies.bodies), coordinates(model, chain, ends))
+    bodies = model.multibody(rest.bodies)
+    chain = deflected_chain(model.robot, rest.chain.q, rest.deflection.body, bool(rest.bodies))
+    return Frame(bodies, chain, directions(model.robot, chain, rest.bodies), coordinates(chain, bodies))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +110,7 @@ def _effect_loads(model: Model, rest: Equilibrium, at: Frame) -> Array:
         for step in (POSE_STEP, -POSE_STEP):
             moved = at.coordinates.copy()
             moved[:, k] += step
-            body = {b: moved[:, bodies.spring[b]] for b in bodies.bodies}
+            body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
             there = Frame(bodies, chain, directions(model.robot, chain, bodies.bodies), moved)
             state = rest.state.with_(T_base_body=chain.T_base_body)
@@ -157,9 +156,9 @@ def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, ste
         joint = joint.copy()
         joint[:, int(np.flatnonzero(bodies.joint == k)[0])] += step
     elif body is not None:
-        b, axis = np.argwhere(bodies.spring == k)[0]
+        row, axis = np.argwhere(bodies.spring == k)[0]
         body = body.copy()
-        body[:, b, axis] += step
+        body[:, bodies.bodies[row], axis] += step
     moved = state.with_(joint_load=joint, body_load=body)
     return sum_coordinates([displacement_of(e, moved) for e in readers], bodies, len(state))
 
@@ -171,6 +170,5 @@ def sum_coordinates(shares: list[Displacement], bodies: Multibody, n: int) -> Ar
         if share.joint is not None:
             result[:, bodies.joint] += share.joint
         for b, xi in share.body.items():
-            if bodies.bodies:
-                result[:, bodies.spring[b]] += xi
+            result[:, bodies.columns[b]] += xi
     return result

@@ -58,7 +58,7 @@ def pose_by_pose(model: Model, state: Any, desired: np.ndarray) -> np.ndarray:
     import pinocchio as pin
     from scipy.optimize import root
 
-    bodies = model.rigid
+    bodies = model.multibody()
     arm, data = bodies.model, bodies.model.createData()
     flange = pin.SE3(model.robot.link[6][:3, :3], model.robot.link[6][:3, 3])
     frame = arm.addFrame(pin.Frame("tcp", 6, 0, flange * pin.SE3(TOOL[:3, :3], TOOL[:3, 3]), pin.FrameType.OP_FRAME))
