@@ -248,21 +248,22 @@ def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
 
 
 def _iterate(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Fit:
-    frozen: set[tuple[str, int]] = set()
+    stopped: set[tuple[str, int]] = set()
     aside: tuple[int, ...] = ()
     base_weights = problem.weights
-    cost = np.inf
+    fell = np.inf
     for sweep in range(25):
-        columns, parameters, held = _columns(problem, masks, frozen)
+        columns, parameters, held = _columns(problem, masks, set())
         if len(problem.residual) <= len(parameters):
             message = f"{len(problem.residual)} measured numbers cannot determine {len(parameters)} parameters"
             help_ = "measure more poses, or fit fewer effects"
             raise PostprocError(Diagnostic("DAT020", "error", message, problem.data.source, help=help_))
         soft = _penalty(problem, parameters, penalty)
         now = _cost(problem, parameters, soft)
-        settled = sweep > 1 and abs(cost - now) <= 1e-8 * now + 1e-12
-        weights = base_weights
-        if sweep >= 1:
+        settled = sweep > 1 and fell <= 1e-7 * now + 1e-12
+        weights = problem.weights
+        # Orientations find their weight in a few rounds; after that only the parameters move.
+        if 1 <= sweep <= (12 if robust else 5):
             aside = _far_off(problem, base_weights, len(parameters))
             values = _balanced(base_weights, problem, figures).values.copy()
             if robust:
@@ -271,18 +272,16 @@ def _iterate(problem: Problem, masks: Masks, figures: Noise, robust: bool, penal
             weights = Weights(values)
         changed = not np.array_equal(weights.values > 0, problem.weights.values > 0)
         if settled and not changed:
-            bound = tuple(sorted(frozen))
-            return Fit(problem, masks, held, bound, columns, soft, figures, aside)
-        step = _solve(problem, columns, parameters, soft)
-        problem, now = _advance(problem, parameters, step, soft, now, frozen)
-        cost = now if not changed else np.inf
+            break
+        step, stopped = _solve(problem, columns, parameters, soft)
+        problem, after = _advance(problem, parameters, step, soft, now)
+        fell = now - after
         if not np.allclose(weights.values, problem.weights.values, rtol=1e-3):
             problem = Problem(problem.model, problem.data, weights)
-            cost = np.inf
-    columns, parameters, held = _columns(problem, masks, frozen)
-    return Fit(
-        problem, masks, held, tuple(sorted(frozen)), columns, _penalty(problem, parameters, penalty), figures, aside
-    )
+            fell = np.inf
+    columns, parameters, held = _columns(problem, masks, stopped)
+    soft = _penalty(problem, parameters, penalty)
+    return Fit(problem, masks, held, tuple(sorted(stopped)), columns, soft, figures, aside)
 
 
 def _columns(
@@ -358,49 +357,66 @@ def _cost(problem: Problem, parameters: list[tuple[str, int]], soft: Array) -> f
     return float(problem.residual @ problem.residual + np.sum((anchor * _values(problem, parameters)) ** 2))
 
 
-def _solve(problem: Problem, columns: Array, parameters: list[tuple[str, int]], soft: Array) -> Array:
-    soft = _anchor(problem, parameters, soft)
-    length = np.sqrt(np.sum(columns**2, axis=0) + soft**2)
+def _solve(
+    problem: Problem, columns: Array, parameters: list[tuple[str, int]], soft: Array
+) -> tuple[Array, set[tuple[str, int]]]:
+    """The Gauss-Newton step inside the bounds, and the parameters that stop at one.
+
+    What would leave its bounds is put on them and the rest solved again, until nothing leaves.
+    """
+    anchor = _anchor(problem, parameters, soft)
+    x = _values(problem, parameters)
+    low, high = _bounds(problem, parameters)
+    length = np.sqrt(np.sum(columns**2, axis=0) + anchor**2)
     length = np.where(length > 0, length, 1.0)
-    A, b = columns / length, problem.residual
-    if soft.any():
-        at = np.flatnonzero(soft)
-        extra = np.zeros((len(at), A.shape[1]))
-        extra[np.arange(len(at)), at] = soft[at] / length[at]
-        A, b = np.vstack([A, extra]), np.concatenate([b, -soft[at] * _values(problem, parameters)[at]])
-    step, *_ = np.linalg.lstsq(A, b, rcond=1e-12)
-    return np.asarray(step / length)
+    tied = np.flatnonzero(anchor)
+    extra = np.zeros((len(tied), len(x)))
+    extra[np.arange(len(tied)), tied] = anchor[tied]
+    A = np.vstack([columns, extra])
+    b = np.concatenate([problem.residual, -anchor[tied] * x[tied]])
+    step = np.zeros(len(x))
+    free = np.ones(len(x), dtype=bool)
+    # One QR of the whole problem: every active set is then a small one.
+    Q, R = np.linalg.qr(A / length)
+    rhs = Q.T @ b
+    for _ in range(len(x)):
+        target = rhs - R[:, ~free] @ (step[~free] * length[~free])
+        solution, *_ = np.linalg.lstsq(R[:, free], target, rcond=1e-12)
+        step[free] = solution / length[free]
+        outside = free & ((x + step < low) | (x + step > high))
+        if not outside.any():
+            break
+        step[outside] = np.clip(x + step, low, high)[outside] - x[outside]
+        free &= ~outside
+    return step, {p for p, at_large in zip(parameters, free, strict=True) if not at_large}
+
+
+def _bounds(problem: Problem, parameters: list[tuple[str, int]]) -> tuple[Array, Array]:
+    every = {e.key: e.bounds() for e in problem.model.effects}
+    return np.array([every[key][0][i] for key, i in parameters]), np.array([every[key][1][i] for key, i in parameters])
 
 
 def _advance(
-    problem: Problem,
-    parameters: list[tuple[str, int]],
-    step: Array,
-    soft: Array,
-    now: float,
-    frozen: set[tuple[str, int]],
+    problem: Problem, parameters: list[tuple[str, int]], step: Array, soft: Array, now: float
 ) -> tuple[Problem, float]:
-    """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls; parameters that leave their bounds stop there."""
+    """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls."""
     share = 1.0
-    for _ in range(8):
-        effects, stopped = [], []
+    for _ in range(10):
+        effects = []
         for effect in problem.model.effects:
             x = effect.vector().copy()
-            at = [(k, i) for k, (key, i) in enumerate(parameters) if key == effect.key]
-            for k, i in at:
-                x[i] += share * step[k]
+            for k, (key, i) in enumerate(parameters):
+                if key == effect.key:
+                    x[i] += share * step[k]
             low, high = effect.bounds()
-            stopped += [(effect.key, i) for _, i in at if not low[i] <= x[i] <= high[i]]
             effects.append(effect.with_vector(np.clip(x, low, high)))
         trial = problem.at(effects)
         try:
             cost = _cost(trial, parameters, soft)
         except PostprocError:
             cost = np.inf
-        if cost <= now * (1 + 1e-9) or stopped:
-            if np.isfinite(cost):
-                frozen.update(stopped)
-                return trial, cost
+        if cost <= now * (1 + 1e-9):
+            return trial, cost
         share /= 2
     return problem, now
 
