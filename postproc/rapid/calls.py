@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from postproc.diagnostics import Span
-from postproc.rapid.changes import paired
+from postproc.rapid.changes import BY_REFERENCE, paired
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.expressions import Expression, Index, Name
 from postproc.rapid.memory import Binding, Frame, Memory, Reference
@@ -36,7 +36,7 @@ def bound_frame(routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memo
             continue
         frame.present.add(parameter.name)
         if span[0] < span[1]:
-            frame.bindings[parameter.name] = _binding(span, parameter.mode in ("VAR", "PERS", "INOUT"), memory, tree)
+            frame.bindings[parameter.name] = _binding(span, parameter.mode in BY_REFERENCE, memory, tree)
     return frame
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.motion import read_arguments
@@ -32,6 +32,7 @@ READ_ONLY = frozenset(
     """,
     )
 )
+BY_REFERENCE = ("VAR", "PERS", "INOUT")
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
 
 
@@ -53,40 +54,39 @@ def paired(
             yield parameter, span
 
 
+# A call of a routine of the program: its key, and for every parameter by reference the data passed.
+CalledWith = tuple[str, tuple[tuple[str, str], ...]]
+
+
 class Changes:
-    """What every routine of a program may change: keys of declarations, ``@`` state, its own parameters by name."""
+    """What every routine of a program may change: keys of declarations, ``@`` state, its parameters as ``%name``."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
-        routines = list(program.all_routines())
-        self.of_routine: dict[str, frozenset[str]] = {r.key: frozenset() for r in routines}
-        pending = {r.key for r in routines}
+        routines = {r.key: r for r in program.all_routines()}
+        calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
+        found: dict[str, set[str]] = {key: set() for key in routines}
         callers: dict[str, set[str]] = {}
-        by_key = {r.key: r for r in routines}
-        for routine in routines:
-            for called in self._called(routine):
-                callers.setdefault(called, set()).add(routine.key)
+        for key, routine in routines.items():
+            for body in bodies(routine):
+                for statement in statements_in(body):
+                    self._of_statement(statement, routine, found[key], calls[key])
+            for called, _ in calls[key]:
+                callers.setdefault(called, set()).add(key)
+        pending = list(routines)
         while pending:
             key = pending.pop()
-            routine = by_key[key]
-            found = frozenset(c for body in bodies(routine) for c in self.of(body, routine))
-            if found != self.of_routine[key]:
-                self.of_routine[key] = found
-                pending |= callers.get(key, set())
-        self.everything = frozenset(k for keys in self.of_routine.values() for k in keys if not k.startswith("%"))
+            before = len(found[key])
+            for called, passed in calls[key]:
+                self._through_call(found[called], passed, routines[key], found[key])
+            if len(found[key]) != before:
+                pending += callers.get(key, ())
+        self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
+        self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
         # What a trap changes may change at any moment.
-        self.volatile = frozenset(
-            k for r in routines if r.kind == "TRAP" for k in self.of_routine[r.key] if not k.startswith("%")
-        )
-
-    def _called(self, routine: Routine) -> Iterator[str]:
-        for body in bodies(routine):
-            for statement in statements_in(body):
-                if statement.kind == "call":
-                    called = self.program.routine(statement.word, routine.module)
-                    if called is not None:
-                        yield called.key
+        traps = [key for key, routine in routines.items() if routine.kind == "TRAP"]
+        self.volatile = frozenset(k for key in traps for k in found[key] if not k.startswith("%"))
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
         """As ``of`` for one statement, kept for the next time it is executed."""
@@ -96,17 +96,32 @@ class Changes:
         return self._kept[key]
 
     def of(self, body: Sequence[Statement], routine: Routine) -> set[str]:
-        """Keys that the statements may change; ``%name`` is the routine's own parameter."""
+        """Keys that the statements may change."""
         changed: set[str] = set()
+        calls: set[CalledWith] = set()
         for statement in statements_in(body):
-            if statement.kind == "assign":
-                self._add(statement.word, routine, changed)
-            elif statement.kind == "call":
-                self._of_call(statement, routine, changed)
-            elif statement.kind == "opaque":
-                for name in _assigned_in(routine.source, statement.span):
-                    self._add(name, routine, changed)
+            self._of_statement(statement, routine, changed, calls)
+        for called, passed in calls:
+            self._through_call(self.of_routine[called], passed, routine, changed)
         return changed
+
+    def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        if statement.kind == "assign":
+            self._add(statement.word, routine, changed)
+        elif statement.kind == "call":
+            self._of_call(statement, routine, changed, calls)
+        elif statement.kind == "opaque":
+            for name in _assigned_in(routine.source, statement.span):
+                self._add(name, routine, changed)
+
+    def _through_call(
+        self, below: Set[str], passed: Iterable[tuple[str, str]], routine: Routine, changed: set[str]
+    ) -> None:
+        """Add what a called routine changes, its parameters by reference as the data passed."""
+        changed |= {k for k in below if not k.startswith("%")}
+        for parameter, name in passed:
+            if "%" + parameter in below:
+                self._add(name, routine, changed)
 
     def _add(self, name: str, routine: Routine, changed: set[str]) -> None:
         if any(p.name == name for p in routine.parameters):
@@ -116,32 +131,29 @@ class Changes:
         if declaration is not None and declaration.storage != "CONST":
             changed.add(declaration.key)
 
-    def _of_call(self, statement: Statement, routine: Routine, changed: set[str]) -> None:
+    def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         data = routine.source.data
         motion = self.program.motion(routine.source, statement)
         if motion is not None:
             changed.add("@moves")
-            for argument in motion.arguments:
-                if argument.role == "found":
-                    self._add(argument_name(data, argument.span), routine, changed)
+            found = motion.argument("found")
+            if found is not None:
+                self._add(argument_name(data, found.span), routine, changed)
             return
-        if statement.word in STATE:
+        called = self.program.routine(statement.word, routine.module)
+        if called is None and statement.word in STATE:
             changed.add(STATE[statement.word])
-            return
-        if statement.word in READ_ONLY:
+        if called is None and (statement.word in STATE or statement.word in READ_ONLY):
             return
         end = statement.span[1] - (data[statement.span[1] - 1 : statement.span[1]] == b";")
         pieces = read_arguments(data, statement.span[0] + len(statement.word), end)
-        called = self.program.routine(statement.word, routine.module)
         if called is None:
             for _, span, _ in pieces:
                 self._add(argument_name(data, span), routine, changed)
             return
-        below = self.of_routine.get(called.key, frozenset())
-        changed |= {k for k in below if not k.startswith("%")}
-        for parameter, span in paired(called.parameters, pieces):
-            if parameter.mode in ("VAR", "PERS", "INOUT") and "%" + parameter.name in below:
-                self._add(argument_name(data, span), routine, changed)
+        by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
+        passed = tuple((name, argument_name(data, span)) for name, span in by_reference)
+        calls.add((called.key, passed))
 
 
 def _assigned_in(source: Source, span: Span) -> Iterator[str]:

@@ -53,7 +53,8 @@ REFERENCE = re.compile(
 # A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
 HARD_STOP = re.compile(
     rb"\n[ \t]*+(?i:(?:END(?:PROC|FUNC|TRAP|MODULE|RECORD|IF|FOR|WHILE|TEST)|ELSE|ELSEIF|CASE|DEFAULT|PROC|FUNC|TRAP"
-    rb"|MODULE|LOCAL|CONST|PERS|VAR)(?![\w\x80-\xff])|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
+    rb"|MODULE|LOCAL|CONST|PERS|VAR|ERROR|UNDO|BACKWARD)(?![\w\x80-\xff])"
+    rb"|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
 )
 DECLARATION = re.compile(
     rb"(?i:(CONST|PERS|VAR))"

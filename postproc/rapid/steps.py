@@ -15,7 +15,18 @@ from postproc.rapid.memory import Memory
 from postproc.rapid.motion import fits
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
-from postproc.rapid.records import JointTarget, LoadData, Pose, RobTarget, SpeedData, ToolData, Weld, WobjData, ZoneData
+from postproc.rapid.records import (
+    NO_AXIS,
+    JointTarget,
+    LoadData,
+    Pose,
+    RobTarget,
+    SpeedData,
+    ToolData,
+    Weld,
+    WobjData,
+    ZoneData,
+)
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.state import NO_MASS
 from postproc.rapid.targets import Targets
@@ -94,8 +105,8 @@ class EventMaker:
         displacement = self.state(state, "@pdisp", Pose(), "the program displacement is not known", reasons)
         if not wobj.ufprog:
             reasons.append(f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`")
-        if state.get("@eoffs") is not False:
-            reasons.append("an offset of the external axes is active")
+        if state.get("@eoffs") is not False and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
+            reasons.append("an offset of the external axes may be active")
         override, limit = _pair(state.get("@velset"))
         acceleration = state.get("@accset", 100.0)
         return MotionEvent(
@@ -135,7 +146,8 @@ class EventMaker:
         """Value of an argument, remembered if the name it consists of cannot change."""
         routine = memory.frame.routine
         key = (argument.role, argument.text, routine.module, routine.name)
-        if key in self.fixed:
+        low = argument.text.strip().lower()
+        if key in self.fixed and low not in memory.frame.bindings:
             result: T = self.fixed[key]
             return result
         try:
@@ -147,7 +159,6 @@ class EventMaker:
         if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():
             raise NotKnown(f"`{argument.text}` is {value.type}, not {wanted}")
         result = convert(self.name(value, argument), value.data)
-        low = argument.text.strip().lower()
         if low.isidentifier() and low not in memory.frame.bindings:
             declaration = memory.find(low)
             if low in PREDEFINED if declaration is None else memory.is_initial(declaration):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from postproc.diagnostics import Source, Span
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Origin, OriginKind, TargetSpans
-from postproc.rapid.expressions import ExpressionError, Name, Star, read_whole_expression
+from postproc.rapid.expressions import Expression, ExpressionError, Index, Name, Star, read_whole_expression
 from postproc.rapid.literals import read_literal_target
-from postproc.rapid.memory import Memory
+from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.records import JointTarget, RobTarget
 from postproc.rapid.syntax import Declaration
 from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
@@ -34,10 +34,10 @@ class Targets:
             return NotKnown(f"the target cannot be read: {error}"), RUNTIME
         if isinstance(tree, Star):
             return NotKnown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
-        declaration = memory.find(tree.name) if isinstance(tree, Name) else None
-        if declaration is not None and isinstance(tree, Name) and tree.name not in memory.frame.bindings:
+        declaration = _named(tree, memory)
+        if declaration is not None and isinstance(tree, Name):
             done = self.declared.get((declaration.key, ()))
-            if done is not None and memory.is_initial(declaration):
+            if done is not None and memory.is_initial(declaration) and tree.name not in memory.frame.bindings:
                 return done
         try:
             value = evaluate(tree, memory)
@@ -73,7 +73,7 @@ class Targets:
             tree = read_whole_expression(source.data, *span)
             if isinstance(tree, Star):
                 return NotKnown("the position is stored without a name (`*`)"), Origin("star")
-            declaration = memory.find(tree.name) if isinstance(tree, Name) else None
+            declaration = _named(tree, memory)
             value = evaluate(tree, memory)
             target = to_jointtarget(value.data)
         except NotKnown as error:
@@ -85,6 +85,17 @@ class Targets:
         module, routine, name = value.declaration.split(".", 2)
         storage = memory.program.names[module, routine, name].storage
         return target, Origin("element" if value.at else "declared", None, value.declaration, storage)
+
+
+def _named(tree: Expression, memory: Memory) -> Declaration | None:
+    """The declaration behind a plain name or an element of it; None for parameters."""
+    base = tree.base if isinstance(tree, Index) else tree
+    if not isinstance(base, Name):
+        return None
+    bound = memory.frame.bindings.get(base.name)
+    if bound is None:
+        return memory.find(base.name)
+    return bound.declaration if isinstance(bound, Reference) else None
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

@@ -59,7 +59,10 @@ def find_tasks(root: Path) -> tuple[Task, ...]:
     tasks: list[Task] = []
     taken: set[Path] = set()
     for folder in _task_folders(root):
-        modules = tuple(sorted(path for path in folder.rglob("*") if _is_module(path)))
+        places = (folder, folder / "PROGMOD", folder / "SYSMOD")
+        modules = tuple(
+            path for place in places if place.is_dir() for path in sorted(place.iterdir()) if _is_module(path)
+        )
         if modules:
             tasks.append(_described(folder, modules))
             taken |= set(modules)
@@ -86,7 +89,9 @@ def _task_folders(root: Path) -> Iterator[Path]:
         return
     for rapid in sorted([root, *root.rglob("*")]):
         if rapid.name.upper() == "RAPID" and rapid.is_dir() and "HOME" not in rapid.relative_to(root).parts:
-            yield from sorted(path for path in rapid.iterdir() if path.is_dir())
+            inner = sorted(path for path in rapid.iterdir() if path.is_dir())
+            # A folder RAPID may also be somebody's name for a collection of backups.
+            yield from (path for path in inner if not any(p.is_dir() for p in path.rglob("RAPID")))
 
 
 def _listed(program: Path) -> tuple[Path, ...]:

@@ -235,7 +235,9 @@ def test_monitoring_speed_and_acceleration() -> None:
 def test_moved_work_object_and_axis_offsets_are_refused() -> None:
     data = P + 'PERS wobjdata st:=[FALSE,FALSE,"STN1",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
     assert events("MoveL p,v5,z0,tool0\\WObj:=st;", data)[0].reason == "the work object `st` is moved by `STN1`"
-    assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason == "an offset of the external axes is active"
+    assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason is None
+    track = P.replace("[9E9", "[500")
+    assert events("EOffsOn p; MoveL p,v5,z0,tool0;", track)[0].reason == "an offset of the external axes may be active"
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------
@@ -336,3 +338,9 @@ def test_a_loop_index_in_a_handler_is_not_missing_data() -> None:
     found = walk_program(program(module(f"ERROR FOR i FROM 1 TO 2 DO {move('i')} ENDFOR", P)))
     assert [e.reason for e in found.events] == ["the loop index `i` is not known"]
     assert found.diagnostics == ()
+
+
+def test_an_optional_parameter_hides_data_of_the_same_name() -> None:
+    data = P + TOOL + "PERS tooldata u:=[TRUE,[[0,0,200],[1,0,0,0]],[3,[0,0,50],[1,0,0,0],0,0,0]];"
+    data += "PROC go(\\PERS tooldata t) MoveL p,v5,z0,t; ENDPROC"
+    assert [e.tool.tload.mass for e in events("go; go\\t:=u; go;", data)] == [2, 3, 2]
