@@ -81,7 +81,7 @@ def equilibrium(model: Model, state: State) -> Equilibrium:
         if not np.isfinite(worst) or worst > 10.0 * REACH:
             break
         last = worst
-    raise unsettled(int(np.nanargmax(change)))
+    raise unsettled(int(np.argmax(np.where(np.isfinite(change), change, np.inf))))
 
 
 def unsettled(index: int) -> PostprocError:

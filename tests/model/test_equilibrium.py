@@ -196,3 +196,6 @@ def test_an_arm_of_rubber_is_a_finding() -> None:
     with pytest.raises(PostprocError) as error:
         equilibrium(model, state)
     assert error.value.diagnostics[0].code == "MOD010"
+    with pytest.raises(PostprocError) as error:
+        equilibrium(default_model(), model.state(np.array([[0.0] * 6, [np.nan] * 6])))
+    assert "pose 1" in error.value.diagnostics[0].message
