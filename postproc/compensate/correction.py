@@ -7,6 +7,7 @@ exact correction and passes over in a jerk-limited transition (ruckig), finished
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,7 @@ class Transition:
     """A jump of the correction inside or beside one move, made jerk-limited.
 
     Args:
-        move: index of the move; at_goal: it ends at the goal, else it begins at the start.
+        move: index of the move; at_goal: it ends at the goal, else it begins at the start; target: move that ends there.
         size_m: distance that the correction jumps [m]; duration: of the transition [s].
         complete: there was enough time in the move; otherwise it takes the whole move.
         samples: (a, b) the samples it covers.
@@ -54,6 +55,7 @@ class Transition:
 
     move: int
     at_goal: bool
+    target: int
     size_m: float
     duration: float
     complete: bool
@@ -89,12 +91,14 @@ def invert_model(model: Model, samples: Samples, state: State) -> Exact:
     return Exact(commanded.T_base_tcp, commanded.q, T_flange, q_goal)
 
 
-def hold_moves(model: Model, samples: Samples, exact: Exact, held: Array) -> Exact:
-    """The same with the targets of the held moves (m,) left as programmed."""
-    q = np.array([m.q for m in samples.moves])
+def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
+    """The same with the targets of some moves where the text puts them: shifts (6,) from the programmed pose, base axes."""
     T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
-    if held.any():
-        T_flange[held], q_goal[held] = forward(model.robot, q[held]), q[held]
+    for i, shift in shifts.items():
+        move = samples.moves[i]
+        T_target = forward(model.robot, move.q[None])[0] @ move.T_flange_tcp
+        T_flange[i] = _shifted(T_target[None], shift[None])[0] @ invert(move.T_flange_tcp)
+        q_goal[i] = move.q
     return Exact(exact.T_base_tcp, exact.q, T_flange, q_goal)
 
 
@@ -127,7 +131,8 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
             inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
             size = float(np.linalg.norm(jumps[i, :3]))
             ends_at = (int(inside[0]), int(inside[-1]))
-            found.append(Transition(int(i), is_goal, size, ramp.duration, ramp.complete, ends_at))
+            target = int(i) if is_goal else int(i) - 1
+            found.append(Transition(int(i), is_goal, target, size, ramp.duration, ramp.complete, ends_at))
     return T, found
 
 

@@ -1,8 +1,9 @@
 """Which text to change: the numbers of a declaration, of an array element or of an aggregate, or the whole argument.
 
-A declaration is edited when every use of it is a target of a compensated move and all of them ask for the same value;
-otherwise each statement gets a target of its own. A statement that runs several times with different corrections and has
-no text to tell them apart is left alone, with that reason.
+A declaration is edited when all that it serves for are targets of compensated moves and all of them ask for the same
+value; otherwise each statement gets a target of its own. A statement that runs several times with different corrections
+cannot have one of its own: where its target is derived (Offs, RelTool) from one that is edited it follows that, else it
+is left alone, with that reason.
 """
 
 from __future__ import annotations
@@ -12,14 +13,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from postproc.compensate.sharing import fully_wished
+from postproc.compensate.sharing import Users, fully_wished
 from postproc.compensate.values import Change, StatementKey, TargetValue, key_of
 from postproc.rapid.events import MotionEvent, Origin
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
-UNCHANGED_MM = 0.0005  # below the last decimal that is written
 DIFFERENT = "it runs several times and each time needs another correction"
+FOLLOWS = "it follows the target that it is derived from"
+
+ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
+PlaceKey = tuple[str, int]  # path and offset of the literal numbers of a target
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +38,17 @@ class Wish:
 
 @dataclass(frozen=True, slots=True)
 class Decisions:
-    """Changes to make, and the statements (by offset) that cannot be changed, with the reason."""
+    """What is written.
+
+    Args:
+        changes: texts to change.
+        refused: statements that stay as they are, with the reason.
+        following: statements whose targets move with the declarations named, because they are derived from them.
+    """
 
     changes: tuple[Change, ...]
-    refused: Mapping[tuple[str, int], str] = field(default_factory=dict)
+    refused: Mapping[StatementKey, str] = field(default_factory=dict)
+    following: Mapping[StatementKey, frozenset[str]] = field(default_factory=dict)
 
 
 def same_value(a: TargetValue, b: TargetValue) -> bool:
@@ -49,86 +60,89 @@ def same_value(a: TargetValue, b: TargetValue) -> bool:
 
 
 def decide_changes(
-    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, frozenset[StatementKey]]
+    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users]
 ) -> Decisions:
     """Decide for every wish where it is written.
 
     Args:
         events: all executions; wishes: of those that can be compensated.
-        users: statements that use a declaration as their target, where it is used for nothing else.
+        users: from ``target_users``.
     """
-    complete = fully_wished(events, [(w.event, w.role) for w in wishes])
-    in_place: dict[tuple[str, int], list[Wish]] = {}
-    by_argument: dict[tuple[str, int, str], list[Wish]] = {}
+    places: dict[PlaceKey, list[Wish]] = {}
+    arguments: dict[ArgumentKey, list[Wish]] = {}
     for wish in wishes:
-        statement = events[wish.event].statement
         spans = wish.origin.spans
         if spans is not None:
-            in_place.setdefault((spans.source.path, spans.whole[0]), []).append(wish)
-        by_argument.setdefault((*key_of(statement), wish.role), []).append(wish)
+            places.setdefault((spans.source.path, spans.whole[0]), []).append(wish)
+        arguments.setdefault((key_of(events[wish.event].statement), wish.role), []).append(wish)
+    complete = fully_wished(events, [w.event for w in wishes])
+    bases: dict[StatementKey, set[str]] = {}
+    for declaration, use in users.items():
+        for key in use.derived:
+            bases.setdefault(key, set()).add(declaration)
 
-    changes: list[Change] = []
-    settled: set[tuple[str, int, str]] = set()
-    keep_argument: set[tuple[str, int, str]] = set()
-    for group in in_place.values():
-        origin = group[0].origin
-        agree = all(same_value(group[0].value, w.value) for w in group[1:])
-        if agree and _serves_these_only(origin, {key_of(events[w.event].statement) for w in group}, users, complete):
-            first = group[0]
-            changes.append(Change(events[first.event].statement, first.role, first.value, origin.spans))
-            settled |= {(*key_of(events[w.event].statement), w.role) for w in group}
-        else:
-            keep_argument |= {(*key_of(events[w.event].statement), w.role) for w in group}
-    refused: dict[tuple[str, int], str] = {}
-    for key, group in by_argument.items():
-        if key in settled and key not in keep_argument:
-            continue
-        agree = all(same_value(group[0].value, w.value) for w in group[1:])
-        if not agree or key in settled:  # one element of the array could be edited, another could not
-            refused[key[:2]] = DIFFERENT
-            continue
-        first = group[0]
-        changes.append(Change(events[first.event].statement, first.role, first.value, None))
-    return _without_refused(changes, refused, events, in_place)
+    editable = {key for key, group in places.items() if _agree(group) and _serves_these(group, events, users, complete)}
+    while True:
+        refused, edited = _refuse(places, arguments, editable, bases)
+        # A declaration stays as it is when a statement that uses it does.
+        kept = {key for key in editable if not any(key_of(events[w.event].statement) in refused for w in places[key])}
+        if kept == editable:
+            break
+        editable = kept
+    changes = [_change(events, places[key][0], in_place=True) for key in places if key in editable]
+    for argument, group in arguments.items():
+        if argument[0] not in refused and _agree(group) and not _all_edited(group, editable):
+            changes.append(_change(events, group[0], in_place=False))
+    following = {
+        key: edited_of
+        for (key, _), group in arguments.items()
+        if not _agree(group) and (edited_of := edited & bases.get(key, set())) and not _all_edited(group, editable)
+    }
+    return Decisions(tuple(changes), refused, following)
 
 
-def _serves_these_only(
-    origin: Origin,
-    statements: set[StatementKey],
-    users: Mapping[str, frozenset[StatementKey]],
-    complete: frozenset[tuple[StatementKey, str]],
+def _refuse(
+    places: Mapping[PlaceKey, list[Wish]],
+    arguments: Mapping[ArgumentKey, list[Wish]],
+    editable: set[PlaceKey],
+    bases: Mapping[StatementKey, set[str]],
+) -> tuple[dict[StatementKey, str], frozenset[str]]:
+    """Statements for which no text can be found, and the declarations that are edited."""
+    edited = frozenset(d for key in editable if (d := places[key][0].origin.declaration) is not None)
+    refused: dict[StatementKey, str] = {}
+    for (key, _), group in arguments.items():
+        if not _agree(group) and not _all_edited(group, editable) and not edited & bases.get(key, set()):
+            refused[key] = DIFFERENT
+    return refused, edited
+
+
+def _agree(group: Sequence[Wish]) -> bool:
+    return all(same_value(group[0].value, w.value) for w in group[1:])
+
+
+def _all_edited(group: Sequence[Wish], editable: set[PlaceKey]) -> bool:
+    spans = [w.origin.spans for w in group]
+    return all(s is not None and (s.source.path, s.whole[0]) in editable for s in spans)
+
+
+def _serves_these(
+    group: Sequence[Wish],
+    events: Sequence[MotionEvent],
+    users: Mapping[str, Users],
+    complete: frozenset[StatementKey],
 ) -> bool:
-    """Whether editing the text at an origin changes nothing but the targets of the given statements."""
+    """Whether editing the text that a group of wishes shares changes nothing but targets of compensated moves."""
+    origin = group[0].origin
     if origin.declaration is None:
         return True  # an inline aggregate belongs to its statement alone
     known = users.get(origin.declaration)
-    if known is None:
+    if known is None or not known.derived <= complete:
         return False
     if origin.kind == "element":
         # Statements that use other elements do not matter, but one whose index is not known may mean this one.
-        return all((s, "to") in complete for s in known)
-    return known == statements
+        return known.plain <= complete
+    return known.plain == {key_of(events[w.event].statement) for w in group}
 
 
-def _without_refused(
-    changes: list[Change],
-    refused: dict[tuple[str, int], str],
-    events: Sequence[MotionEvent],
-    in_place: Mapping[tuple[str, int], list[Wish]],
-) -> Decisions:
-    """Drop changes that a refused statement would see: its other argument, a declaration that it shares."""
-    while True:
-        kept: list[Change] = []
-        spread = dict(refused)
-        for change in changes:
-            users = {key_of(change.statement)}
-            if change.spans is not None:
-                group = in_place[(change.spans.source.path, change.spans.whole[0])]
-                users = {key_of(events[w.event].statement) for w in group}
-            if users & refused.keys():
-                spread.update({u: refused.get(u, DIFFERENT) for u in users})
-            else:
-                kept.append(change)
-        if len(spread) == len(refused):
-            return Decisions(tuple(kept), refused)
-        changes, refused = kept, spread
+def _change(events: Sequence[MotionEvent], wish: Wish, in_place: bool) -> Change:
+    return Change(events[wish.event].statement, wish.role, wish.value, wish.origin.spans if in_place else None)

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from postproc.compensate.decisions import UNCHANGED_MM
+from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
+from postproc.compensate.correction import Transition
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.values import Outcome, key_of
+from postproc.compensate.values import Outcome, StatementKey, key_of
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program
 
 MM = 1e3
+UNCHANGED_MM = 0.0005  # below the last decimal that is written
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -48,6 +50,7 @@ def judge_statements(
         largest = max((worst[i] for i in rows), default=0.0)
         if outcome.status != "skipped" and largest > options.tolerance_m:
             why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
+            why = FOLLOWS if key_of(statement) in plan.decisions.following else why
             text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * options.tolerance_m:g} mm"
             help_ = (
                 f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
@@ -86,6 +89,8 @@ def _outcome(
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
+    if key_of(statement) in plan.decisions.following:
+        reason = FOLLOWS
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
 
 
@@ -102,6 +107,8 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     samples = plan.motion.samples
     inside = np.zeros(len(after.distance), dtype=bool)
     for t in plan.transitions:
+        if t.target in plan.left:
+            continue  # not a jump of the load: a target that could not be corrected
         low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
         margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
         inside |= (after.owner == t.move) & (after.u >= low - margin) & (after.u <= high + margin)
@@ -109,8 +116,13 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
 
 
 def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diagnostic]:
-    findings = []
+    largest: dict[StatementKey, Transition] = {}
     for t in plan.transitions:
+        key = key_of(events[plan.motion.moves[t.move].event].statement)
+        if t.target not in plan.left and (key not in largest or largest[key].size_m < t.size_m):
+            largest[key] = t
+    findings = []
+    for t in largest.values():
         move = plan.motion.moves[t.move]
         where = "before its target" if t.at_goal else "from its start"
         text = f"the correction changes by {MM * t.size_m:.3f} mm {where}, within {t.duration:.2f} s"

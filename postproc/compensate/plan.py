@@ -13,8 +13,8 @@ from postproc.compensate.correction import (
     Transition,
     changing_moves,
     commanded_curve,
-    hold_moves,
     invert_model,
+    place_targets,
 )
 from postproc.compensate.decisions import Decisions, Wish, decide_changes, same_value
 from postproc.compensate.insertions import insertion_of, why_indivisible
@@ -22,6 +22,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.samples import Samples, sample_moves
+from postproc.compensate.sharing import Users
 from postproc.compensate.states import SWIFT, along, build_state
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
@@ -56,7 +57,12 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Everything that will be written, before it is written."""
+    """Everything that will be written, before it is written.
+
+    Args:
+        indivisible: moves before which nothing can be added, and why; left: moves whose targets are not corrected for
+            themselves.
+    """
 
     motion: Motion
     exact: Exact
@@ -65,6 +71,7 @@ class Plan:
     pieces: tuple[Pieces, ...]
     transitions: tuple[Transition, ...]
     indivisible: Mapping[int, str]
+    left: frozenset[int]
 
 
 def read_samples(
@@ -106,7 +113,7 @@ def plan_changes(
     motion: Motion,
     events: Sequence[MotionEvent],
     options: Options,
-    users: Mapping[str, frozenset[StatementKey]],
+    users: Mapping[str, Users],
     zone_name: Callable[[MotionEvent], str],
 ) -> Plan:
     """Decide what to change so that the real arm follows the programmed curves.
@@ -119,22 +126,49 @@ def plan_changes(
     t = along(motion.trajectory, motion.trajectory.t, samples.move + samples.u)
     exact = invert_model(model, samples, motion.state)
     indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
-    held = np.zeros(len(moves), dtype=bool)
+    left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     while True:
-        written = hold_moves(model, samples, exact, held)
+        written = place_targets(model, samples, exact, left)
         curve, transitions = commanded_curve(model, samples, written, t)
-        divisible = [i not in indivisible and not held[i] for i in range(len(moves))]
+        divisible = [i not in indivisible and i not in left for i in range(len(moves))]
         pieces = divide_moves(samples, curve, options.tolerance_m, divisible)
         values = _Values(model.robot, motion, events, written, curve)
-        wishes = values.wishes(~held, pieces)
+        wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces)
         decisions = decide_changes(events, wishes, users)
         insertions, clashing = values.insertions(pieces, zone_name)
-        refused = np.array([key_of(events[m.event].statement) in decisions.refused for m in moves]) & ~held
-        if not refused.any() and not clashing:
+        now_left = _left_targets(motion, events, exact, wishes, decisions)
+        if now_left.keys() <= left.keys() and not clashing:
             break
-        held |= refused
+        left = now_left | left
         indivisible.update(clashing)
-    return Plan(motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible)
+    return Plan(
+        motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible, frozenset(left)
+    )
+
+
+def _left_targets(
+    motion: Motion, events: Sequence[MotionEvent], exact: Exact, wishes: Sequence[Wish], decisions: Decisions
+) -> dict[int, Array]:
+    """Moves whose targets are not written as wished, with the shift (6,) that they get: none, or that of the target
+    which they are derived from. Of the targets in an array that is the nearest one."""
+    samples = motion.samples
+    wanted = samples.T_base_tcp[samples.goal]
+    shifts = pose_error(wanted, exact.T_base_flange @ samples.curves.T_flange_tcp)
+    index = {move.event: i for i, move in enumerate(motion.moves)}
+    bases: dict[str, list[int]] = {}
+    for wish in wishes:
+        if wish.role == "to" and wish.origin.declaration is not None:
+            bases.setdefault(wish.origin.declaration, []).append(index[wish.event])
+    left: dict[int, Array] = {}
+    for i, move in enumerate(motion.moves):
+        key = key_of(events[move.event].statement)
+        if key in decisions.refused:
+            left[i] = np.zeros(6)
+        elif key in decisions.following:
+            rows = [row for name in decisions.following[key] for row in bases[name]]
+            away = np.linalg.norm(wanted[rows, :3, 3] - wanted[i, :3, 3], axis=1)
+            left[i] = shifts[rows[int(np.argmin(away))]]
+    return left
 
 
 class _Values:
@@ -149,11 +183,11 @@ class _Values:
         self.conf_after = confdata(robot, written.q_goal)
         self.T_goal = written.T_base_flange @ motion.samples.curves.T_flange_tcp
 
-    def wishes(self, chosen: Array, pieces: Sequence[Pieces]) -> list[Wish]:
-        """Corrected goals and circle points of the chosen moves (m,)."""
+    def wishes(self, chosen: Sequence[int], pieces: Sequence[Pieces]) -> list[Wish]:
+        """Corrected goals and circle points of the chosen moves."""
         divided = {p.move: p for p in pieces}
         asked: list[tuple[int, str, Array, Conf]] = []
-        for i in np.flatnonzero(chosen):
+        for i in chosen:
             move = self.motion.moves[i]
             event = self.events[move.event]
             if not isinstance(event.target, RobTarget):
@@ -161,7 +195,7 @@ class _Values:
             crossed = not np.array_equal(self.conf_before[i], self.conf_after[i])
             asked.append((i, "to", self.T_goal[i], _conf(self.conf_after[i]) if crossed else event.target.robconf))
             if event.via is not None and not move.first:
-                asked.append((i, "via", self._via(int(i), divided[int(i)]), event.via.robconf))
+                asked.append((i, "via", self._via(i, divided[i]), event.via.robconf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         found = []
         for (i, role, _, _), value in zip(asked, values, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from postproc.compensate.values import StatementKey, key_of
 from postproc.rapid.events import MotionEvent
@@ -10,25 +11,33 @@ from postproc.rapid.program import Program
 from postproc.rapid.uses import declaration_uses
 
 
-def target_users(program: Program) -> Mapping[str, frozenset[StatementKey]]:
-    """Statements that use each declaration as a target; declarations that are used for anything else are missing."""
+@dataclass(frozen=True, slots=True)
+class Users:
+    """Motion statements that use a declaration: as a target by itself, or inside Offs, RelTool or another expression."""
+
+    plain: frozenset[StatementKey]
+    derived: frozenset[StatementKey]
+
+
+def target_users(program: Program) -> Mapping[str, Users]:
+    """Users of each declaration that serves for nothing but targets; declarations that serve for more are missing."""
     result = {}
     for key, uses in declaration_uses(program).items():
-        statements = [use.statement for use in uses if use.kind == "motion" and use.role in ("to", "via")]
-        if len(statements) == len(uses):
-            result[key] = frozenset(key_of(s) for s in statements if s is not None)
+        kinds: dict[str, set[StatementKey]] = {"motion": set(), "expression": set()}
+        for use in uses:
+            if use.kind not in kinds or use.statement is None or use.role not in ("to", "via"):
+                break
+            kinds[use.kind].add(key_of(use.statement))
+        else:
+            result[key] = Users(frozenset(kinds["motion"]), frozenset(kinds["expression"]))
     return result
 
 
-def fully_wished(
-    events: Sequence[MotionEvent], wished: Sequence[tuple[int, str]]
-) -> frozenset[tuple[StatementKey, str]]:
-    """Statements and roles for which every execution has a corrected value."""
+def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozenset[StatementKey]:
+    """Statements of which every execution has a corrected value."""
     have = set(wished)
-    runs: dict[tuple[StatementKey, str], bool] = {}
+    complete: dict[StatementKey, bool] = {}
     for index, event in enumerate(events):
-        roles = ("to", "via") if event.via_origin is not None else ("to",)
-        for role in roles:
-            key = (key_of(event.statement), role)
-            runs[key] = runs.get(key, True) and (index, role) in have
-    return frozenset(key for key, complete in runs.items() if complete)
+        key = key_of(event.statement)
+        complete[key] = complete.get(key, True) and index in have
+    return frozenset(key for key, all_of_it in complete.items() if all_of_it)

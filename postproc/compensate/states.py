@@ -9,7 +9,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.motion.values import Trajectory
+from postproc.motion.values import Flags, Trajectory
 
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
@@ -30,7 +30,7 @@ def build_state(
     loaded = burning(samples) if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
     wrench[loaded] = np.array([*options.force, *options.moment])
     where = rows + samples.u if place is None else place
-    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
+    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, settled_acceleration(trajectory), trajectory.t))
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
     keeps_speed = options.inertia or any("v" in effect.reads for effect in model.effects)
     return State(
@@ -44,6 +44,23 @@ def build_state(
         wrench=wrench,
         T_flange_tcp=samples.curves.T_flange_tcp[rows],
     )
+
+
+def settled_acceleration(trajectory: Trajectory) -> Array:
+    """Sustained accelerations (k, 6), carried across fast corners from their ends [rad/s^2].
+
+    The target of a corner is not passed: a correction for the load of inertia in the corner would bend the lines on both
+    sides of it instead.
+    """
+    kept = ~_fast_corner(trajectory)
+    if kept.all() or not kept.any():
+        return trajectory.a_sustained
+    rows = np.arange(len(kept))
+    return np.stack([np.interp(rows, rows[kept], column[kept]) for column in trajectory.a_sustained.T], axis=1)
+
+
+def _fast_corner(trajectory: Trajectory) -> Flags:
+    return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)
 
 
 def burning(samples: Samples) -> Array:
@@ -70,7 +87,7 @@ def steady(trajectory: Trajectory, options: Options, place: Array) -> Array:
     speed = trajectory.tcp_speed
     change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
     restless = np.maximum(change[:-1], change[1:]) > STEADY * speed
-    restless |= trajectory.path.blend & (speed > SWIFT)  # a fast corner turns the load of inertia round
+    restless |= _fast_corner(trajectory)
     return along(trajectory, restless.astype(float), place) <= 0.0
 
 
