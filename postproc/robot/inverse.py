@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.robot.arm import Robot
-from postproc.robot.closed_form import STRAIGHT_WRIST
 from postproc.robot.closed_form import inverse as inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
 from postproc.robot.kinematics import forward, jacobian
@@ -208,7 +207,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
 def _wrist_pair(options: Array, q_start: Array) -> Array:
     """The two wrists (n, 2, 6) of each pose; at a singular one axis 4 stays where it was and axis 6 takes the rest."""
     first = options[:, 0].copy()
-    singular = np.abs(np.sin(first[:, 4])) < STRAIGHT_WRIST
+    singular = np.abs(np.sin(first[:, 4])) < TAUGHT_WRIST
     if singular.any():
         known = np.where(singular, -1, np.arange(len(first)))
         last = np.maximum.accumulate(known)
@@ -216,6 +215,7 @@ def _wrist_pair(options: Array, q_start: Array) -> Array:
         sign = np.where(np.cos(first[:, 4]) > 0, 1.0, -1.0)
         total = first[:, 3] + sign * first[:, 5]
         first[:, 3] = np.where(singular, q4, first[:, 3])
+        first[:, 4] = np.where(singular, np.round(first[:, 4] / np.pi) * np.pi, first[:, 4])
         first[:, 5] = np.where(singular, sign * (total - q4), first[:, 5])
     second = first * np.array([1, 1, 1, 1, -1, 1]) + np.array([0, 0, 0, np.pi, 0, np.pi])
     return np.stack([first, second], axis=1)

@@ -69,7 +69,7 @@ def measure(name: str) -> dict[str, float]:
         "Eq. 23 beside the exact equilibrium, 500 poses, largest": float(off.max()),
         "largest deflection of those poses": float(size.max()),
         "K without K_E, relative": float((np.abs(bare - K).max(axis=(1, 2)) / np.abs(K).max(axis=(1, 2))).max()),
-        "K_E beside K_theta, relative": float((np.abs(at.K_E).max() * model.robot.joint_compliance.min())),  # type: ignore[union-attr]
+        "K_E beside K_theta, relative": float(np.abs(at.K_E).max() * model.robot.joint_compliance.min()),  # type: ignore[union-attr]
     }
 
 

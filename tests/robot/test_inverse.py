@@ -206,3 +206,14 @@ def test_arms_without_spherical_wrist_say_so() -> None:
     with pytest.raises(PostprocError) as error:
         confdata(robot, np.zeros((1, 6)))
     assert error.value.diagnostics[0].code == "KIN005"
+
+
+def test_a_path_with_a_straight_wrist_and_rounded_orientations_does_not_spin_axis_4() -> None:
+    robot = load_robot("irb4600_60_205")
+    u = np.linspace(0, 1, 200)[:, None]
+    q = np.array([0.1, 0.1, 0.2, 0.3, 0.0, -0.2]) + u * np.array([0.3, 0.2, -0.2, 0, 0, 0])
+    T = forward(robot, q)
+    T[:, :3, :3] = T[:, :3, :3] @ A.rotation_vector(np.random.default_rng(0).normal(size=(200, 3)) * 2e-7)
+    tracked = track(robot, T, q[0])
+    assert np.abs(tracked - q).max() < 1e-5
+    assert np.abs(forward(robot, tracked) - T).max() < 2e-6
