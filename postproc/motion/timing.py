@@ -164,21 +164,21 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index
         (k - 1,) path speed [m/s] to allow instead.
     """
     allowed = np.full(len(program), np.inf)
+    found = np.full(len(program), -1.0)
     run = law.run[rows]
-    motions = [joint_motion(runs, law, run, law.t[rows] + x * law.window[run]) for x in (0.0, 0.25, 0.5, 0.75, 1.0)]
-    intervals = [np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1) for m in motions]
-    for i in intervals:
-        excess[i] = 0.0
-    for m, i in zip(motions, intervals, strict=True):
+    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
+        m = joint_motion(runs, law, run, law.t[rows] + share * law.window[run])
+        i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
             (np.abs(m.v) / robot.speed).max(axis=1),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
             np.sqrt((np.abs(m.a) / robot.acceleration).max(axis=1)),
             np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk).max(axis=1)),
         ])  # fmt: skip
-        np.maximum.at(excess, i, over)
+        np.maximum.at(found, i, over)
         slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)
         np.minimum.at(allowed, i, np.where(over > _KEPT, slower, np.inf))
+    excess[found >= 0.0] = found[found >= 0.0]
     return allowed
 
 

@@ -18,6 +18,8 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
+SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
+_BLOCK = 100_000  # instants looked at together: keeps the memory of long programs flat
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
@@ -34,7 +36,7 @@ def retime(
     the averaged motion would pass a limit the speed is lowered and solved again.
 
     Args:
-        period: (n,) first natural period of the arm at each sample [s].
+        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one.
         gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
 
     Raises:
@@ -57,11 +59,12 @@ def retime(
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
-    T1 = np.full(n, FIRST_PERIOD) if period is None else period
+    T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = np.zeros_like(a)
     if runs.count:
         even = time_steps(float(start[-1]), T1)
-        a_even = joint_motion(runs, law, *profile.at(even)).a
+        parts = np.split(even, range(_BLOCK, len(even), _BLOCK))
+        a_even = np.concatenate([joint_motion(runs, law, *profile.at(part)).a for part in parts])
         kept = sustained(even, a_even, np.interp(even, t, T1))
         at = np.column_stack([np.interp(t, even, column) for column in kept.T])
         a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))

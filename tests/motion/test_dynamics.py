@@ -63,6 +63,8 @@ def test_a_slow_weld_is_free_of_inertia_and_a_long_swing_is_not() -> None:
     # Only bursts longer than the first period count.
     stiff = retime(ROBOT, path, events(moves), np.full(len(path.q), 0.02))
     assert np.abs(stiff.a_sustained).sum() > np.abs(trajectory.a_sustained).sum()
+    rigid = retime(ROBOT, path, events(moves), np.zeros(len(path.q)))
+    assert rigid.a_sustained == pytest.approx(stiff.a_sustained)
 
 
 def kinetic_energy(q: np.ndarray, v: np.ndarray, mass: float, center: np.ndarray, h: float = 1e-6) -> np.ndarray:

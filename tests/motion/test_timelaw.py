@@ -32,7 +32,7 @@ def test_averaging(seed: int) -> None:
     for r in (0, 1):
         W, rows = window[r], run == r
         end = law.t[law.last[r]]
-        fine = np.linspace(-W, end + W, 200_001)
+        fine = np.linspace(-W, end + W, 20_001)
         sharp = np.zeros_like(fine)
         for i in np.flatnonzero(rows)[:-1]:
             tau = np.clip(fine - law.t[i], 0.0, law.t[i + 1] - law.t[i])
@@ -41,7 +41,7 @@ def test_averaging(seed: int) -> None:
         t = np.linspace(0.0, end + W, 50)
         by_hand = (np.interp(t, fine, area) - np.interp(t - W, fine, area)) / W
         at, v, a, _ = evaluate(law, np.full(50, r), t)
-        assert at == pytest.approx(by_hand, abs=1e-6)
+        assert at == pytest.approx(by_hand, abs=1e-5)
         assert (np.diff(at) >= -1e-12).all()
         assert (v <= speed.max() + 1e-9).all()
         assert (np.abs(a) <= np.abs(law.acceleration).max() + 1e-9).all()
