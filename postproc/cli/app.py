@@ -16,7 +16,13 @@ LOOK_UP = Group("Look up", sort_key=3)
 COMMANDS = (
     ("compensate", CONVERT, "Correct a program so that the real arm goes where the program says."),
     ("inspect", CONVERT, "List what a program moves, where, and what would be left alone and why."),
+    ("batch", CONVERT, "Convert a folder, a controller backup or the tasks of a jobs file."),
     ("diff", CONVERT, "Compare two programs by meaning, statement by statement."),
+    ("fit", IMPROVE, "Fit the model of an arm to measured poses."),
+    ("compare", IMPROVE, "Compare a model with measurements: where does it fail?"),
+    ("diagnose", IMPROVE, "Find which physical effect a model lacks, with evidence."),
+    ("add", IMPROVE, "Add effects to a model, refit, and show how far the error falls."),
+    ("predict", IMPROVE, "Predict the TCP for every row of a table."),
 )
 SUBCOMMANDS = (
     (

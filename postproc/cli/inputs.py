@@ -8,10 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from postproc.cli.report import show
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
 if TYPE_CHECKING:
+    from postproc.effects.base import Effect
+    from postproc.measure.measurements import Measurements
     from postproc.model.arm import Model
+    from postproc.robot.arm import Robot
 
 
 def read_source(name: str) -> Source:
@@ -51,6 +55,34 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
         return default_model(robot or DEFAULT_ROBOT)
     model = parse_model(read_source(str(path)), library)
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
+
+
+def load_measurements(data: str, robot: Robot, program: str | None = None, columns: str | None = None) -> Measurements:
+    """The table of measured poses, its findings printed.
+
+    Args:
+        data: CSV file; ``-`` is stdin.
+        robot: the arm that was measured.
+        program: RAPID module that was run, for tables that name targets.
+        columns: TOML file that maps the columns of another layout.
+
+    Raises:
+        PostprocError: what is wrong with one of the files.
+    """
+    from postproc.measure.table import read_measurements
+
+    run = read_source(program) if program else None
+    layout = read_source(columns) if columns else None
+    table = read_measurements(read_source(data), robot, run, layout)
+    show(table.diagnostics)
+    return table
+
+
+def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
+    """Effects that the user's files define."""
+    from postproc.effects.registry import load_effect_file
+
+    return [cls for file in files for cls in load_effect_file(file)]
 
 
 def _read(name: str) -> bytes:

@@ -13,8 +13,8 @@ from postproc.diagnostics import Diagnostic, PostprocError
 Vector = tuple[float, float, float]
 
 
-def _positive(_: object, value: float) -> None:
-    if not (math.isfinite(value) and value > 0):
+def _positive(_: object, value: float | None) -> None:
+    if value is not None and not (math.isfinite(value) and value > 0):
         raise ValueError("Must be a positive number.")
 
 
@@ -27,6 +27,10 @@ Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Noise = Annotated[float | None, Parameter(name="--noise", validator=_positive)]
+Effects = Annotated[str, Parameter(name="--effects")]
+RunProgram = Annotated[str | None, Parameter(name="--program")]
+Columns = Annotated[str | None, Parameter(name="--columns")]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]

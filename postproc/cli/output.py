@@ -7,8 +7,12 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from postproc.diagnostics import Diagnostic, PostprocError
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
 
 
 def output_path(source: str, output: Path | None, in_place: bool) -> Path | None:
@@ -81,6 +85,26 @@ def finish(
     if target is not None or not silent:
         write(target, after)
     return 0
+
+
+def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:
+    """Write a model file; comments of the file it is derived from (``like``, else the one it replaces) survive.
+
+    Args:
+        target: None for stdout, where it goes unless stdout is taken (``silent``).
+    """
+    from postproc.model.file import render_model
+    from postproc.tomlfile import parse_toml, read_source
+
+    if target is None and silent:
+        return
+    origin = like or target
+    before = ""
+    if origin is not None and origin.is_file():
+        source = read_source(origin, "MOD001")
+        parse_toml(source, "MOD001")
+        before = source.data.decode("utf-8-sig")
+    write(target, render_model(model, before).encode())
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:

@@ -93,16 +93,24 @@ class _Frame:
         bottom = self.top + self.height
         frame = f'<rect x="{self.left}" y="{self.top}" width="{self.width}" height="{self.height}"'
         axes = [f'{frame} fill="none" stroke="#bbb"/>']
-        for value in np.linspace(*self.range_y, 5):
-            axes.append(f'<text x="{self.left - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>')
-        for value in np.linspace(*self.range_x, 5):
-            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 14}" text-anchor="middle">{value:.3g}</text>')
+        for value in _ticks(*self.range_y):
+            axes.append(f'<text x="{self.left - 5}" y="{self.y(value) + 4:.1f}" text-anchor="end">{value:.6g}</text>')
+        for value in _ticks(*self.range_x):
+            axes.append(f'<text x="{self.x(value):.1f}" y="{bottom + 14}" text-anchor="middle">{value:.6g}</text>')
         middle = self.left + self.width / 2
         axes.append(f'<text x="{middle:.0f}" y="{bottom + 30}" text-anchor="middle">{escape(x_label)}</text>')
         turn = f'transform="rotate(-90 10 {self.top + self.height / 2:.0f})"'
         y_at = self.top + self.height / 2
         axes.append(f'<text x="10" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
         return _svg(*self.size, [*axes, *parts])
+
+
+def _ticks(low: float, high: float) -> Array:
+    """Three to seven round values between two limits."""
+    rough = (high - low) / 5
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = next(power * k for k in (1.0, 2.0, 5.0, 10.0) if power * k >= rough)
+    return np.arange(np.ceil(low / step), np.floor(high / step) + 0.5) * step + 0.0
 
 
 def _range(values: Array) -> tuple[float, float]:

@@ -1,0 +1,52 @@
+"""``postproc diagnose``: which physics a model lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from postproc.cli.inputs import load_measurements, load_model, own_effects
+from postproc.cli.options import Columns, EffectFiles, Flag, Noise, ReportFile, RunProgram
+from postproc.cli.output import output_path, write
+from postproc.cli.report import print_json, show
+from postproc.identify.diagnose import diagnose
+from postproc.report.diagnosis import diagnosis_page
+
+
+def run(
+    model: Path,
+    data: str,
+    /,
+    *,
+    effects: EffectFiles = (),
+    noise: Noise = None,
+    program: RunProgram = None,
+    columns: Columns = None,
+    report: ReportFile = None,
+    json: Flag = False,
+) -> int:
+    """Find which physical effect a model lacks on measurements, with evidence; or none; or that the library lacks it.
+
+    The exit code is 0 whatever the verdict is.
+
+    Args:
+        model: TOML file of the arm.
+        data: table of measured poses (CSV); - reads stdin.
+        effects: Python file with effects of your own, which take part; its code is run. May be repeated.
+        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
+        program: RAPID module that was run, for tables that name targets.
+        columns: TOML file that maps the columns of another layout.
+        report: HTML page to write.
+        json: print the postproc/diagnose/1 document.
+    """
+    page = output_path(data, report, in_place=False)
+    arm = load_model(model, effects=effects)
+    table = load_measurements(data, arm.robot, program, columns)
+    found = diagnose(arm, table, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    show(d for d in found.diagnostics if d not in table.diagnostics)
+    if page is not None:
+        write(page, diagnosis_page(data, found).encode())
+    if json:
+        print_json(found.as_json())
+    else:
+        print(found.text())
+    return 0

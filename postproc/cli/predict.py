@@ -1,0 +1,39 @@
+"""``postproc predict``: where a model says the TCP is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from postproc.cli.inputs import load_measurements, load_model
+from postproc.cli.options import Columns, EffectFiles, Output, RunProgram
+from postproc.cli.output import output_path, write
+from postproc.cli.report import show
+from postproc.identify.predict import predict_rows
+
+
+def run(
+    model: Path,
+    data: str,
+    /,
+    *,
+    effects: EffectFiles = (),
+    output: Output = None,
+    program: RunProgram = None,
+    columns: Columns = None,
+) -> int:
+    """Predict the TCP in the instrument's frame for every row of a table. Without -o the table goes to stdout.
+
+    Args:
+        model: TOML file of the arm.
+        data: table with commanded poses (CSV); - reads stdin.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm, one row per input row, same order.
+        program: RAPID module that was run, for tables that name targets.
+        columns: TOML file that maps the columns of another layout.
+    """
+    target = output_path(data, output, in_place=False)
+    arm = load_model(model, effects=effects)
+    found = predict_rows(arm, load_measurements(data, arm.robot, program, columns))
+    show(found.diagnostics)
+    write(target, found.as_csv().encode())
+    return 0
