@@ -139,8 +139,8 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     for effect in model.effects:
         share = displacement_of(effect, probe)
         parts = [share.joint, share.tool, share.instrument, *share.body.values()]
-        read = [np.isnan(p).any(axis=-1) for p in parts if p is not None and np.ndim(p) == 2]
-        found |= {*share.body, *(b for b in ALL_BODIES if any(r[b] for r in read))}
+        read = np.array([np.isnan(p).any(axis=1) for p in parts if p is not None and p.ndim == 2]).reshape(-1, 8)
+        found |= {*share.body, *(b for b in ALL_BODIES if read[:, b].any())}
     return tuple(sorted(found))
 
 
