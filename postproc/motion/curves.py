@@ -25,7 +25,7 @@ class Curves:
     Args:
         joint: (m,) straight in joint space; arc: (m,) circular; fault: (m,) why an arc is none, into ``ARC_FAULTS``.
         start: (m, 3) position [m], R_start: (m, 3, 3); chord: (m, 3) goal - start [m]; turn: (m, 3) rotation vector
-            from start to goal in the start's axes [rad].
+            from start to goal in the start's axes [rad], of arcs as seen from the path.
         center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
             p = center + cos(u angle) radial + sin(u angle) tangent.
         q_start, q_change: (m, 6) of joint moves [rad].
@@ -89,7 +89,11 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
         T_via = np.array([moves[i].T_base_via for i in rows])
         circle = circle_through(T_start[rows, :3, 3], T_via[:, :3, 3], T_end[rows, :3, 3])
         center[rows], radial[rows], tangent[rows], angle[rows], fraction, fault[rows] = circle
-        turn[rows] = _turn_past(turn[rows], R_start[rows], T_via[:, :3, :3], fraction)
+        axis = axes_of(radial[rows], tangent[rows])
+        R_via = _carried_back(axis, angle[rows] * fraction, T_via[:, :3, :3])
+        R_end = _carried_back(axis, angle[rows], T_end[rows, :3, :3])
+        relative = Rotation.from_matrix(R_start[rows].transpose(0, 2, 1) @ R_end).as_rotvec()
+        turn[rows] = _turn_past(relative, R_start[rows], R_via, fraction)
     length = np.where(arc & (fault == 0), np.linalg.norm(radial, axis=1) * angle, np.linalg.norm(chord, axis=1))
     arc &= fault == 0
     curves = Curves(
@@ -136,6 +140,19 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
     return center, radial, tangent, angle, at_via / np.maximum(angle, 1e-12), fault
 
 
+def axes_of(radial: Array, tangent: Array) -> Array:
+    """Unit normals (k, 3) of circles given by their radial and tangent vectors (k, 3)."""
+    normal = np.cross(radial, tangent)
+    result: Array = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    return result
+
+
+def _carried_back(axis: Array, angle: Array, R: Array) -> Array:
+    """Orientations (k, 3, 3) turned back along the circle to its start."""
+    back: Array = Rotation.from_rotvec(-angle[:, None] * axis).as_matrix() @ R
+    return back
+
+
 def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Array:
     """The rotation from start to end in the direction that passes nearer the circle point's orientation.
 
@@ -163,6 +180,10 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
         T[on_arc, :3, 3] = curves.center[i] + np.cos(phi) * curves.radial[i] + np.sin(phi) * curves.tangent[i]
     turn = Rotation.from_rotvec(curves.turn[move] * u[:, None]).as_matrix()
     T[:, :3, :3] = curves.R_start[move] @ turn
+    if len(on_arc):
+        # CirPathMode \PathFrame, the default: the tool keeps its attitude to the path but for an even reorientation.
+        along = phi * axes_of(curves.radial[i], curves.tangent[i])
+        T[on_arc, :3, :3] = Rotation.from_rotvec(along).as_matrix() @ T[on_arc, :3, :3]
     in_joints = np.flatnonzero(curves.joint[move])
     if len(in_joints):
         q = joints_at(curves, move[in_joints], u[in_joints])
