@@ -1,0 +1,152 @@
+"""``fit``, ``compare``, ``diagnose``, ``add`` and ``predict`` on a cell simulated by independent code."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.independent import library_effects as hidden
+from tests.independent.hidden_effects import Plan, make_set
+
+from .conftest import Call
+
+BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
+NOISE_MM = 0.03
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with ``fit.csv`` and ``validate_true.csv`` of an arm with backlash."""
+    folder = tmp_path_factory.mktemp("cell")
+    make_set(folder, seed=5, plan=Plan([hidden.backlash]), noise_mm=NOISE_MM, poses=120)
+    return folder
+
+
+def positions(path: Path) -> tuple[list[str], np.ndarray]:
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [row["pose_id"] for row in rows], np.array([[float(row[f"{a}_mm"]) for a in "xyz"] for row in rows])
+
+
+def test_the_error_falls_when_the_missing_effect_is_added(call: Call, cell: Path, tmp_path: Path) -> None:
+    base, better = tmp_path / "base.toml", tmp_path / "better.toml"
+    data = cell / "fit.csv"
+    fitted = call("fit", data, "--robot", "irb4600_60_205", "--effects", BASE, "-o", base, "--json")
+    assert fitted.code == 0, fitted.err
+    assert json.loads(fitted.out)["schema"] == "postproc/fit/1"
+    base.write_text("# our cell\n" + base.read_text())
+
+    compared = call("compare", base, data, "--json", "--report", tmp_path / "compare.html")
+    assert compared.code == 0, compared.err
+    figures = json.loads(compared.out)
+    assert figures["schema"] == "postproc/compare/1"
+    assert figures["noise_mm"] == pytest.approx(NOISE_MM, rel=0.5)
+    assert figures["rms_mm"] > 1.5 * NOISE_MM
+
+    diagnosed = call("diagnose", base, data, "--json", "--report", tmp_path / "diagnose.html")
+    assert diagnosed.code == 0, diagnosed.err
+    document = json.loads(diagnosed.out)
+    assert document["verdict"] == "missing"
+    assert [m["effect"] for m in document["missing"]] == ["backlash"]
+    for name, words in (("compare.html", "from where the model says"), ("diagnose.html", "backlash")):
+        page = (tmp_path / name).read_text("utf-8")
+        assert words in page.split('class="sentence">')[1].split("</p>")[0]
+
+    added = call("add", base, "backlash", "--data", data, "-o", better, "--json")
+    assert added.code == 0, added.err
+    ladder = json.loads(added.out)
+    assert ladder["held_out_rms_mm"] < 1.4 * NOISE_MM
+    assert ladder["before"]["held_out_rms_mm"] > 1.5 * ladder["held_out_rms_mm"]
+    assert better.read_text().startswith("# our cell\n")
+
+    predicted = tmp_path / "predicted.csv"
+    assert call("predict", better, cell / "validate_true.csv", "-o", predicted).code == 0
+    names, places = positions(predicted)
+    true_names, truth = positions(cell / "validate_true.csv")
+    assert names == true_names
+    assert np.sqrt(np.mean((places - truth) ** 2)) < 0.6 * NOISE_MM
+
+
+def test_nothing_is_missing_in_the_better_model(call: Call, cell: Path, tmp_path: Path) -> None:
+    model = tmp_path / "whole.toml"
+    data = cell / "fit.csv"
+    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
+    assert json.loads(call("diagnose", model, data, "--json").out)["verdict"] == "complete"
+    assert call("diagnose", model, data).out.startswith("Nothing is missing")
+
+
+OWN = '''
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, State, param
+
+
+class Play(Effect, reads=("approach",)):
+    """Joints stop short on the side from which they came."""
+
+    play_rad: Array = param(unit="rad", shape=(6,), typical=1e-4)
+
+    def displacement(self, state: State) -> Array:
+        return -self.play_rad * state.approach
+'''
+
+
+def test_an_effect_of_the_users_own_works_in_every_command(
+    call: Call, cell: Path, samples: Path, tmp_path: Path
+) -> None:
+    file, base, better = tmp_path / "own.py", tmp_path / "base.toml", tmp_path / "better.toml"
+    file.write_text(OWN)
+    data = cell / "fit.csv"
+    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},{file}", "-o", better).code == 0
+    assert "[effects.play]" in better.read_text()
+    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", BASE, "-o", base).code == 0
+    added = call("add", base, "play", "--data", data, "--effects", file, "--json")
+    assert added.code == 0, added.err
+    assert json.loads(added.out)["held_out_rms_mm"] < 1.4 * NOISE_MM
+    assert call("compare", better, data, "--effects", file).code == 0
+    assert call("predict", better, data, "--effects", file, "-o", tmp_path / "p.csv").code == 0
+    assert (
+        call("compensate", samples / "corner_arc.mod", "-m", better, "--effects", file, "-o", tmp_path / "c.mod").code
+        == 0
+    )
+    unknown = call("compare", better, data)
+    assert unknown.code == 2
+    assert "error[MOD003]: there is no effect `play`" in unknown.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("fit", "none.csv", "--robot", "irb4600_60_205", "--effects", BASE), "CLI002"),
+        (("fit", "{data}", "--robot", "irb1", "--effects", BASE), "KIN006"),
+        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", "backlsh"), "EFF020"),
+        (("fit", "{data}", "--robot", "irb4600_60_205"), "CLI001"),
+        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "-o", "{data}"), "CLI007"),
+        (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0"), "CLI001"),
+        (("compare", "none.toml", "{data}"), "CLI002"),
+        (("compare", "{data}", "{data}"), "MOD001"),
+        (("compare", "{model}", "{program}"), "DAT"),
+        (("compare", "{model}", "{model}"), "DAT"),
+        (("add", "{model}", "backlsh", "--data", "{data}"), "EFF020"),
+        (("add", "{model}", "servo_lag", "--data", "{data}"), "DAT021"),
+        (("predict", "{model}", "{data}", "-o", "{data}"), "CLI007"),
+        (("diagnose", "{model}", "{data}", "--effects", "{program}"), "EFF001"),
+    ],
+)
+def test_bad_input(call: Call, cell: Path, samples: Path, arguments: tuple[str, ...], code: str) -> None:
+    known = {
+        "data": cell / "fit.csv",
+        "model": samples / "models" / "irb4600_60_205.toml",
+        "program": samples / "hull_seam.mod",
+    }
+    before = (cell / "fit.csv").read_bytes()
+    outcome = call(*(argument.format(**known) for argument in arguments))
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert f"error[{code}" in outcome.err
+    assert (cell / "fit.csv").read_bytes() == before
