@@ -1,6 +1,7 @@
 """Where targets are added: closed forms of the chord of a parabola and of the circle through three points."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
     assert reached
     assert math.ceil(chords - 0.01) - 1 <= len(vertices) <= math.ceil(chords + 0.05) - 1
     edges = [0, *vertices, 1000]
-    assert max(chord_deviation(u, shift, X, a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)) <= tolerance
+    assert max(chord_deviation(u, shift, X, a, b) for a, b in pairwise(edges)) <= tolerance
 
 
 def test_no_target_inside_a_zone() -> None:

@@ -1,0 +1,306 @@
+"""Which text is changed: numbers in place, an inline target, or nothing, with the reason; through the whole conversion."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from postproc.convert import Conversion
+from tests.compensate.build import (
+    body_of,
+    codes,
+    convert,
+    events,
+    independent,
+    lines_of,
+    module,
+    outcome,
+    places,
+    target,
+    written,
+)
+
+A, B, C = target(1350, -500), target(1350, -380), target(1270, -380, 760)
+NUMBERS = re.compile(r"[+-]?\d+\.?\d*(?:E[+-]?\d+)?")
+
+
+def accurate(text: str, conversion: Conversion) -> None:
+    """The written program keeps the promise, by another reader and another arm."""
+    found = independent(text, conversion)
+    assert found.violations == []
+    assert found.after <= 0.01
+    assert found.goal_after <= 0.003
+    assert found.before > 0.5
+
+
+def test_a_target_used_once_is_edited_in_place() -> None:
+    text = module(
+        f"CONST robtarget p1:={A};\nCONST robtarget p2:={B};", "MoveJ p1,v200,fine,tT;\nMoveL p2,v50,fine,tT;"
+    )
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    assert body_of(written(found)) == body_of(text)
+    before, after = (lines_of(t) for t in (text, written(found)))
+    after = [line for line in after if not line.startswith("! ")]
+    changed = [(x, y) for x, y in zip(before, after, strict=True) if x != y]
+    assert [x.split(":=")[0] for x, _ in changed] == ["CONST robtarget p1", "CONST robtarget p2"]
+    for x, y in changed:
+        assert NUMBERS.sub("#", x) == NUMBERS.sub("#", y)
+        assert y.endswith(x[x.index(",[-1,0,-1,0]") :])
+    accurate(text, found)
+
+
+def test_numbers_keep_the_format_of_their_neighbours() -> None:
+    """More decimals than needed are kept, fewer are extended to three, no blank moves."""
+    text = module(
+        "CONST robtarget p1 := [ [1350.00,-5.0E2 , 700.123450],[0.300294,-0.01573800,0.95241,0.049914], "
+        "[-1,0,-1,0],[9E+09,9E+09,9E9,9E9,9E9,9E9] ]; ! seam start",
+        f"MoveJ p1,v200,fine,tT;\nMoveL {B},v50,fine,tT;",
+    )
+    line = next(x for x in lines_of(written(convert(text))) if "p1 :=" in x)
+    assert re.fullmatch(
+        r"CONST robtarget p1 := \[ \[\d+\.\d{3},-\d+\.\d{1,3} , \d+\.\d{6}\],\[0\.3\d{0,6},-0\.01\d{6},0\.95\d{1,5},0\.05\d{0,5}\], "
+        r"\[-1,0,-1,0\],\[9E\+09,9E\+09,9E9,9E9,9E9,9E9\] \]; ! seam start",
+        line,
+    ), line
+
+
+@pytest.mark.parametrize("newline", ["\r\n", "\n"])
+def test_bytes_that_need_no_change_are_kept(newline: str) -> None:
+    text = module(
+        f'CONST robtarget p1:={A}; ! Blechstärke\t5 mm\nVAR string s:="Naht für Ä";\nCONST robtarget p2:={B};',
+        'TPWrite "größer \\ als";\nMoveJ p1,v200,fine,tT;\nMoveL   p2 ,v50,fine,tT ;  ! blanks   kept',
+    ).replace("\n", newline)
+    out = convert(text).output
+    assert out is not None
+    assert out.count(b"\n") - text.count("\n") == sum(x.startswith("! ") for x in lines_of(out.decode("latin-1")))
+    assert (b"\r" in out) == (newline == "\r\n")
+    assert out.count(b"\r\n") == (out.count(b"\n") if newline == "\r\n" else 0)
+    kept = [x for x in text.encode("latin-1").splitlines(keepends=True) if b"robtarget" not in x]
+    rest = [x for x in out.splitlines(keepends=True) if b"robtarget" not in x and not x.lstrip().startswith(b"! ")]
+    assert rest == kept
+
+
+def test_two_uses_in_the_same_context_share_the_declaration() -> None:
+    text = module(
+        f"CONST robtarget p1:={A};\nCONST robtarget p2:={B};",
+        "MoveJ p1,v200,fine,tT;\nMoveL p2,v50,fine,tT;\nMoveL p1,v50,fine,tT;",
+    )
+    found = convert(text)
+    assert body_of(written(found)) == body_of(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 3
+    accurate(text, found)
+
+
+def test_one_target_under_two_tools_becomes_two() -> None:
+    """The tools differ in weight and length, so the arm bends differently: one declaration cannot serve both."""
+    text = module(
+        f"CONST robtarget p1:={A};",
+        f"MoveJ p1,v200,fine,tT;\nMoveL {B},v50,fine,tT;\nMoveJ p1,v200,fine,tLong;\nMoveL {B},v50,fine,tLong;",
+    )
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 4
+    first, _, second, _ = places(written(found))
+    assert math.dist(first, second) > 0.02
+    accurate(text, found)
+
+
+def test_target_and_its_offset() -> None:
+    """Offs of a corrected target would carry the wrong correction: the offset gets a value of its own."""
+    text = module(
+        f"CONST robtarget p1:={A};",
+        f"MoveJ Offs(p1,0,0,120),v200,fine,tT;\nMoveL p1,v50,fine,tT;\nMoveL {B},v50,fine,tT;\nMoveL Offs(p1,0,0,120),v50,fine,tT;",
+    )
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 4
+    accurate(text, found)
+
+
+def test_offset_read_elsewhere_keeps_the_declaration() -> None:
+    """What a program computes from a target must not change: only the statement gets another target."""
+    text = module(
+        f"CONST robtarget p1:={A};\nVAR num x;",
+        f"x:=p1.trans.x;\nMoveJ p1,v200,fine,tT;\nMoveL {B},v50,fine,tT;",
+    )
+    found = convert(text)
+    assert f"CONST robtarget p1:={A};" in lines_of(written(found))
+    assert body_of(written(found))[1].startswith("MoveJ [[")
+    accurate(text, found)
+
+
+def test_a_routine_called_twice_is_edited_once() -> None:
+    text = module(
+        f"CONST robtarget p1:={A};\nCONST robtarget p2:={B};",
+        "seam;\nseam;",
+        "  PROC seam()\n    MoveJ p1,v200,fine,tT;\n    MoveL p2,v50,fine,tT;\n  ENDPROC\n",
+    )
+    found = convert(text)
+    assert len(events(written(found))) == 4
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    assert places(written(found))[:2] == places(written(found))[2:]
+    accurate(text, found)
+
+
+def test_an_inline_target_is_edited_where_it_stands() -> None:
+    text = module("", f"MoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;")
+    found = convert(text)
+    for x, y in zip(body_of(text), body_of(written(found)), strict=True):
+        assert x != y and NUMBERS.sub("#", x) == NUMBERS.sub("#", y)
+    accurate(text, found)
+
+
+def test_array_element_with_a_literal_index() -> None:
+    """Only the elements that are used change."""
+    text = module(
+        f"CONST robtarget p{{3}}:=[{A},\n{C},\n{B}];",
+        "MoveJ p{1},v200,fine,tT;\nMoveL p{3},v50,fine,tT;",
+    )
+    found = convert(text)
+    assert body_of(written(found)) == body_of(text)
+    assert f"{C}," in lines_of(written(found))
+    accurate(text, found)
+
+
+def test_array_in_a_loop() -> None:
+    text = module(
+        f"CONST robtarget p{{3}}:=[{A},\n{B},\n{C}];\nVAR num i;",
+        "MoveJ p{1},v200,fine,tT;\nFOR i FROM 1 TO 3 DO\nMoveL p{i},v50,fine,tT;\nENDFOR",
+    )
+    found = convert(text)
+    out = written(found)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    assert "MoveL p{i},v50,fine,tT;" in body_of(out)
+    assert np.linalg.norm(np.subtract(places(out), places(text)), axis=1).min() > 0.5
+
+
+def test_loop_over_ways_that_need_different_insertions() -> None:
+    """Nothing can be added before a statement that runs on different ways: its targets are corrected, and a warning says so."""
+    far = target(1350, -20)
+    text = module(
+        f"CONST robtarget p{{3}}:=[{A},\n{far},\n{target(1150, -500, 850)}];\nVAR num i;",
+        "MoveJ p{1},v200,fine,tT;\nFOR i FROM 2 TO 3 DO\nMoveL p{i},v50,fine,tT;\nENDFOR",
+    )
+    found = convert(text)
+    assert found.report["added_targets"] == 0
+    assert body_of(written(found)) == body_of(text)
+    warning = next(d for d in found.diagnostics if d.code == "CMP006")
+    assert "several times" in warning.help
+    assert found.report["max_error_after_mm"] > 0.01
+
+
+def test_relative_tool_target() -> None:
+    text = module(
+        f"CONST robtarget p1:={A};",
+        f"MoveJ RelTool(p1,0,0,-80),v200,fine,tT;\nMoveL RelTool(p1,0,0,0\\Rz:=10),v50,fine,tT;\nMoveL {B},v50,fine,tT;",
+    )
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 3
+    accurate(text, found)
+
+
+def test_a_target_taught_at_run_time_is_left_alone() -> None:
+    text = module(
+        f"PERS robtarget pFound:={C};",
+        f"MoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;\npFound:=CRobT(\\Tool:=tT);\nMoveL pFound,v50,fine,tT;",
+    )
+    found = convert(text)
+    last = outcome(found, 2)
+    assert last.status == "skipped" and last.reason
+    assert f"PERS robtarget pFound:={C};" in lines_of(written(found))
+    assert body_of(written(found))[-1] == "MoveL pFound,v50,fine,tT;"
+
+
+def test_joint_targets_are_left_alone() -> None:
+    home = "CONST jointtarget jHome:=[[0,-20,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    text = module(home, f"MoveAbsJ jHome\\NoEOffs,v200,fine,tT;\nMoveJ {A},v200,fine,tT;\nMoveL {B},v50,fine,tT;")
+    found = convert(text)
+    assert (outcome(found, 0).status, outcome(found, 1).status) == ("skipped", "compensated")
+    assert "joint" in (outcome(found, 0).reason or "")
+    assert home in lines_of(written(found))
+    accurate(text, found)
+
+
+def test_a_target_shared_with_a_statement_that_is_skipped() -> None:
+    """The statement that cannot be corrected keeps the programmed value, the other one gets its own."""
+    text = module(
+        f"CONST robtarget p1:={A};",
+        f"MoveJ p1,v200,fine,tT;\nMoveL {B},v50,fine,tT;",
+        "  PROC never()\n    MoveL p1,v50,fine,tT;\n  ENDPROC\n",
+    )
+    found = convert(text, entry="main")
+    assert [o.status for o in found.outcomes] == ["compensated", "compensated", "skipped"]
+    assert f"CONST robtarget p1:={A};" in lines_of(written(found))
+    assert "MoveL p1,v50,fine,tT;" in lines_of(written(found))
+    accurate(text, found)
+
+
+def test_a_name_of_32_characters() -> None:
+    name = "p" + "abcdefghij" * 3 + "x"
+    assert len(name) == 32
+    text = module(
+        f"CONST robtarget {name}:={A};",
+        f"MoveJ {name},v200,fine,tT;\nMoveL {B},v50,fine,tT;\nMoveJ {name},v200,fine,tLong;\nMoveL {B},v50,fine,tLong;",
+    )
+    out = written(convert(text))
+    assert max(len(word) for word in re.findall(r"\b[a-zA-Z]\w*", out.split("PROC main()")[1])) <= 32
+    accurate(text, convert(text))
+
+
+def test_confdata_follows_a_joint_across_a_quadrant() -> None:
+    """Axis 1 stands at -0.04 deg; the correction of 1.5 mm turns it to the other side of zero."""
+    near, beyond = target(1350, -70), target(1350, 50)
+    text = module("", f"MoveJ {near},v200,fine,tT;\nMoveL {beyond},v50,fine,tT;")
+    found = convert(text)
+    assert found.output is not None, codes(found)
+    goals = [e.target for e in events(written(found))]
+    assert goals[0].robconf == (-1, 0, -1, 0)
+    assert goals[-1].robconf == (0, 0, -1, 0)
+    accurate(text, found)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "IF TRUE MoveL far,v50,fine,tT;",
+        "MoveL far\\ID:=10,v50,fine,tT;",
+        "MoveL far,v50\\T:=12,fine,tT;",
+    ],
+)
+def test_where_nothing_may_be_added(statement: str) -> None:
+    text = module(f"CONST robtarget far:={target(1350, -20)};", f"MoveJ {A},v200,fine,tT;\n{statement}")
+    found = convert(text)
+    assert found.report["added_targets"] == 0
+    assert body_of(written(found))[-1] == statement
+    assert outcome(found, 1).status == "compensated"
+    warning = next(d for d in found.diagnostics if d.code == "CMP006")
+    assert "no target was added" in warning.help
+
+
+def test_a_zone_of_the_users_own_is_not_taken_for_the_predefined_one() -> None:
+    """Where the program declares another `z1`, added targets get a zone that is small for certain."""
+    text = module(
+        f"CONST zonedata z1:=[FALSE,150,225,225,23,225,35];\nCONST robtarget far:={target(1350, -20)};",
+        f"MoveJ {A},v200,fine,tT;\nMoveL far,v50,fine,tT;",
+    )
+    found = convert(text)
+    added = [e for e in events(written(found))[1:-1]]
+    assert added
+    for event in added:
+        assert not event.zone.finep and event.zone.pzone_tcp <= 1.0
+    accurate(text, found)
+
+
+def test_work_object_targets_are_written_in_the_work_object() -> None:
+    a, b = ([f"{v:g}" for v in place] for place in ((350, -200, 200), (350, -80, 200)))
+    rest = ",".join(A.split("],")[1:2]) + "],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    text = module(
+        f"CONST robtarget p1:=[[{','.join(a)}],{rest};\nCONST robtarget p2:=[[{','.join(b)}],{rest};",
+        "MoveJ p1,v200,fine,tT\\WObj:=wT;\nMoveL p2,v50,fine,tT\\WObj:=wT;",
+    )
+    found = convert(text)
+    shift = np.subtract(places(written(found)), places(text))
+    assert 0.5 < np.linalg.norm(shift, axis=1).max() < 5
+    accurate(text, found)
