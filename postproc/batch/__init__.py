@@ -1,0 +1,1 @@
+"""Many jobs: local processes or an existing cluster, restartable."""

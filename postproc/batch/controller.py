@@ -1,0 +1,109 @@
+"""What a controller's backup says about its tasks: their names, which of them move an arm, and which arm.
+
+BACKINFO/backinfo.txt: ``>>TASK1: (T_ROB1,,)``. SYSPAR/SYS.cfg: CAB_TASKS name the motion tasks and their group of
+mechanical units, MECHANICAL_UNIT_GROUP its robot. SYSPAR/MOC.cfg: ROBOT gives the type, ``ROB1_4600_2.55_40``, and the
+base frame in the world. TASKn is not robot n.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+Entry = Mapping[str, str]
+
+_ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
+_TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
+_TYPE = re.compile(r"(?:ROB\d+|IRB)_(\d+\w*?)_((?:[A-Za-z]\w*_)*)(\d+(?:\.\d+)?)_(\d+(?:\.\d+)?)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What a task moves.
+
+    Args:
+        task: its name on the controller.
+        moves: whether it is a motion task.
+        type: the arm's type as the controller writes it, None where nothing is said.
+        moved_base: the arm's base frame is not the world frame.
+    """
+
+    task: str
+    moves: bool = True
+    type: str | None = None
+    moved_base: bool = False
+
+
+def read_drives(backup: Path) -> dict[str, Drive]:
+    """What the tasks of a backup move, by folder name in upper case (``TASK1``); nothing where nothing is said."""
+    names = {folder.upper(): name.strip() for folder, name in _TASK.findall(_text(backup, "BACKINFO", "backinfo.txt"))}
+    system, motion = (_domains(_text(backup, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC"))
+    tasks = {entry["name"].lower(): entry for entry in system.get("CAB_TASKS", []) if "name" in entry}
+    groups = {e["name"].lower(): e for e in system.get("MECHANICAL_UNIT_GROUP", []) if "name" in e}
+    robots = {e["name"].lower(): e for e in motion.get("ROBOT", []) if "name" in e}
+    found = {}
+    for folder, name in names.items():
+        task = tasks.get(name.lower())
+        if task is None:
+            continue
+        group = groups.get(task.get("usemechanicalunitgroup", "").lower())
+        robot = robots.get(group.get("robot", "").lower()) if group is not None else None
+        if robot is None and len(robots) == 1:
+            robot = next(iter(robots.values()))
+        found[folder] = Drive(
+            name,
+            "motiontask" in task,
+            robot.get("use_robot_type") if robot is not None else None,
+            robot is not None and _moved(robot),
+        )
+    return found
+
+
+def library_name(type_: str) -> str | None:
+    """The library's name of an arm that a controller calls ``ROB1_4600_2.55_40``: ``irb4600_40_255``.
+
+    >>> library_name("ROB2_4600_2.05_60"), library_name("ROB1_6700_LeanID_2.65_220")
+    ('irb4600_60_205', 'irb6700_leanid_220_265')
+    """
+    found = _TYPE.fullmatch(type_)
+    if found is None:
+        return None
+    family, variant, reach, payload = found.groups()
+    return f"irb{family}_{variant}{payload}_{round(100 * float(reach))}".lower()
+
+
+def _moved(robot: Entry) -> bool:
+    def value(key: str, default: float) -> float:
+        try:
+            return float(robot.get(f"base_frame_{key}", default))
+        except ValueError:
+            return math.nan
+
+    place = [value(f"pos_{axis}", 0.0) for axis in "xyz"]
+    turn = [value(f"orient_u{i}", 1.0 if i == 0 else 0.0) for i in range(4)]
+    return not (max(map(abs, place)) < 1e-9 and abs(abs(turn[0]) - 1.0) < 1e-9)
+
+
+def _domains(text: str) -> dict[str, list[Entry]]:
+    """Entries of a configuration file by type: a backslash at the end of a line continues it, ``#`` ends a type."""
+    found: dict[str, list[Entry]] = {}
+    current: list[Entry] = []
+    for line in re.sub(r"\\[ \t]*\r?\n[ \t]*", " ", text).splitlines():
+        if head := re.fullmatch(r"([A-Z]\w*):\s*", line):
+            current = found.setdefault(head[1], [])
+        elif line.lstrip().startswith("-"):
+            current.append({key.lower(): quoted or bare for key, quoted, bare in _ENTRY.findall(line)})
+    return found
+
+
+def _text(backup: Path, folder: str, name: str) -> str:
+    """A file of the backup, its name in any case; empty where there is none."""
+    for path in sorted(backup.glob("*")):
+        if path.name.lower() == folder.lower() and path.is_dir():
+            for file in sorted(path.glob("*")):
+                if file.name.lower() == name.lower() and file.is_file():
+                    return file.read_bytes().decode("latin-1")
+    return ""

@@ -1,0 +1,159 @@
+"""What stands in a folder: which files run together, and which are only copied.
+
+A controller's backup keeps a task's modules in RAPID/TASKn/PROGMOD and SYSMOD; its HOME holds copies, not what runs. A
+program folder has a ``.pgf`` that lists the modules of one task. Every other module is a task of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path, PurePosixPath
+
+from postproc.batch.controller import Drive, library_name, read_drives
+from postproc.batch.journal import STATE
+from postproc.batch.values import Inventory, Task
+from postproc.diagnostics import Diagnostic, Source
+
+MODULES = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})
+SYSTEM = frozenset({".sys", ".sysx"})
+OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
+PARTS = frozenset({"progmod", "sysmod"})
+SHARED = "task0"  # installed in every task
+_LISTED = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
+
+
+def discover(folder: Path, output: Path | None = None) -> Inventory:
+    """Take stock of a folder.
+
+    Args:
+        output: left out, where it stands inside the folder.
+    """
+    files = sorted(_walk(folder, output))
+    backups = _backups(files)
+    groups: dict[str, list[str]] = {}
+    rest = []
+    for name in files:
+        home = _task_folder(name, backups)
+        if home is None or _suffix(name) not in MODULES:
+            rest.append(name)
+        else:
+            groups.setdefault(home, []).append(name)
+    drives = {backup: read_drives(folder / backup) for backup in backups}
+    tasks, copies = [], []
+    for home, members in groups.items():
+        drive = _drive(home, drives)
+        if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
+            copies += members
+            continue
+        beside = str(PurePosixPath(home).with_name(SHARED)).lower()
+        shared = [f for h, names in groups.items() if h.lower() == beside and h != home for f in names]
+        tasks.append(_task(folder, home, members, shared, drive))
+    in_home = [name for name in rest if _in_home(name, backups)]
+    loose, more = _loose(folder, [name for name in rest if not _in_home(name, backups)])
+    tasks.sort(key=lambda task: task.name)
+    return Inventory(
+        folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *in_home, *more]))
+    )
+
+
+def _walk(folder: Path, output: Path | None) -> Iterator[str]:
+    for place, folders, names in os.walk(folder):
+        here = Path(place)
+        folders[:] = [
+            n for n in folders if n not in OUTSIDE and (output is None or (here / n).resolve() != output.resolve())
+        ]
+        for name in names:
+            yield (here / name).relative_to(folder).as_posix()
+
+
+def _suffix(name: str) -> str:
+    return PurePosixPath(name).suffix.lower()
+
+
+def _backups(files: Iterable[str]) -> set[str]:
+    """Folders that hold RAPID beside SYSPAR, BACKINFO or HOME; ``.`` is the root."""
+    beside: dict[str, set[str]] = {}
+    for name in files:
+        parts = PurePosixPath(name).parts
+        for depth, part in enumerate(parts[:-1]):
+            beside.setdefault(str(PurePosixPath(*parts[:depth])), set()).add(part.lower())
+    return {place for place, found in beside.items() if "rapid" in found and found & {"syspar", "backinfo", "home"}}
+
+
+def _in_home(name: str, backups: Iterable[str]) -> bool:
+    return any(_below(name, backup, "home") for backup in backups)
+
+
+def _below(name: str, backup: str, part: str) -> bool:
+    parts, base = PurePosixPath(name).parts, PurePosixPath(backup).parts
+    return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part
+
+
+def _task_folder(name: str, backups: Iterable[str]) -> str | None:
+    """The folder of the task that a file belongs to: that above PROGMOD and SYSMOD, or a folder inside RAPID."""
+    parts = PurePosixPath(name).parts
+    if _in_home(name, backups):
+        return None
+    for depth, part in enumerate(parts[:-1]):
+        if part.lower() in PARTS:
+            return str(PurePosixPath(*parts[:depth]))
+        if (
+            part.lower() == "rapid"
+            and len(parts) > depth + 2
+            and not {p.lower() for p in parts[depth + 1 : -1]} & PARTS
+        ):
+            return str(PurePosixPath(*parts[: depth + 2]))
+    return None
+
+
+def _drive(home: str, drives: dict[str, dict[str, Drive]]) -> Drive | None:
+    for backup, found in drives.items():
+        if _below(f"{home}/x", backup, "rapid"):
+            return found.get(PurePosixPath(home).name.upper())
+    return None
+
+
+def _task(folder: Path, name: str, files: list[str], shared: list[str], drive: Drive | None) -> Task:
+    robot = library_name(drive.type) if drive is not None and drive.type is not None else None
+    findings = []
+    if drive is not None and drive.moved_base:
+        text = f"the base frame of the arm that `{drive.task}` drives is not the world frame"
+        help_ = "targets of this task are not in the arm's own frame: convert a copy whose work objects are"
+        findings.append(Diagnostic("BAT013", "error", text, help=help_))
+    return Task(name, tuple(files), tuple(shared), robot, tuple(findings))
+
+
+def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
+    """Tasks of program folders and of single modules, and what is neither."""
+    tasks: list[Task] = []
+    copies = [name for name in names if _suffix(name) not in MODULES]
+    taken: dict[str, str] = {}
+    for listing in (name for name in copies if _suffix(name) == ".pgf"):
+        here = str(PurePosixPath(listing).parent)
+        near = {PurePosixPath(n).name.lower(): n for n in names if str(PurePosixPath(n).parent) == here}
+        source = Source(listing, (folder / listing).read_bytes())
+        members, findings = [], []
+        for found in _LISTED.finditer(source.data.decode("latin-1")):
+            module = near.get(re.split(r"[\\/]", found[1])[-1].lower())
+            if module is None:
+                text = f"`{found[1]}` is listed here but does not stand beside"
+                findings.append(
+                    Diagnostic("BAT010", "warning", text, source, found.span(1), "check that the folder is complete")
+                )
+            elif module in taken:
+                text = f"`{module}` belongs to the program `{taken[module]}` too"
+                findings.append(
+                    Diagnostic("BAT011", "error", text, source, found.span(1), "convert the programs one by one")
+                )
+            else:
+                taken[module] = listing
+                members.append(module)
+        # System modules beside a program are loaded with it: they hold its tools and frames.
+        members += [n for n in near.values() if _suffix(n) in SYSTEM and n not in taken]
+        if members or findings:
+            tasks.append(Task(listing, tuple(members), findings=tuple(findings)))
+        taken.update(dict.fromkeys(members, listing))
+    tasks += [Task(name, (name,)) for name in names if _suffix(name) in MODULES and name not in taken]
+    return tasks, copies

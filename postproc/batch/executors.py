@@ -1,0 +1,86 @@
+"""Where jobs run: processes of this machine or a Dask cluster, both as a ``concurrent.futures.Executor``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any
+
+from postproc.batch.work import prepare_worker
+from postproc.diagnostics import Diagnostic, PostprocError
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Makes executors.
+
+    Args:
+        make: an executor of so many workers (a cluster has its own number); it is shut down after use.
+        workers: how many jobs run at once.
+        repeats: a job whose worker is lost has not been tried again; a scheduler does that by itself.
+    """
+
+    make: Callable[[int], Executor]
+    workers: int
+    repeats: bool = True
+
+
+@contextmanager
+def open_pool(workers: int | None, scheduler: str | None) -> Iterator[Pool]:
+    """Where jobs run: on the cluster of a scheduler, else in processes here, by default one for each free core."""
+    if scheduler is not None:
+        with cluster_pool(scheduler) as pool:
+            yield pool
+    else:
+        yield local_pool(workers or len(os.sched_getaffinity(0)))
+
+
+def local_pool(workers: int) -> Pool:
+    """Processes of this machine, started afresh: threads of linear algebra do not survive a fork."""
+
+    def make(count: int) -> Executor:
+        return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=prepare_worker)
+
+    return Pool(make, workers)
+
+
+@contextmanager
+def cluster_pool(address: str) -> Iterator[Pool]:
+    """The workers of a running Dask scheduler.
+
+    Raises:
+        PostprocError: BAT007, the library is missing or the scheduler does not answer.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        text = "the library `distributed` is not installed"
+        raise PostprocError(
+            Diagnostic("BAT007", "error", text, help="install the extra: `pip install postproc[cluster]`")
+        ) from None
+    try:
+        make_client: Any = Client  # untyped
+        client = make_client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise _lost(address, error) from error
+    with client:
+        threads = sum(client.nthreads().values())
+
+        def make(count: int) -> Executor:
+            if client.status != "running":
+                raise _lost(address, "the connection is lost")
+            executor: Executor = client.get_executor()
+            return executor
+
+        yield Pool(make, max(1, threads), repeats=False)
+
+
+def _lost(address: str, reason: object) -> PostprocError:
+    help_ = "write the address as the scheduler prints it, tcp://HOST:8786; run the same command again to go on"
+    return PostprocError(
+        Diagnostic("BAT007", "error", f"the scheduler `{address}` does not answer: {reason}", help=help_)
+    )

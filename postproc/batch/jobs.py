@@ -1,0 +1,129 @@
+"""From tasks to jobs: models are read once, files when their turn comes, and a key says what the result depends on."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from postproc.batch.values import Job, Settings, Task
+from postproc.compensate.options import Options
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.effects.registry import effect_library
+from postproc.model.arm import Model
+from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
+from postproc.resources import resource
+from postproc.robot.library import load_robot
+
+LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
+
+
+@dataclass(frozen=True)
+class Converter:
+    """Settings as workers need them.
+
+    Args:
+        model: pickled; fingerprint: hash of model, options, templates and effect code.
+        robot: library name of its arm; chosen: whether the user named arm or model.
+    """
+
+    model: bytes
+    robot: str
+    chosen: bool
+    options: Options
+    fingerprint: str
+    side_files: tuple[Source, ...]
+
+
+def read_settings(settings: Settings, robot: str | None = None) -> Converter:
+    """Read model, effects and side files.
+
+    Args:
+        robot: the arm that the controller's configuration names, for settings that name neither arm nor model.
+
+    Raises:
+        PostprocError: what is wrong with one of the files.
+    """
+    chosen = settings.model is not None or settings.robot is not None
+    name = settings.robot or (robot if not chosen else None)
+    if settings.model is None:
+        model = default_model(name or DEFAULT_ROBOT)
+    else:
+        model = read_model(settings.model, effect_library(settings.effects))
+        if name is not None:
+            model = replace(model, robot=load_robot(name), robot_name=name)
+    code = [_read(path) for path in settings.effects]
+    folder = settings.options.template_dir
+    templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
+    sides = tuple(Source(str(path), _read(path)) for path in settings.side_files)
+    stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
+    return Converter(pickle.dumps(model), model.robot.name, chosen, settings.options, _digest(stated), sides)
+
+
+def _software() -> tuple[Any, ...]:
+    """The text of the package and the versions of what it computes with: a number alone may not change with the code."""
+    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").glob("*.j2")])
+    return [path.read_bytes() for path in files], [version(name) for name in LIBRARIES]
+
+
+def _stated(model: Model) -> tuple[Any, ...]:
+    """What a model computes with; how it was fitted does not matter."""
+    effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
+    return model.robot, effects, model.R_world_base, model.T_flange_tcp
+
+
+def read_job(root: Path, task: Task, converter: Converter) -> Job:
+    """Read the files of a task.
+
+    Raises:
+        PostprocError: BAT002, one of them cannot be read.
+    """
+    own = [Source(name, _read(root / name)) for name in task.files]
+    shared = [Source(name, _read(root / name)) for name in task.shared]
+    given = {(root / name).resolve() for name in (*task.files, *task.shared)}
+    shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
+    content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
+    key = _digest((converter.fingerprint, content))
+    paths = frozenset(s.path for s in shared)
+    return Job(task.name, key, (*own, *shared), converter.model, converter.options, paths)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        text = f"cannot read `{path}`: {error.strerror}"
+        raise PostprocError(Diagnostic("BAT002", "error", text, help="check the name and its rights")) from error
+
+
+def _digest(value: object) -> str:
+    hash_ = sha256()
+    for part in _parts(value):
+        hash_.update(len(part).to_bytes(8, "big") + part)
+    return hash_.hexdigest()
+
+
+def _parts(value: Any) -> Iterable[bytes]:
+    """A value as bytes, in full: the text of a long array leaves out its middle."""
+    if isinstance(value, bytes):
+        yield value
+    elif isinstance(value, np.ndarray):
+        yield from (str((value.dtype, value.shape)).encode(), value.tobytes())
+    elif isinstance(value, Mapping):
+        yield from _parts(sorted(value.items()))
+    elif isinstance(value, (list, tuple)):
+        yield f"{len(value)} values".encode()
+        for item in value:
+            yield from _parts(item)
+    elif is_dataclass(value):
+        yield type(value).__qualname__.encode()
+        for field in fields(value):
+            yield from _parts(getattr(value, field.name))
+    else:
+        yield repr(value).encode()

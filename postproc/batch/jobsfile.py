@@ -1,0 +1,143 @@
+"""Jobs files: which folders and files a batch converts, each with its own model and options."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from postproc.batch.discover import discover
+from postproc.batch.values import Inventory, Plan, Settings, Task
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.tomlfile import check, parse_toml, read_source, span_of
+
+Vec3 = tuple[float, float, float]
+
+
+class _Choices(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, protected_namespaces=())
+    model: str | None = None
+    robot: str | None = None
+    effects: list[str] | None = None
+    side_files: Annotated[list[str] | None, Field(alias="with")] = None
+    force: Vec3 | None = None
+    moment: Vec3 | None = None
+    force_on: Literal["all", "arc"] | None = None
+    inertia: bool | None = None
+    tolerance_mm: Annotated[float, Field(gt=0)] | None = None
+    template: str | None = None
+    entry: str | None = None
+
+
+class _Job(_Choices):
+    folder: str | None = None
+    only: list[str] = ["*"]
+    files: list[str] = []
+    name: str | None = None
+
+
+class _File(_Choices):
+    job: Annotated[list[_Job], Field(min_length=1)]
+
+
+def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
+    """What a batch does with a folder, or with a jobs file; the settings hold wherever the file says nothing.
+
+    Raises:
+        PostprocError: BAT001 there is nothing to convert, BAT009 something is wrong in the jobs file.
+    """
+    if folder_or_jobs.is_dir():
+        found = discover(folder_or_jobs, output)
+        plan = Plan(found.root, tuple((task, settings) for task in found.tasks), found.copies)
+    else:
+        plan = _planned(read_source(folder_or_jobs, "BAT001"), settings, output)
+    if not plan.tasks:
+        text = f"there is no RAPID module in `{folder_or_jobs}`"
+        help_ = "name a folder with .mod, .prg, .sys, .modx or .sysx files, or a jobs file"
+        raise PostprocError(Diagnostic("BAT001", "error", text, help=help_))
+    return plan
+
+
+def _planned(source: Source, settings: Settings, output: Path) -> Plan:
+    file = check(_File, parse_toml(source, "BAT009"), source, "BAT009")
+    root = Path(source.path).parent
+    base = _chosen(settings, file, root)
+    tasks: dict[str, tuple[Task, Settings]] = {}
+    owner: dict[str, str] = {}
+    copies: set[str] = set()
+    for index, job in enumerate(file.job):
+        chosen = _chosen(base, job, root)
+        found = _found(source, root, index, job, output)
+        for task in found.tasks:
+            if task.name in tasks or not any(fnmatchcase(task.name, pattern) for pattern in _patterns(job)):
+                continue
+            twice = next((f for f in task.files if f in owner), None)
+            if twice is not None:
+                raise _wrong(source, index, f"`{twice}` belongs to `{owner[twice]}` too", "name each file in one job")
+            tasks[task.name] = (task, chosen)
+            owner.update(dict.fromkeys(task.files, task.name))
+        copies.update(found.copies)
+    return Plan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
+
+
+def _patterns(job: _Job) -> list[str]:
+    """Patterns of task names, which stand relative to the root of the batch."""
+    prefix = "" if job.folder is None or Path(job.folder) == Path() else f"{Path(job.folder).as_posix()}/"
+    return [prefix + pattern for pattern in job.only]
+
+
+def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> Inventory:
+    if (job.folder is None) == (not job.files):
+        raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
+    if job.folder is not None:
+        folder = root / job.folder
+        if not folder.is_dir() or not folder.resolve().is_relative_to(root.resolve()):
+            text = f"`{job.folder}` is not a folder beside or below the jobs file"
+            raise _wrong(source, index, text, "the tree of outputs mirrors what stands below the jobs file", "folder")
+        return _below(discover(folder, output), root, Path(job.folder))
+    names: list[str] = []
+    for pattern in job.files:
+        matched = sorted(p.relative_to(root).as_posix() for p in root.glob(pattern) if p.is_file())
+        if not matched:
+            raise _wrong(source, index, f"no file matches `{pattern}`", "paths start at the jobs file", "files")
+        names += [name for name in matched if name not in names]
+    return Inventory(root, (Task(job.name or names[0], tuple(names)),))
+
+
+def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
+    """The same inventory with names that start at another root."""
+
+    def moved(names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple((folder / name).as_posix() for name in names)
+
+    tasks = tuple(
+        replace(t, name=(folder / t.name).as_posix(), files=moved(t.files), shared=moved(t.shared)) for t in found.tasks
+    )
+    return Inventory(root, tasks, moved(found.copies))
+
+
+def _chosen(settings: Settings, choices: _Choices, root: Path) -> Settings:
+    given: dict[str, Any] = {
+        "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
+        "template_dir": None if choices.template is None else root / choices.template,
+        **{name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "entry")},
+    }
+    options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
+    chosen = replace(settings, options=options)
+    if choices.model is not None:
+        chosen = replace(chosen, model=root / choices.model, robot=None)
+    if choices.robot is not None:
+        chosen = replace(chosen, robot=choices.robot)
+    if choices.effects is not None:
+        chosen = replace(chosen, effects=tuple(root / path for path in choices.effects))
+    if choices.side_files is not None:
+        chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
+    return chosen
+
+
+def _wrong(source: Source, index: int, text: str, help_: str, key: str | None = None) -> PostprocError:
+    keys = ("job", index) if key is None else ("job", index, key)
+    return PostprocError(Diagnostic("BAT009", "error", text, source, span_of(source, keys), help_))

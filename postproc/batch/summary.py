@@ -1,0 +1,55 @@
+"""A batch in words: one line for each task, a table at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from postproc.batch.values import Batch, Outcome
+
+HEAD = ("task", "result", "before mm", "after mm", "added", "left", "warnings")
+
+
+def result_line(outcome: Outcome) -> str:
+    """What became of a task."""
+    text: str = outcome.status
+    if f := outcome.figures:
+        text = (
+            f"{f['max_error_before_mm']:.3f} mm -> {f['max_error_after_mm']:.3f} mm, {f['added_targets']} targets added"
+        )
+    return f"{outcome.task.name}: {text}{' (done before)' if outcome.cached else ''}"
+
+
+def finding_line(found: Mapping[str, Any]) -> str:
+    """A finding on one line, as compilers write them."""
+    place = ":".join(str(found[key]) for key in ("path", "line", "column") if found[key] is not None)
+    help_ = f" ({found['help']})" if found["help"] else ""
+    return f"{place + ': ' if place else ''}{found['severity']}[{found['code']}]: {found['message']}{help_}"
+
+
+def table_lines(batch: Batch) -> Iterator[str]:
+    """A row for each task: deviation before and after, targets added, statements left as they are."""
+    rows = [HEAD, *(_row(outcome) for outcome in batch.outcomes)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
+    for row in rows:
+        cells = [cell.rjust(w) if i > 1 else cell.ljust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))]
+        yield "  ".join(cells).rstrip()
+
+
+def _row(outcome: Outcome) -> tuple[str, ...]:
+    figures: tuple[str, ...] = ("", "", "", "")
+    if f := outcome.figures:
+        lengths = (f"{f['max_error_before_mm']:.3f}", f"{f['max_error_after_mm']:.3f}")
+        figures = (*lengths, str(f["added_targets"]), str(f["statements"]["skipped"]))
+    warnings = sum(found["severity"] == "warning" for found in outcome.findings)
+    result = outcome.status + (", as before" if outcome.cached else "")
+    return (outcome.task.name, result, *figures, str(warnings or ""))
+
+
+def sum_line(batch: Batch, seconds: float) -> str:
+    """The batch in one line."""
+    count = batch.counts
+    parts = [f"{count[status]} {status}" for status in ("compensated", "unchanged", "failed") if count[status]]
+    parts += [f"{count['cached']} of them done before"] if count["cached"] else []
+    parts += [f"{batch.copied} files copied"] if batch.copied else []
+    return f"{len(batch.outcomes)} tasks in {seconds:.1f} s: {', '.join(parts)}"

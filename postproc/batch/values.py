@@ -1,0 +1,180 @@
+"""What a batch consists of: tasks found in a folder, settings, jobs, and what became of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal
+
+from postproc import __version__
+from postproc.compensate.options import Options
+from postproc.diagnostics import Diagnostic, Source
+
+Status = Literal["compensated", "unchanged", "failed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Files that run together.
+
+    Args:
+        name: its folder or file, relative to the root of the batch, with forward slashes.
+        files: its program files, relative to the root.
+        shared: files it reads and must not change.
+        robot: library name of the arm it drives, where the controller's configuration says so.
+        findings: what is wrong with it as it was found; an error keeps it from being converted.
+    """
+
+    name: str
+    files: tuple[str, ...]
+    shared: tuple[str, ...] = ()
+    robot: str | None = None
+    findings: tuple[Diagnostic, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Inventory:
+    """What stands in a folder: tasks to convert, and files that are copied as they are, relative to ``root``."""
+
+    root: Path
+    tasks: tuple[Task, ...] = ()
+    copies: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How tasks are converted.
+
+    Args:
+        model: model file, None for the shipped model of the arm.
+        robot: arm of the library, in place of the model's and of what the controller's configuration says.
+        effects: Python files with effects.
+        side_files: modules with tools and frames that are read along with every task and never written.
+    """
+
+    model: Path | None = None
+    robot: str | None = None
+    effects: tuple[Path, ...] = ()
+    side_files: tuple[Path, ...] = ()
+    options: Options = field(default_factory=Options)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a batch does: tasks with their settings, and files that are copied, all relative to ``root``."""
+
+    root: Path
+    tasks: tuple[tuple[Task, Settings], ...]
+    copies: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """All that a worker needs to convert one task, as values.
+
+    Args:
+        key: hash of everything the result depends on.
+        model: the pickled model.
+        shared: paths of the sources that must not change.
+    """
+
+    name: str
+    key: str
+    sources: tuple[Source, ...] = field(repr=False)
+    model: bytes = field(repr=False)
+    options: Options = field(default_factory=Options)
+    shared: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of a job.
+
+    Args:
+        outputs: path of each file to its bytes; none where it failed.
+        figures: lengths, counts and times out of the ``postproc/compensate/1`` document.
+        findings: diagnostics as JSON.
+        final: the same input would give the same again; not so after a worker's death or an internal error.
+    """
+
+    name: str
+    key: str
+    status: Status
+    outputs: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    findings: tuple[Mapping[str, Any], ...] = ()
+    final: bool = True
+
+
+def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:
+    return Result(name, key, "failed", findings=tuple(d.as_json() for d in findings), final=final)
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """Part ``index`` (from 1) of ``count``; tasks and files belong to a part by their name, whatever they hold."""
+
+    index: int = 1
+    count: int = 1
+
+    def owns(self, name: str) -> bool:
+        number = int.from_bytes(sha256(name.encode("utf-8", "surrogateescape")).digest()[:8], "big")
+        return number % self.count == self.index - 1
+
+    @property
+    def part(self) -> str:
+        return "all" if self.count == 1 else f"{self.index}-of-{self.count}"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a task: done now, or taken over from an earlier run (``cached``)."""
+
+    task: Task
+    status: Status
+    cached: bool
+    figures: Mapping[str, Any]
+    findings: tuple[Mapping[str, Any], ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "name": self.task.name,
+            "status": self.status,
+            "cached": self.cached,
+            "files": list(self.task.files),
+            **self.figures,
+            "diagnostics": list(self.findings),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """All outcomes by name, how many files were copied, and what could not be copied."""
+
+    outcomes: tuple[Outcome, ...]
+    copied: int
+    findings: tuple[Mapping[str, Any], ...]
+
+    @property
+    def failed(self) -> bool:
+        return bool(self.findings) or any(o.status == "failed" for o in self.outcomes)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Tasks by status, and how many of them an earlier run had done."""
+        statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
+        count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
+        return {**count, "cached": sum(o.cached for o in self.outcomes)}
+
+    def as_json(self, shard: Shard) -> dict[str, Any]:
+        """The ``postproc/batch/1`` document."""
+        return {
+            "schema": "postproc/batch/1",
+            "tool": __version__,
+            "shard": f"{shard.index}/{shard.count}",
+            "tasks": [outcome.as_json() for outcome in self.outcomes],
+            "counts": {**self.counts, "copied": self.copied},
+            "diagnostics": list(self.findings),
+        }

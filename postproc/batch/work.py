@@ -1,0 +1,89 @@
+"""What a worker does: one task at a time, in a process of its own, with one thread for linear algebra.
+
+Nothing heavy is imported before a job comes: numpy counts threads when it is first loaded.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import traceback
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from postproc.batch.values import Job, Result, failed
+from postproc.diagnostics import Diagnostic, PostprocError
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
+
+FIGURES = ("max_error_before_mm", "max_error_after_mm", "added_targets", "cycle_time_s")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+def prepare_worker() -> None:
+    """Set up a local worker process: one thread for linear algebra; leaves interrupts to its parent, dies with it."""
+    import signal
+
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow_parent, daemon=True).start()
+
+
+def _follow_parent() -> None:
+    """A killed parent closes no queue: its workers would wait for ever."""
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def convert(job: Job) -> Result:
+    """Convert one task; whatever is wrong with it becomes a finding of its result."""
+    from postproc.convert import compensate_program
+
+    try:
+        done = compensate_program(job.sources, _model(job.model, threading.get_ident()), job.options)
+    except PostprocError as error:
+        return failed(job.name, job.key, *error.diagnostics)
+    except Exception as error:
+        return failed(job.name, job.key, _internal(error), final=False)
+    errors = {d.code for d in done.diagnostics if d.severity == "error"}
+    findings = tuple(d.as_json() for d in done.diagnostics)
+    if errors == {"CMP002"}:  # data or a background task: nothing in it moves the arm
+        kept = {s.path: s.data for s in job.sources if s.path not in job.shared}
+        return Result(job.name, job.key, "unchanged", kept, findings=findings)
+    if not done.outputs:
+        return Result(job.name, job.key, "failed", findings=findings)
+    for source in job.sources:
+        if source.path in job.shared and done.outputs[source.path] != source.data:
+            return failed(job.name, job.key, *done.diagnostics, _shared_changed(source.path))
+    outputs = {path: data for path, data in done.outputs.items() if path not in job.shared}
+    figures = {name: done.report[name] for name in FIGURES}
+    statements = [row["status"] for row in done.report["statements"]]
+    figures["statements"] = {s: statements.count(s) for s in ("compensated", "unchanged", "skipped")}
+    return Result(job.name, job.key, "compensated", outputs, figures, findings)
+
+
+@lru_cache(maxsize=16)
+def _model(data: bytes, thread: int) -> Model:
+    """The model, built once; pinocchio's work space belongs to one thread."""
+    import pickle
+
+    model: Model = pickle.loads(data)
+    return model
+
+
+def _internal(error: Exception) -> Diagnostic:
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    text = f"internal error, {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+    place = f"{os.path.basename(where.filename)}:{where.lineno}"
+    help_ = f"convert this task alone with `postproc compensate` for the details; it happened at {place}"
+    return Diagnostic("BAT006", "error", text, help=help_)
+
+
+def _shared_changed(path: str) -> Diagnostic:
+    text = f"`{path}` is shared with other tasks, but its targets would have to change"
+    return Diagnostic("BAT005", "error", text, help="move the targets into a module of the task itself")

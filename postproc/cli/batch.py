@@ -1,0 +1,100 @@
+"""``postproc batch``: many programs at once, into a mirrored tree."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from postproc.batch.values import Settings, Shard
+from postproc.cli.options import EffectFiles, ModelFile, Tolerance, VectorText, parse_vector
+from postproc.cli.progress import reporting
+from postproc.cli.report import print_json
+from postproc.compensate.options import Options
+from postproc.diagnostics import Diagnostic, PostprocError
+
+Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
+
+
+def run(
+    folder_or_jobs: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    workers: Workers = None,
+    scheduler: str | None = None,
+    shard: str = "1/1",
+    side_files: Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1)] = (),
+    model: ModelFile = None,
+    robot: str | None = None,
+    force: VectorText = "0,0,0",
+    moment: VectorText = "0,0,0",
+    force_on: Literal["all", "arc"] = "all",
+    inertia: Literal["on", "off"] = "on",
+    tolerance: Tolerance = 0.01,
+    template: Path | None = None,
+    effects: EffectFiles = (),
+    json: bool = False,
+) -> int:
+    """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
+
+    The output folder mirrors the input; what is done already is not done again, also after a run that was stopped.
+
+    Args:
+        folder_or_jobs: folder with programs, or a jobs file (TOML).
+        output: folder for the outputs.
+        workers: processes on this machine. Default: one for each core.
+        scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
+        shard: part of the work that this run does, I/N; all N parts together make the whole tree.
+        side_files: module with tools and frames that every task is read with; never written. May be repeated.
+        model: TOML file of the real arm. Default: the shipped model of the arm that the backup names.
+        robot: arm of the library, in place of the model's.
+        force: force on the TCP in base axes [N], FX,FY,FZ.
+        moment: moment on the TCP in base axes [N m], MX,MY,MZ.
+        force_on: where the force acts: along the whole program, or while the arc burns.
+        inertia: compensate the deflection under sustained acceleration.
+        tolerance: largest distance from the programmed path [mm].
+        template: folder of Jinja templates in place of the shipped ones.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        json: print the postproc/batch/1 document.
+    """
+    from postproc.batch.executors import open_pool
+    from postproc.batch.jobsfile import read_plan
+    from postproc.batch.run import run_batch
+
+    options = Options(
+        tolerance_m=tolerance * 1e-3,
+        force=parse_vector("--force", force),
+        moment=parse_vector("--moment", moment),
+        force_on=force_on,
+        inertia=inertia == "on",
+        template_dir=template,
+    )
+    part = _shard(shard)
+    _check_folders(folder_or_jobs, output)
+    plan = read_plan(folder_or_jobs, Settings(model, robot, effects, side_files, options), output)
+    with open_pool(workers, scheduler) as pool, reporting(sum(part.owns(t.name) for t, _ in plan.tasks)) as shown:
+        batch = run_batch(plan, output, pool, part, shown.outcome)
+    shown.summary(batch)
+    if json:
+        print_json(batch.as_json(part))
+    return int(batch.failed)
+
+
+def _shard(text: str) -> Shard:
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        help_ = "write `--shard 2/4` for the second of four parts"
+        raise PostprocError(Diagnostic("BAT014", "error", f"`--shard {text}` is not a part of a whole", help=help_))
+    return Shard(int(found[1]), int(found[2]))
+
+
+def _check_folders(source: Path, output: Path) -> None:
+    """The input is never overwritten: the output tree must not reach it."""
+    folder = source if source.is_dir() else source.parent
+    if folder.resolve().is_relative_to(output.resolve()):
+        text = f"the input `{folder}` stands in the output folder `{output}`"
+        raise PostprocError(Diagnostic("BAT015", "error", text, help="give another folder with -o"))

@@ -1,0 +1,72 @@
+"""How a batch is shown while it runs and when it is done: for people, on stderr."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
+from postproc.batch.values import Batch, Outcome
+from postproc.cli.report import say
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+
+@dataclass
+class Reporter:
+    """One line for each task, or a bar on a terminal; failures are told in full either way."""
+
+    total: int
+    bar: tuple[Progress, TaskID] | None = None
+    started: float = field(default_factory=time.monotonic)
+    done: int = 0
+
+    def outcome(self, outcome: Outcome) -> None:
+        self.done += 1
+        failed = outcome.status == "failed"
+        if self.bar is None:
+            self._say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
+        elif failed:
+            self._say(result_line(outcome))
+        for found in outcome.findings:
+            if failed and found["severity"] == "error":
+                self._say(f"  {finding_line(found)}")
+        if self.bar is not None:
+            self.bar[0].advance(self.bar[1])
+
+    def _say(self, text: str) -> None:
+        if self.bar is None:
+            say(text)
+        else:
+            self.bar[0].console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def summary(self, batch: Batch) -> None:
+        for line in table_lines(batch):
+            say(line)
+        for found in batch.findings:
+            say(finding_line(found))
+        say(sum_line(batch, time.monotonic() - self.started))
+
+
+@contextmanager
+def reporting(total: int) -> Iterator[Reporter]:
+    """A reporter; on a terminal with a bar, the rate and the remaining time."""
+    if not sys.stderr.isatty():
+        yield Reporter(total)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task: Any) -> Text:
+            return Text(f"{60 * (task.finished_speed or task.speed or 0):.0f}/min")
+
+    columns = (BarColumn(), MofNCompleteColumn(), Rate(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        yield Reporter(total, (progress, progress.add_task("", total=total)))
