@@ -35,7 +35,8 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
     vertices, reached = place_vertices(u, shift, X, np.ones(len(u), bool), tolerance)
     chords = math.sqrt(height / tolerance)
     assert reached
-    assert math.ceil(chords - 0.01) - 1 <= len(vertices) <= math.ceil(chords + 0.05) - 1
+    # A target can only stand at a sample: up to 1 of 1000 is lost at every chord, of 70 and more.
+    assert math.ceil(chords - 0.01) - 1 <= len(vertices) <= math.ceil(chords * 1.02) - 1
     edges = [0, *vertices, 1000]
     assert max(chord_deviation(u, shift, X, a, b) for a, b in pairwise(edges)) <= tolerance
 
