@@ -435,7 +435,16 @@ def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = No
     return e.join(lines) + (e if g.random() < 0.6 else "")
 
 
-def complicate(text: str, seed: int) -> str:
+def complicate(text: str, seed: int, geometry: str = "irb4600_60_205") -> str:
+    """``_complicated`` with a displacement, or without where the displaced program could not run as it says."""
+    other = _complicated(text, seed, displaced=True)
+    legs = P.play(A.ARMS[geometry](), R.motions(other)[1], 0.02)
+    if any(leg.problem or leg.conf_wrong for leg in legs) or not all(inside(A.ARMS[geometry](), leg.q) for leg in legs):
+        return _complicated(text, seed, displaced=False)
+    return other
+
+
+def _complicated(text: str, seed: int, displaced: bool) -> str:
     """The same motion written as people do: broken lines, two statements a line, remarks, calls in loops, loads, displacements."""
     g = np.random.default_rng(seed + 10**6)
     eol = "\r\n" if "\r\n" in text else "\n"
@@ -460,7 +469,7 @@ def complicate(text: str, seed: int) -> str:
         lines.insert(at, "  CONST loaddata loadPart:=[3.5,[20,0,60],[1,0,0,0],0,0,0];")
         at = next(i for i, line in enumerate(lines) if "PROC main" in line)
         lines.insert(at + 1, "    GripLoad loadPart;")
-    if g.random() < 0.3:
+    if g.random() < 0.3 and displaced:
         at = next(i for i, line in enumerate(lines) if "tooldata" in line)
         lines.insert(at, "  CONST pose peShift:=[[4,-3,6],[1,0,0,0]];")
         at = next(i for i, line in enumerate(lines) if "PROC main" in line)

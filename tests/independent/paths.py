@@ -125,7 +125,8 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
                 path = A.follow(arm, _to_flange(m.goal[None], m.tool), q)
                 found = None if path is None else path[0]
             q = found
-            legs.append(Leg(m, m.goal[None], q[None] if q is not None else np.zeros((0, 6)), np.ones(1), problem))
+            joints = np.zeros((0, 6)) if q is None else q[None]
+            legs.append(Leg(m, m.goal[None], joints, np.ones(1), problem, q is not None and _wrong(arm, q, m)))
             continue
         start = arm.forward(q[None], m.tool).tcp[0]
         u, command = shape(start, m, step)
@@ -140,11 +141,16 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
         elif np.abs(np.diff(path, axis=0)).max() > 0.3:
             problem = "joint jump (singularity)"
         q = path[-1]
-        conf = A.confdata(arm, q)[0]
-        edge = np.abs(q[[0, 3, 5]] / (np.pi / 2) - np.round(q[[0, 3, 5]] / (np.pi / 2))) < 1e-4
-        wrong = bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])
-        legs.append(Leg(m, command, path, u, problem, wrong))
+        legs.append(Leg(m, command, path, u, problem, _wrong(arm, q, m)))
     return legs
+
+
+def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
+    """Whether confdata says something else than the joints, away from quadrant boundaries."""
+    conf = A.confdata(arm, q)[0]
+    turns = q[[0, 3, 5]] / (np.pi / 2)
+    edge = np.abs(turns - np.round(turns)) < 1e-4
+    return bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])
 
 
 def real(

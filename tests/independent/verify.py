@@ -100,7 +100,14 @@ def check(
     displace: A.Displace | None = None,
     step: float = 0.002,
     blend: bool = True,
+    on_arc: bool = False,
 ) -> Report:
+    """Compare where the arm should go with where it goes.
+
+    Args:
+        force, moment: dead wrench on the TCP [N, N m], base axes; ``on_arc``: only while the arc burns.
+        displace: springs of the real arm, Table 2 where none are given; step: longest distance between samples [m].
+    """
     moment = np.zeros(3) if moment is None else moment
     displace = displace or A.joint_springs(A.TABLE_2)
     _, old, skipped = R.motions(original)
@@ -132,8 +139,9 @@ def check(
             seg.counted, seg.note = False, leg.problem or final.problem or "not played"
             continue
         goal = leg.command[-1][:3, 3]
-        bent = P.real(arm, leg.q, m, displace, force, moment)
-        end = P.real(arm, final.q[-1:], m, displace, force, moment)
+        share = float(m.weld or not on_arc)
+        bent = P.real(arm, leg.q, m, displace, share * force, share * moment)
+        end = P.real(arm, final.q[-1:], m, displace, share * force, share * moment)
         seg.goal_before = 1e3 * float(np.linalg.norm(bent[-1] - goal))
         seg.goal_after = 1e3 * float(np.linalg.norm(end[0] - goal))
         if m.kind == "A":
@@ -149,7 +157,7 @@ def check(
         for k in range(first, last + 1):
             if not len(written[k].q):
                 continue
-            p = P.real(arm, written[k].q, new[k], displace, force, moment)
+            p = P.real(arm, written[k].q, new[k], displace, share * force, share * moment)
             d = 1e3 * _distance(start, m, p)
             if d.max() > seg.after:
                 seg.after = float(d.max())
@@ -159,7 +167,7 @@ def check(
             for k in range(first, last + 1):
                 q = A.follow(arm, P._to_flange(cut_new[k], new[k].tool), written[k].q[0]) if len(written[k].q) else None
                 if q is not None:
-                    p = P.real(arm, q, new[k], displace, force, moment)
+                    p = P.real(arm, q, new[k], displace, share * force, share * moment)
                     seg.cut_after = max(seg.cut_after, 1e3 * float(P.polyline_distance(p, desired).max()))
     _sum_up(report)
     return report
@@ -309,12 +317,15 @@ def main(argv: list[str] | None = None) -> int:
     p.add_argument("output", type=Path)
     p.add_argument("--force", default="200,-200,-200")
     p.add_argument("--moment", default="0,0,0")
+    p.add_argument("--force-on", choices=["all", "arc"], default="all")
     p.add_argument("--geometry", default="irb4600_60_205", choices=sorted(A.ARMS))
     p.add_argument("--tolerance", type=float, default=0.01)
     p.add_argument("--json", action="store_true")
     o = p.parse_args(argv)
     force, moment = (np.array([float(v) for v in t.split(",")]) for t in (o.force, o.moment))
-    r = check(read_text(o.original), read_text(o.output), A.ARMS[o.geometry](), force, moment)
+    r = check(
+        read_text(o.original), read_text(o.output), A.ARMS[o.geometry](), force, moment, on_arc=o.force_on == "arc"
+    )
     good = r.after <= o.tolerance and r.goal_after <= o.tolerance and not r.violations and r.added_per_metre <= 15
     if o.json:
         print(json.dumps(asdict(r)))
