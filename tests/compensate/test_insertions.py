@@ -131,11 +131,11 @@ def test_an_arc_that_needs_no_split_keeps_its_statement() -> None:
         "",
         f"MoveJ {target(1150, -300)},v200,fine,tT;\nMoveC {target(1160, -290)},{target(1150, -280)},v50,fine,tT;",
     )
-    found = convert(text)
+    found = convert(text, tolerance_m=5e-5)
     assert found.report["added_targets"] == 0
     assert len(body_of(written(found))) == 2
     report = independent(text, found)
-    assert report.violations == [] and report.after <= 0.01
+    assert report.violations == [] and report.after <= 0.05
 
 
 def test_a_circle_of_two_halves() -> None:
