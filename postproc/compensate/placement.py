@@ -6,12 +6,16 @@ correction. Only what is perpendicular to the path counts: a shift along it does
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from postproc.arrays import Array
+
+
+_ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the smallest possible
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
@@ -28,11 +32,16 @@ def chord_deviation(u: Array, shift: Array, direction: Array, a: int, b: int) ->
         shift: (k, 3) exact correction of the TCP position [m].
         direction: (3,) unit direction of the move.
     """
+    return _chord_gap(u, perpendicular(shift, direction), a, b)
+
+
+def _chord_gap(u: Array, across: Array, a: int, b: int) -> float:
+    """The same for a correction (k, 3) across the path."""
     if b - a < 2:
         return 0.0
     w = ((u[a + 1 : b] - u[a]) / (u[b] - u[a]))[:, None]
-    chord = shift[a] + (shift[b] - shift[a]) * w
-    return float(np.linalg.norm(perpendicular(chord - shift[a + 1 : b], direction), axis=1).max())
+    gap = across[a] + (across[b] - across[a]) * w - across[a + 1 : b]
+    return math.sqrt(float(np.einsum("ij,ij->i", gap, gap).max()))
 
 
 def _farthest(deviation: Callable[[int, int], float], a: int, last: int, tolerance: float) -> int:
@@ -75,9 +84,10 @@ def place_vertices(
         Indices of the added targets, and whether the tolerance is met everywhere.
     """
     last = len(u) - 1
+    across = perpendicular(shift, direction)
 
     def deviation(a: int, b: int) -> float:
-        return chord_deviation(u, shift, direction, a, b)
+        return _chord_gap(u, across, a, b)
 
     best = _greedy(deviation, allowed, last, tolerance)
     reached = best is not None
@@ -88,7 +98,7 @@ def place_vertices(
         best = _greedy(deviation, allowed, last, tolerance) or []
     # The same number of targets with the smallest largest deviation: spreads them along the move.
     low, high = 0.0, tolerance
-    for _ in range(12 if best else 0):
+    for _ in range(_ROUNDS if best else 0):
         middle = 0.5 * (low + high)
         tighter = _greedy(deviation, allowed, last, middle)
         if tighter is not None and len(tighter) <= len(best):
