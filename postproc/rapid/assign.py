@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from postproc.rapid.evaluate import evaluate
+from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.expressions import Component, Expression, Index, Name
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.values import Data, NotKnown, Value
@@ -71,7 +71,7 @@ def _path(tree: Expression, memory: Memory) -> tuple[Path, str]:
             return [], name
         case Index(_, base, indices):
             path, name = _path(base, memory)
-            return [*path, *(int(evaluate(i, memory).data) for i in indices)], name
+            return [*path, *(whole(evaluate(i, memory).data) for i in indices)], name
         case Component(_, base, field):
             path, name = _path(base, memory)
             return [*path, field], name

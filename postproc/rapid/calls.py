@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from postproc.diagnostics import Span
 from postproc.rapid.changes import BY_REFERENCE, paired
-from postproc.rapid.evaluate import evaluate
+from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.expressions import Expression, Index, Name
 from postproc.rapid.memory import Binding, Frame, Memory, Reference
 from postproc.rapid.syntax import Routine
@@ -59,7 +59,7 @@ def _reference(tree: Expression, memory: Memory) -> Reference | None:
     """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
     indices: tuple[int, ...] = ()
     if isinstance(tree, Index) and isinstance(tree.base, Name):
-        indices = tuple(int(evaluate(i, memory).data) for i in tree.indices)
+        indices = tuple(whole(evaluate(i, memory).data) for i in tree.indices)
         tree = tree.base
     if not isinstance(tree, Name):
         return None

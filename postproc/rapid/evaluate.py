@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Protocol
 
 from postproc.rapid import functions
@@ -50,6 +51,8 @@ def evaluate(expression: Expression, scope: Scope) -> Value:
         return _evaluate(expression, scope)
     except RecursionError:
         raise NotKnown("the calculation is nested too deeply") from None
+    except (TypeError, ValueError, LookupError, ArithmeticError) as error:
+        raise NotKnown("the types of the expression do not fit each other") from error
 
 
 def _evaluate(expression: Expression, scope: Scope) -> Value:
@@ -65,7 +68,7 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
         case Aggregate(_, items):
             return Value(tuple(_evaluate(item, scope).data for item in items))
         case Index(_, base, indices):
-            return _indexed(base, tuple(_whole(_evaluate(i, scope).data) for i in indices), scope)
+            return _indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope)
         case Component(_, base, name):
             return component(_evaluate(base, scope), name, scope.records)
         case Unary(_, operator, operand):
@@ -86,8 +89,13 @@ def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
     raise NotKnown(f"`.{name}` is not a known component")
 
 
-def _whole(data: Data) -> int:
-    if isinstance(data, bool) or not isinstance(data, (int, float)) or data != int(data):
+def whole(data: Data) -> int:
+    """An array index or size as a whole number.
+
+    Raises:
+        NotKnown: it is none.
+    """
+    if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
         raise NotKnown("an array index is not a whole number")
     return int(data)
 

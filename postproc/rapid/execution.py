@@ -21,7 +21,7 @@ from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_CALLS = 30  # depth
-MAX_STEPS = 3_000_000  # statements executed; from there on every loop runs once and calls are passed over
+MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
 MAX_TREES = 50_000  # expressions kept for the next time they are executed
 
 
@@ -47,9 +47,18 @@ class Execution(ABC):
         self.stack: list[str] = []
         self.returned: Value | NotKnown | None = None
         self.jumps: dict[str, frozenset[str]] = {}
-        self.steps = 0
+        # Long programs may take more steps.
+        self.steps = -10 * len(program.statements)
         self.depth = 0
         self.trees: dict[tuple[str, Span], Expression] = {}
+
+    def exhausted(self, source: Source) -> bool:
+        """Whether no more turns and calls are followed; the first time this is reported."""
+        if self.steps <= MAX_STEPS:
+            return False
+        text, help = "the program is too long to be followed to its end", "choose the routine to start with"
+        self.report_once("RAP033", "warning", text, source, None, help)
+        return True
 
     @abstractmethod
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
@@ -149,12 +158,7 @@ class Execution(ABC):
     def call_routine(
         self, routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory
     ) -> Value | NotKnown | None:
-        if self.steps > MAX_STEPS:
-            self.report_once(
-                "RAP033", "warning", "the program is too long to be followed to its end", routine.source, None,
-                "choose the routine to start with",
-            )  # fmt: skip
-        if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.steps > MAX_STEPS:
+        if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
             self.detached = True

@@ -8,7 +8,7 @@ from math import floor
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.execution import MAX_STEPS, Execution
+from postproc.rapid.execution import Execution
 from postproc.rapid.expressions import names_in
 from postproc.rapid.memory import Binding, Memory
 from postproc.rapid.program import bodies, statements_in
@@ -40,6 +40,7 @@ class Flow(Execution):
         """Run statements; whether the end of them is reached."""
         if self.depth > MAX_DEPTH:
             forget(memory, self.changes.everything, "is changed in blocks that are nested too deeply")
+            self.steps += 100
             return True
         self.depth += 1
         reached = all(self.statement(statement, memory) for statement in statements)
@@ -129,7 +130,7 @@ class Flow(Execution):
             step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
             turns = max(0, floor((bounds[1] - bounds[0]) / step + 1e-9) + 1) if step else MAX_TURNS + 1
         reached = True
-        if turns <= MAX_TURNS and self.steps < MAX_STEPS:
+        if turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
             for turn in range(turns):
                 memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
                 if not self.body(loop.branches[0].body, memory):
@@ -157,7 +158,7 @@ class Flow(Execution):
             verdict = self.truth(condition, memory)
             if verdict is False:
                 return True
-            if verdict is None or self.steps > MAX_STEPS or turns == 1:
+            if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
                 break
             if not self.body(loop.branches[0].body, memory):
                 return False

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from postproc.diagnostics import Span
 from postproc.rapid import patterns
 from postproc.rapid.changes import Changes
-from postproc.rapid.evaluate import evaluate, pick
+from postproc.rapid.evaluate import evaluate, pick, whole
 from postproc.rapid.expressions import Call, ExpressionError, Name, read_whole_expression
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
@@ -183,10 +183,10 @@ class Memory:
                 size = evaluate(read_whole_expression(declaration.source.data, *span), self._home(declaration)).data
             except ExpressionError as error:
                 raise NotKnown(f"the size of `{declaration.name}` cannot be read") from error
-            total *= max(1, int(size))
+            total *= max(1, whole(size))
             if total > MAX_ELEMENTS:
                 raise NotKnown(f"`{declaration.name}` is too large to follow")
-            data = (data,) * int(size)
+            data = (data,) * whole(size)
         return data
 
     def element_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:

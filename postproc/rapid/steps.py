@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
@@ -217,8 +217,10 @@ class EventMaker:
 
 def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
     """A name whose value stands in none of the files."""
+    # Without tool or work object nothing about the pose is known; other data leaves single statements alone.
+    severity: Severity = "error" if what in ("tool", "work object") else "warning"
     return Diagnostic(
-        "RAP020", "error", f"the {what} `{name}` has no value in these files", source, span,
+        "RAP020", severity, f"the {what} `{name}` has no value in these files", source, span,
         f"give the file that declares `{name}` too, often a system module such as user.sys or CalibData.mod",
     )  # fmt: skip
 

@@ -63,3 +63,11 @@ def test_every_code_is_explained() -> None:
         used |= set(re.findall(r'"(RAP\d{3})"', file.read_text()))
     explained = re.findall(r"^## (RAP\d{3}) \S", (root / "docs" / "diagnostics" / "RAP.md").read_text(), re.MULTILINE)
     assert sorted(used) == sorted(explained)
+
+
+def test_missing_tools_are_errors_and_missing_targets_are_warnings() -> None:
+    found = walk_program(program(module("MoveL p9,v5,z0,tool0; MoveL p,v5,z0,t9;", P)))
+    assert [(d.severity, d.message) for d in found.diagnostics] == [
+        ("warning", "the target `p9` has no value in these files"),
+        ("error", "the tool `t9` has no value in these files"),
+    ]

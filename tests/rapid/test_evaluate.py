@@ -171,11 +171,18 @@ def test_conditions(condition: str, value: bool) -> None:
         ("a", "the value is not a robtarget"),
         ("p.nonsense", "`.nonsense` is not a known component"),
         ("circle1", "the value of `circle2` depends on itself"),
+        ("-w.ufmec", "`-` needs a number"),
+        ("row{1E400}", "an array index is not a whole number"),
+        ("row{1.5}", "an array index is not a whole number"),
+        ("-w", "the types of the expression do not fit each other"),
         ("p +", "the target cannot be read: an expression is missing"),
     ],
 )
 def test_what_is_not_known_has_a_reason(target: str, reason: str) -> None:
-    data = DATA + "CONST robtarget circle1:=circle2;CONST robtarget circle2:=circle1;"
+    data = DATA + "CONST robtarget circle1:=circle2;CONST robtarget row{1}:=[p];"
+    data += (
+        'CONST wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];CONST robtarget circle2:=circle1;'
+    )
     event = events(f"MoveL {target},v5,z0,tool0;", data)[0]
     assert event.target is None
     assert event.reason in (reason, reason.replace("circle2", "circle1"))
