@@ -18,6 +18,8 @@ demo: $(VENV)/.installed  ## Convert a sample and show the result.
 	@mkdir -p $(OUT)
 	@$(BIN)/postproc compensate $(SAMPLE) --force $(FORCE) --report $(RESULT:.mod=.html) -o $(RESULT)
 	@echo
+	@sed -n '/! postproc/,/twice/p' $(RESULT)
+	@echo
 	@echo "program      $(SAMPLE)"
 	@echo "compensated  $(RESULT)"
 	@echo "report       $(RESULT:.mod=.html)"
