@@ -17,6 +17,8 @@ from postproc.robot.arm import Robot
 UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
 _STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
 _LOOSE = 1e-6  # the same for a speed that is given
+_NEGLIGIBLE = 1e-6  # share of a joint's acceleration limit
+_SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try where rounding stopped the first
 
 
 def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
@@ -41,6 +43,8 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     last = np.append(np.diff(grid.run) > 0, True)
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
     values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    # Next to nothing is nothing: toppra's linear programs fail on lines that are all but parallel.
+    values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * robot.acceleration] = 0.0
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
     class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
@@ -75,17 +79,21 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
             )
             return terms
 
-    limits = [JointVelocityConstraint(robot.speed), JointAccelerationConstraint(robot.acceleration), SpeedBounds()]
-    if robot.torque is not None:
-        limits.append(TorqueLimits())
-    solver = TOPPRA(limits, OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
-                    parametrizer="ParametrizeConstAccel")  # fmt: skip
-    ends = np.minimum(grid.cap, np.maximum(grid.floor, 0.0))[[0, -1]] / UNIT
-    _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
-    if speed is None or np.isnan(speed).any():
+    ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
+    blocked = 0
+    for share in _SHARES:
+        acceleration = JointAccelerationConstraint(share * robot.acceleration)
+        limits = [JointVelocityConstraint(robot.speed), acceleration, SpeedBounds()]
+        if robot.torque is not None:
+            limits.append(TorqueLimits())
+        solver = TOPPRA(limits, OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+                        parametrizer="ParametrizeConstAccel")  # fmt: skip
+        _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
+        if speed is not None and not np.isnan(speed).any():
+            return np.where(grid.cap > 0, speed * UNIT, 0.0), None
         unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
-        return np.zeros(len(grid.s)), int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
-    return np.where(grid.cap > 0, speed * UNIT, 0.0), None
+        blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
+    return np.zeros(len(grid.s)), blocked
 
 
 def _torque_terms(

@@ -12,8 +12,8 @@ from postproc.arrays import Array
 from postproc.motion.path import starts_chain
 from postproc.motion.values import Flags, Index, Path
 
-TURN_ARM = 0.05  # [m/rad] a reorientation counts as travel on this radius,
-JOINT_ARM = 0.05  # and so does the turn of a joint: the parameter grows even where the TCP stands
+TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
+JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
 STILL = 1e-7  # [m] samples closer than this are one place
 GAP = 1e-3  # [m] of the parameter between two runs
 
@@ -66,7 +66,8 @@ def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
 def cut_runs(path: Path, T_flange_tcp: Array) -> Runs:
     """Cut a path at its stops and spline the joint angles of each run over its own travel.
 
-    The parameter grows by the TCP travel, or by the reorientation or largest joint turn (on 50 mm) where that is more.
+    The parameter grows by the TCP travel, the reorientation (on 30 mm) and the turn of the joints (on 20 mm), squares
+    added: smooth where one takes over from the other.
 
     Args:
         T_flange_tcp: (n, 4, 4) tool of every sample.
@@ -78,8 +79,8 @@ def cut_runs(path: Path, T_flange_tcp: Array) -> Runs:
     # A change of tool turns the TCP frame, not the arm.
     same = (T_flange_tcp[:-1, :3, :3] == T_flange_tcp[1:, :3, :3]).all(axis=(1, 2))
     turn = np.where(same, turn, 0.0)
-    joints = np.abs(np.diff(path.q, axis=0)).max(axis=1)
-    step = np.maximum.reduce([travel, TURN_ARM * turn, JOINT_ARM * joints])
+    joints = np.linalg.norm(np.diff(path.q, axis=0), axis=1)
+    step = np.sqrt(travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2)
     rest = np.zeros(n, dtype=bool)
     rest[path.goal[path.stop]] = True
     live = (step > STILL) & ~starts_chain(path.moves, path.move)[1:]

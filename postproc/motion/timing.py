@@ -16,7 +16,7 @@ from postproc.motion.findings import at_move
 from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
 from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Runs, derivatives
-from postproc.motion.timelaw import TimeLaw, evaluate, time_law
+from postproc.motion.timelaw import TimeLaw, evaluate, time_law, times_at
 from postproc.motion.values import Flags, Index, Path
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
@@ -25,6 +25,7 @@ _ROUNDS = 6
 _KEPT = 1.001  # ratio to a limit that counts as kept
 _PATCH = 40  # grid points on either side of a place that is slowed
 _CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
+_BESIDE = 1e-7  # [s]
 _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
 
 
@@ -106,7 +107,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
-            grid, speed, changed = _slowed(robot, path, runs, grid, speed, allowed, gravity)
+            grid, speed, changed = _slowed(robot, path, runs, grid, speed, excess, allowed, gravity)
     # What is still above a limit is a matter of per cents: the whole run takes that much longer.
     stretch = np.ones(runs.count)
     np.maximum.at(stretch, runs.run[:-1], excess)
@@ -114,15 +115,20 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
 
 
 def _slowed(
-    robot: Robot, path: Path, runs: Runs, grid: Grid, speed: Array, allowed: Array, gravity: Array
+    robot: Robot, path: Path, runs: Runs, grid: Grid, speed: Array, excess: Array, allowed: Array, gravity: Array
 ) -> tuple[Grid, Array, Flags]:
-    """Lower caps where intervals (k - 1,) allow less, and the speeds solved again around there.
+    """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around there.
 
     Returns:
         The grid, its speeds, and which of its points (g,) bool were solved again.
     """
     beside = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
-    cap = np.minimum(grid.cap, np.minimum(allowed[beside[0]], allowed[beside[1]]))
+    over = np.maximum(excess[beside[0]], excess[beside[1]])
+    least = np.minimum(grid.cap, _CREEP)
+    lower = np.minimum(np.minimum(allowed[beside[0]], allowed[beside[1]]), _MARGIN * grid.cap / np.maximum(over, 1.0))
+    cap = np.where(over > _KEPT, np.maximum(lower, least), grid.cap)
+    if not (cap < grid.cap).any():
+        return grid, speed, np.zeros(len(cap), dtype=bool)
     rows = maximum_filter1d(cap < grid.cap, 2 * _PATCH + 1)
     edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
     grid = Grid(grid.s, grid.run, cap, grid.floor)
@@ -166,8 +172,13 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index
     allowed = np.full(len(program), np.inf)
     found = np.full(len(program), -1.0)
     run = law.run[rows]
-    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        m = joint_motion(runs, law, run, law.t[rows] + share * law.window[run])
+    # Where the averaged acceleration bends; either side of every grid point, where speed limits change; between.
+    begins = law.t[rows]
+    passes = times_at(law, run, law.s[rows])
+    between = 0.5 * (passes + np.append(passes[1:], passes[-1:]))
+    between = np.where(np.append(np.diff(rows) == 1, False) & (between > passes), between, passes)
+    for t in (begins, begins + law.window[run], passes - _BESIDE, passes + _BESIDE, between):
+        m = joint_motion(runs, law, run, t)
         i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
             (np.abs(m.v) / robot.speed).max(axis=1),
