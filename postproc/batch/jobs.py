@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from hashlib import sha256
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -67,9 +67,16 @@ def read_settings(settings: Settings, robot: str | None = None) -> Converter:
 
 
 def _software() -> tuple[Any, ...]:
-    """The text of the package and the versions of what it computes with: a number alone may not change with the code."""
+    """The text of the package and the versions of what it computes with: code may change and its version not."""
     files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").glob("*.j2")])
-    return [path.read_bytes() for path in files], [version(name) for name in LIBRARIES]
+    return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:  # conda names some of them differently
+        return ""
 
 
 def _stated(model: Model) -> tuple[Any, ...]:

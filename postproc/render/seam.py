@@ -1,0 +1,190 @@
+"""A weld module out of seam points: approach, arc on, seam, arc off, departure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.values import TargetValue
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.program import read_program
+from postproc.rapid.records import NO_AXIS, Pose
+from postproc.rapid.units import flange_matrix, matrix_pose
+from postproc.rapid.walk import walk
+from postproc.render.seampoints import SeamPoints
+from postproc.render.seamposture import seam_configuration, unreachable
+from postproc.render.templates import environment, fill, load_template
+from postproc.robot.arm import Robot
+from postproc.robot.pose import transform
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
+EMPTY = "[0,0,0,0,0,0,0,0,0]"  # arcdata
+
+
+@dataclass(frozen=True)
+class SeamOptions:
+    """What the module says besides its points; data as ``name:=value``, or a name alone that is declared elsewhere.
+
+    Args:
+        tool, wobj, seam, weld: RAPID data; None takes a default that is stated in the module.
+        speed_mm_s: welding speed where the table gives none.
+        clearance_mm: how far in front of the seam, against the tool's z, the arm arrives and leaves.
+    """
+
+    module: str = "Seam"
+    routine: str = "main"
+    tool: str | None = None
+    wobj: str | None = None
+    seam: str | None = None
+    weld: str | None = None
+    speed_mm_s: float = 8.0
+    clearance_mm: float = 50.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Data:
+    storage: str
+    type: str
+    name: str
+    value: str | None
+
+
+def seam_module(
+    points: SeamPoints,
+    robot: Robot,
+    T_flange_tcp: Array,
+    options: SeamOptions,
+    side_files: Sequence[Source] = (),
+    template_dir: Path | None = None,
+) -> tuple[bytes, tuple[str, ...]]:
+    """The module as it is programmed, not yet compensated, and what was taken by default.
+
+    Args:
+        T_flange_tcp: (4, 4) tool frame [m] where the options name no tool.
+        side_files: modules that declare data which the options name.
+
+    Raises:
+        PostprocError: SEA007 data that cannot be used, SEA008 points out of reach, SEA009 no configuration for the whole
+            seam; what the reader finds in the data.
+    """
+    data, notes = _data(options, T_flange_tcp)
+    welds, speed_index = _welds(data["weld"], points, options)
+    placed = _placed(points, options.clearance_mm)
+    template = load_template(environment(template_dir), "seam_module.j2")
+
+    def text(conf: Sequence[Sequence[int]]) -> bytes:
+        targets = [
+            TargetValue(pose, (c[0], c[1], c[2], c[3]), (NO_AXIS,) * 6) for pose, c in zip(placed, conf, strict=True)
+        ]
+        count = len(points.place_mm)
+        return fill(template, {
+            "module": options.module, "routine": options.routine, "origin": Path(points.source.path).name,
+            "notes": notes, "declarations": [d for d in (data["tool"], data["wobj"], data["seam"], *welds) if d.value],
+            "tool": data["tool"].name, "wobj": data["wobj"].name, "seam": data["seam"].name,
+            "approach": targets[0], "depart": targets[-1],
+            "points": [
+                {
+                    "name": f"p{10 * (i + 1)}", "target": targets[i + 1], "weld": welds[speed_index[i]].name,
+                    "instruction": "ArcLStart" if i == 0 else "ArcLEnd" if i == count - 1 else "ArcL",
+                    "zone": "fine" if i in (0, count - 1) else _zone(points),
+                }
+                for i in range(count)
+            ],
+        }).encode("latin-1", "replace")  # fmt: skip
+
+    events = _read(Source(f"{options.module}.mod", text([(0, 0, 0, 0)] * len(placed))), side_files, len(placed))
+    T_base_flange = np.stack([flange_matrix(event) for event in events])
+    conf = seam_configuration(robot, T_base_flange)
+    if conf is None:
+        raise PostprocError(_no_way(points, robot, T_base_flange), exit_code=1)
+    return text(conf.tolist()), tuple(notes)
+
+
+def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], list[str]]:
+    """Every data the module needs, and a note on each default."""
+    frame = matrix_pose(T_flange_tcp)
+    numbers = [",".join(f"{v:.{d}f}" for v in part) for part, d in ((frame.trans, 3), (frame.rot, 7))]
+    defaults = {
+        "tool": ("PERS", "tooldata", f"tTorch:=[TRUE,[[{numbers[0]}],[{numbers[1]}]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]",
+                 "tool: frame of the model, its weight is not known"),
+        "wobj": ("TASK PERS", "wobjdata", "wobj0", "work object: wobj0, points in the base frame"),
+        "seam": ("PERS", "seamdata", f"sm1:=[0.5,0.5,{EMPTY},0,0,0,0,0,{EMPTY},0,0,{EMPTY},0,0,{EMPTY},0.5]",
+                 "seam data: half a second of gas before and after, the rest is to be set"),
+        "weld": ("PERS", "welddata", f"wd1:=[{options.speed_mm_s:g},0,{EMPTY},{EMPTY}]",
+                 "weld data: speed alone, current and voltage are to be set"),
+    }  # fmt: skip
+    data, notes = {}, []
+    for role, (storage, type_, default, note) in defaults.items():
+        given = getattr(options, role)
+        if given is None:
+            notes.append(note)
+        name, assigned, value = (default if given is None else given).partition(":=")
+        name, value = name.strip(), value.strip().rstrip(";").strip()
+        if not NAME.fullmatch(name) or (assigned and not value.startswith("[")):
+            text, help_ = f"`{given}` is not a {type_}", f"write it as in RAPID: {default}"
+            raise PostprocError(Diagnostic("SEA007", "error", text, help=help_))
+        data[role] = _Data(storage, type_, name, value or None)
+    return data, notes
+
+
+def _welds(weld: _Data, points: SeamPoints, options: SeamOptions) -> tuple[list[_Data], list[int]]:
+    """Weld data for each speed of the table, and which of them each point takes."""
+    if points.speed_mm_s is None:
+        return [weld], [0] * len(points.place_mm)
+    speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
+    if weld.value is None:
+        text = f"the table gives speeds, but `{weld.name}` has a speed of its own"
+        help_ = "give its value too, or take the column out"
+        raise PostprocError(Diagnostic("SEA007", "error", text, points.source, help=help_))
+    if len(weld.name) + len(f"_{len(speeds)}") > 32:
+        text = f"the name `{weld.name}` leaves no room for a number"
+        raise PostprocError(Diagnostic("SEA007", "error", text, help="RAPID names have at most 32 characters"))
+    names = [weld.name] if len(speeds) == 1 else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
+    values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", weld.value, count=1) for speed in speeds]
+    return [_Data(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
+
+
+def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:
+    """Approach, points, departure, in the frame of the work object."""
+    T = transform(points.place_mm * 1e-3, points.rotation)
+    ends = T[[0, -1]].copy()
+    ends[:, :3, 3] -= clearance_mm * 1e-3 * ends[:, :3, 2]
+    return [matrix_pose(pose) for pose in (ends[0], *T, ends[1])]
+
+
+def _zone(points: SeamPoints) -> str:
+    """A fly-by zone of 1 mm, a smaller one where points stand closer than two of them."""
+    gaps = np.linalg.norm(np.diff(points.place_mm, axis=0), axis=1)
+    return "z1" if gaps.min() >= 2.0 else "z0"
+
+
+def _read(source: Source, side_files: Sequence[Source], count: int) -> list[MotionEvent]:
+    program = read_program([source, *side_files])
+    events = [e for e in walk(program) if e.statement.source is source]
+    findings = [*program.diagnostics, *(d for event in events for d in event.diagnostics)]
+    if has_errors(findings) or len(events) != count:
+        raise PostprocError(findings)
+    return events
+
+
+def _no_way(points: SeamPoints, robot: Robot, T_base_flange: Array) -> list[Diagnostic]:
+    last = len(points.rows)
+    found = []
+    for i in unreachable(robot, T_base_flange).tolist():
+        index = min(max(i - 1, 0), last - 1)
+        what = f"`{robot.name}` cannot reach it"
+        if i in (0, last + 1):
+            what = f"`{robot.name}` cannot reach the {'approach' if i == 0 else 'departure'} in front of it"
+        found.append(
+            points.finding("SEA008", index, what, "check the work object, the tool and the unit of the points")
+        )
+    if found:
+        return found
+    text = f"no configuration of `{robot.name}` holds for the whole seam"
+    return [Diagnostic("SEA009", "error", text, points.source, help="divide the seam, or turn the part or the torch")]

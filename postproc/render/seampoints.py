@@ -1,0 +1,187 @@
+"""Seam points as a vision system delivers them: a CSV table read, every wrong cell named by row and column."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+
+PLACE = ("x_mm", "y_mm", "z_mm")
+QUATERNION = ("qw", "qx", "qy", "qz")
+TANGENT, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
+SPEED = "speed_mm_s"
+
+NEAREST_MM = 0.1  # the shortest move a controller makes (RAPID reference, MoveC)
+UNIT = 0.01  # a quaternion this far from length one is a mistake, not rounding
+PARALLEL = math.radians(5.0)  # a normal this close to the tangent does not say how the torch stands
+
+
+@dataclass(frozen=True)
+class SeamPoints:
+    """Points of one seam, in the frame of the work object.
+
+    Args:
+        rows: span of each row in ``source``.
+        place_mm: (n, 3). rotation: (n, 3, 3) tool axes: z out of the torch, x along the seam where a tangent is given.
+        speed_mm_s: (n,) welding speed on the way to each point, None where the table says nothing.
+    """
+
+    source: Source
+    rows: tuple[Span, ...]
+    place_mm: Array
+    rotation: Array
+    speed_mm_s: Array | None = None
+
+    def finding(self, code: str, index: int, message: str, help_: str = "") -> Diagnostic:
+        return Diagnostic(code, "error", f"point {index + 1}: {message}", self.source, self.rows[index], help_)
+
+
+@dataclass(frozen=True)
+class _Table:
+    source: Source
+    header: Sequence[str]
+    rows: Sequence[Span]
+    cells: Sequence[Sequence[Span]]
+    findings: list[Diagnostic]
+
+    def numbers(self, names: Sequence[str]) -> Array:
+        """Columns as numbers (n, len(names)); a cell that is none is a finding and becomes NaN."""
+        places = [self.header.index(name) for name in names]
+        return np.array([[self._number(row, at) for at in places] for row in range(len(self.rows))])
+
+    def _number(self, row: int, at: int) -> float:
+        span = self.cells[row][at]
+        text = self.source.data[slice(*span)].decode(self.source.encoding)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            what = f"`{text}` is not a number" if text else "nothing stands here"
+            self.wrong(
+                "SEA002", row, at, what, "every point needs all its numbers; take the row out or measure it again"
+            )
+            return math.nan
+        return value
+
+    def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
+        message = f"point {row + 1}, column `{self.header[at]}`: {what}"
+        self.findings.append(Diagnostic(code, "error", message, self.source, self.cells[row][at], help_))
+
+
+def read_seam_points(source: Source) -> SeamPoints:
+    """Read a table of seam points.
+
+    The tool's axes out of tangent t and normal n of the surface: z = -n, x = t without its part along z, y = z x x.
+
+    Raises:
+        PostprocError: every wrong cell and row at once; SEA001 not such a table, SEA002 not a number, SEA003 an orientation
+            that is none, SEA004 points too close, SEA005 a speed that is none, SEA006 fewer than two points.
+    """
+    table = _split(source)
+    missing = [name for name in PLACE if name not in table.header]
+    turned = all(name in table.header for name in QUATERNION)
+    led = all(name in table.header for name in (*TANGENT, *NORMAL))
+    if missing or not (turned or led):
+        lacks = ", ".join(f"`{name}`" for name in missing) or "the orientation"
+        help_ = "columns: x_mm,y_mm,z_mm with qw,qx,qy,qz or with tx,ty,tz,nx,ny,nz; speed_mm_s if it varies"
+        found = Diagnostic("SEA001", "error", f"the table lacks {lacks}", source, (0, 1), help_)
+        raise PostprocError([*table.findings, found])
+    place = table.numbers(PLACE)
+    rotation = _by_quaternion(table) if turned else _by_tangent(table)
+    speed = _speeds(table) if SPEED in table.header else None
+    gaps = np.linalg.norm(np.diff(place, axis=0), axis=1)
+    for i in np.flatnonzero(gaps < NEAREST_MM):
+        what = f"only {gaps[i]:.3f} mm from the point before, at least {NEAREST_MM:g} mm are needed"
+        table.wrong("SEA004", int(i) + 1, table.header.index("x_mm"), what, "take one of the two rows out")
+    if len(place) < 2:
+        found = Diagnostic("SEA006", "error", "a seam needs two points or more", source, help="add rows to the table")
+        table.findings.append(found)
+    if table.findings:
+        raise PostprocError(table.findings)
+    return SeamPoints(source, tuple(table.rows), place, rotation, speed)
+
+
+def _by_quaternion(table: _Table) -> Array:
+    q = table.numbers(QUATERNION)
+    length = np.linalg.norm(q, axis=1)
+    for i in np.flatnonzero(np.abs(length - 1.0) > UNIT):
+        what = f"the quaternion has length {length[i]:.4f}, not 1"
+        table.wrong("SEA003", int(i), table.header.index("qw"), what, "check the order qw,qx,qy,qz")
+    usable = np.abs(length - 1.0) <= UNIT
+    return _matrices(np.where(usable[:, None], q, (1.0, 0.0, 0.0, 0.0)))
+
+
+def _matrices(q: Array) -> Array:
+    return np.asarray(Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix(), dtype=float)
+
+
+def _by_tangent(table: _Table) -> Array:
+    t, n = table.numbers(TANGENT), table.numbers(NORMAL)
+    lengths = np.linalg.norm(t, axis=1), np.linalg.norm(n, axis=1)
+    for name, length in zip(("tx", "nx"), lengths, strict=True):
+        for i in np.flatnonzero(length < 1e-6):
+            which = "tangent" if name == "tx" else "normal"
+            table.wrong("SEA003", int(i), table.header.index(name), f"the {which} has no length", "give a direction")
+    safe = [v / np.where(length < 1e-6, np.nan, length)[:, None] for v, length in zip((t, n), lengths, strict=True)]
+    z = -safe[1]
+    x = safe[0] - np.sum(safe[0] * z, axis=1, keepdims=True) * z
+    sine = np.linalg.norm(x, axis=1)
+    for i in np.flatnonzero(sine < math.sin(PARALLEL)):
+        what = f"the normal stands {math.degrees(math.asin(sine[i])):.1f} deg from the tangent"
+        help_ = "the normal of the surface is at a right angle to the seam"
+        table.wrong("SEA003", int(i), table.header.index("nx"), what, help_)
+    x = x / np.where(sine < 1e-9, np.nan, sine)[:, None]
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _speeds(table: _Table) -> Array:
+    speed = table.numbers((SPEED,))[:, 0]
+    for i in np.flatnonzero(speed <= 0):
+        at = table.header.index(SPEED)
+        table.wrong("SEA005", int(i), at, f"{speed[i]:g} mm/s is not a welding speed", "give a positive speed")
+    return speed
+
+
+def _split(source: Source) -> _Table:
+    """Header and rows; separated by commas, semicolons or tabs, blank lines and lines with ``#`` left out."""
+    data = source.data
+    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0
+    lines = [
+        m.span() for m in re.finditer(rb"[^\r\n]+", data[start:]) if m[0].strip() and not m[0].lstrip().startswith(b"#")
+    ]
+    lines = [(a + start, b + start) for a, b in lines]
+    if not lines:
+        raise PostprocError(Diagnostic("SEA001", "error", "there is no table in this file", source))
+    head = data[slice(*lines[0])]
+    mark = max((b",", b";", b"\t"), key=head.count)
+    header = [data[slice(*span)].decode(source.encoding).strip('"') for span in _cells(data, lines[0], mark)]
+    findings: list[Diagnostic] = []
+    rows, cells = [], []
+    for number, line in enumerate(lines[1:], start=1):
+        parts = _cells(data, line, mark)
+        if len(parts) != len(header):
+            text = f"point {number}: {len(parts)} cells where the header has {len(header)}"
+            help_ = "check for a missing separator or a decimal comma"
+            findings.append(Diagnostic("SEA001", "error", text, source, line, help_))
+            continue
+        rows.append(line)
+        cells.append(parts)
+    return _Table(source, header, rows, cells, findings)
+
+
+def _cells(data: bytes, line: Span, mark: bytes) -> list[Span]:
+    """Spans of the cells of a line, without the blanks around them."""
+    spans, at = [], line[0]
+    for part in data[slice(*line)].split(mark):
+        left = at + len(part) - len(part.lstrip())
+        spans.append((left, max(left, at + len(part.rstrip()))))
+        at += len(part) + 1
+    return spans

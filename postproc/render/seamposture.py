@@ -1,0 +1,61 @@
+"""In which configuration an arm follows a seam: the one that stays farthest from joint limits and a straight wrist."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
+from postproc.robot.arm import Robot
+from postproc.robot.configuration import TURNING, confdata
+from postproc.robot.inverse import inverse, track
+
+
+def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:
+    """Confdata (n, 4) of poses (n, 4, 4) passed one after the other, None where no configuration holds them all.
+
+    Raises:
+        PostprocError: KIN005, the arm has no spherical wrist.
+    """
+    best, most = None, 0.0
+    for start in inverse(robot, T_base_flange[:1])[0]:
+        if np.isnan(start).any():
+            continue
+        try:
+            q = _in_range(robot, track(robot, T_base_flange, start))
+        except PostprocError:  # this branch ends on the way
+            continue
+        room = _room(robot, q)
+        if room > most:
+            best, most = q, room
+    return None if best is None else confdata(robot, best)
+
+
+def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
+    """Indices of poses that the arm cannot take within its limits in any configuration."""
+    q = inverse(robot, T_base_flange)
+    turned = q.copy()
+    turned[..., TURNING] += 2 * np.pi * np.round(_middle(robot, q)[..., TURNING] / (2 * np.pi))
+    inside = ((turned >= robot.lower) & (turned <= robot.upper)).all(axis=-1)
+    return np.flatnonzero(~inside.any(axis=1))
+
+
+def _middle(robot: Robot, q: Array) -> Array:
+    """How far the middle of each joint's range is away, (..., 6)."""
+    distance: Array = (robot.lower + robot.upper) / 2 - q
+    return distance
+
+
+def _in_range(robot: Robot, q: Array) -> Array:
+    """The same way (n, 6) moved by whole turns of axes 1, 4 and 6 towards the middle of their ranges."""
+    way = (q.min(axis=0) + q.max(axis=0)) / 2
+    moved = q.copy()
+    moved[:, TURNING] += 2 * np.pi * np.round(_middle(robot, way)[TURNING] / (2 * np.pi))
+    return moved
+
+
+def _room(robot: Robot, q: Array) -> float:
+    """Smallest distance from a joint limit or from a straight wrist along the way [rad]; negative beyond a limit."""
+    limits = np.minimum(q - robot.lower, robot.upper - q).min()
+    return float(min(limits, np.abs(np.sin(q[:, 4])).min()))
