@@ -1,0 +1,102 @@
+"""The proof: what it claims is what another arm finds, and it finds what is wrong in the written text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.compensate.proof import distance_to_curves
+from postproc.motion.curves import build_curves
+from tests.compensate.build import arm, codes, convert, independent, module, target, written
+from tests.motion.build import chain, line, pose
+
+TEXT = module(
+    f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",
+    f"MoveJ p1,v200,fine,tT;\nMoveL p2,v50,z1,tT;\nMoveC {target(1330, -50, 720)},{target(1280, -30, 730)},v50,fine,tT;",
+)
+
+
+def test_the_claim_is_what_another_arm_finds() -> None:
+    found = convert(TEXT)
+    report = independent(TEXT, found)
+    assert report.violations == []
+    assert report.after <= 0.01 and report.before > 1.0
+    assert found.report["max_error_after_mm"] == pytest.approx(report.after, abs=3e-4)
+    assert found.report["max_error_before_mm"] == pytest.approx(report.before, abs=3e-3)
+    for claim, seen in zip(found.report["statements"], report.segments, strict=True):
+        assert claim["residual_mm"] == pytest.approx(seen.goal_after, abs=3e-4)
+        assert claim["shift_mm"] == pytest.approx(seen.goal_before, rel=0.05)
+
+
+def tampered(folder: Path, old: str, new: str) -> Path:
+    """Templates that write one number of the module wrong."""
+    (folder / "module.j2").write_text(
+        f"{{% for part in parts %}}{{{{ part | replace('{old}', '{new}') }}}}{{% endfor %}}"
+    )
+    return folder
+
+
+@pytest.mark.parametrize("error", [0.05, 1.0])
+def test_a_wrong_number_in_the_text_is_found(tmp_path: Path, error: float) -> None:
+    """The proof reads the text that is written, not the numbers that were meant."""
+    right = convert(TEXT)
+    z = next(x for x in written(right).splitlines() if "robtarget p2" in x).split("[[")[1].split("]")[0].split(",")[2]
+    wrong = convert(TEXT, template_dir=tampered(tmp_path, z, f"{float(z) + error:.3f}"))
+    assert wrong.report["max_error_after_mm"] == pytest.approx(error, abs=0.01)
+    assert "CMP006" in codes(wrong) and "CMP006" not in codes(right)
+    assert f"{wrong.report['max_error_after_mm']:.3f} mm after" in written(wrong)
+    assert wrong.report["statements"][1]["residual_mm"] == pytest.approx(error, abs=0.002)
+    assert independent(TEXT, wrong).after == pytest.approx(wrong.report["max_error_after_mm"], abs=1e-3)
+
+
+def test_a_wrong_added_target_is_found(tmp_path: Path) -> None:
+    shipped = "[[{{ target.pose.trans | mm | join(',') }}],[{{ target.pose.rot | quaternion | join(',') }}]"
+    moved = shipped.replace(
+        "target.pose.trans | mm", "[target.pose.trans[0], target.pose.trans[1], target.pose.trans[2] + 0.3] | mm"
+    )
+    rest = ",[{{ target.robconf | join(',') }}],[{{ target.extax | axes | join(',') }}]]"
+    (tmp_path / "target.j2").write_text(moved + rest)
+    found = convert(TEXT, template_dir=tmp_path, tolerance_m=5e-6)
+    assert found.report["added_targets"] > 0
+    assert found.report["max_error_after_mm"] == pytest.approx(0.3, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("MoveL p2,", "MoveL pNowhere,"),  # another name
+        ("MoveL p2,v50,z1,tT;", ""),  # a statement is lost
+        ("MoveJ p1,v200,fine,tT;", "MoveJ p1,v200,fine,tT; MoveJ p1,v200,fine,tT;"),  # a statement too many
+        ("[-1,0,-1,0]", "[1,0,-1,0]"),  # a configuration that the arm does not have there
+        ("[[1350.", "[[9350."),  # out of reach
+    ],
+)
+def test_a_text_that_cannot_run_as_meant_is_not_written(tmp_path: Path, old: str, new: str) -> None:
+    found = convert(TEXT, template_dir=tampered(tmp_path, old, new))
+    assert found.exit_code == 1 and not found.outputs
+    assert "CMP004" in codes(found)
+
+
+def test_distance_from_lines_and_arcs() -> None:
+    """A quarter circle of 100 mm radius, and the line that leads to it: distances by hand."""
+    T = [pose(1.0, 0.0, 0.6), pose(1.0, 0.2, 0.6), pose(0.9, 0.3, 0.6)]
+    via = pose(1.0 - 0.1 * (1 - np.cos(np.pi / 4)), 0.2 + 0.1 * np.sin(np.pi / 4), 0.6)
+    moves = chain(
+        {"kind": "joint", "T_base_tcp": T[0]}, line(T[1]), {"kind": "arc", "T_base_tcp": T[2], "T_base_via": via}
+    )
+    curves = build_curves(arm().robot, tuple(moves))
+    center = np.array([0.9, 0.2, 0.6])
+    points = np.array(
+        [
+            [1.003, 0.1, 0.604],  # 5 mm from the line, halfway
+            [1.0, -0.03, 0.6],  # before its start
+            [*(center + 0.11 * np.array([np.cos(0.5), np.sin(0.5), 0]))],  # 10 mm outside of the circle
+            [0.9 + 0.1 * np.cos(1.0), 0.2 + 0.1 * np.sin(1.0), 0.607],  # 7 mm above it
+            [0.88, 0.3, 0.6],  # past its end
+        ]
+    )
+    distance, u = distance_to_curves(curves, np.array([1, 1, 2, 2, 2]), points)
+    assert distance == pytest.approx([0.005, 0.03, 0.01, 0.007, 0.02], abs=1e-9)
+    assert u == pytest.approx([0.5, 0.0, 0.5 / (np.pi / 2), 1.0 / (np.pi / 2), 1.0], abs=1e-9)
