@@ -70,8 +70,8 @@ def seam_module(
         side_files: modules that declare data which the options name.
 
     Raises:
-        PostprocError: SEA007 data that cannot be used, SEA008 points out of reach, SEA009 no configuration for the whole
-            seam; what the reader finds in the data.
+        PostprocError: SEA007 data that cannot be used, SEA008 points out of reach, SEA009 no configuration for all of
+            them; what the reader finds in the data.
     """
     data, notes = _data(options, T_flange_tcp)
     welds, speed_index = _welds(data["weld"], points, options)
@@ -96,7 +96,7 @@ def seam_module(
                 }
                 for i in range(count)
             ],
-        }).encode("latin-1", "replace")  # fmt: skip
+        }).encode("latin-1", "replace") + b"\n"  # fmt: skip
 
     events = _read(Source(f"{options.module}.mod", text([(0, 0, 0, 0)] * len(placed))), side_files, len(placed))
     T_base_flange = np.stack([flange_matrix(event) for event in events])
@@ -110,8 +110,9 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], 
     """Every data the module needs, and a note on each default."""
     frame = matrix_pose(T_flange_tcp)
     numbers = [",".join(f"{v:.{d}f}" for v in part) for part, d in ((frame.trans, 3), (frame.rot, 7))]
+    frame_text = f"[[{numbers[0]}],[{numbers[1]}]]"
     defaults = {
-        "tool": ("PERS", "tooldata", f"tTorch:=[TRUE,[[{numbers[0]}],[{numbers[1]}]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]",
+        "tool": ("PERS", "tooldata", f"tTorch:=[TRUE,{frame_text},[0.001,[0,0,0.001],[1,0,0,0],0,0,0]]",
                  "tool: frame of the model, its weight is not known"),
         "wobj": ("TASK PERS", "wobjdata", "wobj0", "work object: wobj0, points in the base frame"),
         "seam": ("PERS", "seamdata", f"sm1:=[0.5,0.5,{EMPTY},0,0,0,0,0,{EMPTY},0,0,{EMPTY},0,0,{EMPTY},0.5]",

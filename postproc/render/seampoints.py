@@ -40,7 +40,8 @@ class SeamPoints:
     speed_mm_s: Array | None = None
 
     def finding(self, code: str, index: int, message: str, help_: str = "") -> Diagnostic:
-        return Diagnostic(code, "error", f"point {index + 1}: {message}", self.source, self.rows[index], help_)
+        row = self.source.position(self.rows[index][0])[0]
+        return Diagnostic(code, "error", f"row {row}: {message}", self.source, self.rows[index], help_)
 
 
 @dataclass(frozen=True)
@@ -65,15 +66,14 @@ class _Table:
             value = math.nan
         if not math.isfinite(value):
             what = f"`{text}` is not a number" if text else "nothing stands here"
-            self.wrong(
-                "SEA002", row, at, what, "every point needs all its numbers; take the row out or measure it again"
-            )
+            self.wrong("SEA002", row, at, what, "a point needs all its numbers: take the row out or measure it again")
             return math.nan
         return value
 
     def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
-        message = f"point {row + 1}, column `{self.header[at]}`: {what}"
-        self.findings.append(Diagnostic(code, "error", message, self.source, self.cells[row][at], help_))
+        span = self.cells[row][at]
+        message = f"row {self.source.position(span[0])[0]}, column `{self.header[at]}`: {what}"
+        self.findings.append(Diagnostic(code, "error", message, self.source, span, help_))
 
 
 def read_seam_points(source: Source) -> SeamPoints:
@@ -82,8 +82,8 @@ def read_seam_points(source: Source) -> SeamPoints:
     The tool's axes out of tangent t and normal n of the surface: z = -n, x = t without its part along z, y = z x x.
 
     Raises:
-        PostprocError: every wrong cell and row at once; SEA001 not such a table, SEA002 not a number, SEA003 an orientation
-            that is none, SEA004 points too close, SEA005 a speed that is none, SEA006 fewer than two points.
+        PostprocError: every wrong cell and row at once; SEA001 not such a table, SEA002 not a number, SEA003 no
+            orientation, SEA004 points too close, SEA005 no welding speed, SEA006 fewer than two points.
     """
     table = _split(source)
     missing = [name for name in PLACE if name not in table.header]
@@ -105,7 +105,7 @@ def read_seam_points(source: Source) -> SeamPoints:
         found = Diagnostic("SEA006", "error", "a seam needs two points or more", source, help="add rows to the table")
         table.findings.append(found)
     if table.findings:
-        raise PostprocError(table.findings)
+        raise PostprocError(sorted(table.findings, key=lambda found: found.span or (0, 0)))
     return SeamPoints(source, tuple(table.rows), place, rotation, speed)
 
 
@@ -154,10 +154,8 @@ def _split(source: Source) -> _Table:
     """Header and rows; separated by commas, semicolons or tabs, blank lines and lines with ``#`` left out."""
     data = source.data
     start = 3 if data.startswith(b"\xef\xbb\xbf") else 0
-    lines = [
-        m.span() for m in re.finditer(rb"[^\r\n]+", data[start:]) if m[0].strip() and not m[0].lstrip().startswith(b"#")
-    ]
-    lines = [(a + start, b + start) for a, b in lines]
+    found = re.compile(rb"[^\r\n]+").finditer(data, start)
+    lines = [m.span() for m in found if m[0].strip() and not m[0].lstrip().startswith(b"#")]
     if not lines:
         raise PostprocError(Diagnostic("SEA001", "error", "there is no table in this file", source))
     head = data[slice(*lines[0])]
@@ -165,10 +163,11 @@ def _split(source: Source) -> _Table:
     header = [data[slice(*span)].decode(source.encoding).strip('"') for span in _cells(data, lines[0], mark)]
     findings: list[Diagnostic] = []
     rows, cells = [], []
-    for number, line in enumerate(lines[1:], start=1):
+    for line in lines[1:]:
         parts = _cells(data, line, mark)
         if len(parts) != len(header):
-            text = f"point {number}: {len(parts)} cells where the header has {len(header)}"
+            row = source.position(line[0])[0]
+            text = f"row {row}: {len(parts)} cells where the header has {len(header)}"
             help_ = "check for a missing separator or a decimal comma"
             findings.append(Diagnostic("SEA001", "error", text, source, line, help_))
             continue

@@ -37,8 +37,8 @@ def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
     q = inverse(robot, T_base_flange)
     turned = q.copy()
     turned[..., TURNING] += 2 * np.pi * np.round(_middle(robot, q)[..., TURNING] / (2 * np.pi))
-    inside = ((turned >= robot.lower) & (turned <= robot.upper)).all(axis=-1)
-    return np.flatnonzero(~inside.any(axis=1))
+    inside = np.all((turned >= robot.lower) & (turned <= robot.upper), axis=-1)
+    return np.flatnonzero(~np.any(inside, axis=1))
 
 
 def _middle(robot: Robot, q: Array) -> Array:
