@@ -13,12 +13,11 @@ from postproc.motion.findings import once, place
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData
-from postproc.rapid.units import pose_matrix, target_matrices, tool_matrix, via_matrix
+from postproc.rapid.units import MM, pose_matrix, target_matrices, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import Failure, joint_solution, track
 from postproc.robot.pose import invert
 
-MM = 1e-3
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -74,7 +73,3 @@ def events(moves: list[Move]) -> list[MotionEvent]:
 
 def tcp(q: np.ndarray, tool: np.ndarray = TORCH) -> np.ndarray:
     return forward(ROBOT, q) @ tool
-
-
-def slow(moves: list[Move], speed: float) -> list[Move]:
-    return [replace(m, speed=speed) for m in moves]
