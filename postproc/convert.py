@@ -13,10 +13,14 @@ from typing import Any
 import numpy as np
 
 from postproc import __version__
+from postproc.compensate.accuracy import expect_accuracy
+from postproc.compensate.applicable import applicable_model
+from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import in_transition, judge_statements
 from postproc.compensate.plan import Plan, plan_changes, read_motion, read_samples
-from postproc.compensate.proof import Deviation, measure_deviation, places_of
+from postproc.compensate.proof import Deviation, measure_deviation
+from postproc.compensate.readback import owners_of, places_of
 from postproc.compensate.sharing import target_users
 from postproc.compensate.states import build_state, steady
 from postproc.compensate.values import Outcome
@@ -58,11 +62,18 @@ class Conversion:
         if not self.outputs:
             return "nothing written"
         r = self.report
+        known = r["expected_accuracy"]
+        expected = (
+            f"; 95 % of positions within {known['within_95_percent_mm']:.3f} mm of where the program says"
+            if known
+            else ""
+        )
         count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
         return (
             f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs"
-            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated, {r['added_targets']} added,"
-            f" {count['unchanged']} unchanged, {count['skipped']} left as they are; cycle time {r['cycle_time_s']:.1f} s"
+            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated,"
+            f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
+            f" cycle time {r['cycle_time_s']:.1f} s{expected}"
         )
 
     @property
@@ -93,6 +104,8 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         )
     if has_errors(findings):
         return _failed(findings, 1)
+    model, more = applicable_model(model, events)
+    findings += more
     motion, more = read_motion(model, events, options)
     findings += more
     if has_errors(findings):
@@ -102,7 +115,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         findings.append(Diagnostic("CMP003", "error", text, sources[0], help="see `postproc inspect` for the reasons"))
         return _failed(findings, 1)
 
-    plan = plan_changes(model, motion, events, options, target_users(program), lambda e: _zone_name(program, e))
+    plan = plan_changes(model, motion, events, options, target_users(program), lambda e: small_zone(program, e))
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
     for changed, edit in change_edits(env, plan.decisions.changes) + insertion_edits(env, plan.insertions):
@@ -124,21 +137,6 @@ def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
     ]
 
 
-def _zone_name(program: Program, event: MotionEvent) -> str:
-    """A fly-by zone so small that the corner it cuts off a nearly straight path is nothing."""
-    statement = event.statement
-    own = event.zone
-    if not own.finep and own.pzone_tcp <= 1.0:
-        argument = statement.argument("zone")
-        if argument is not None:
-            return argument.text
-    for name in ("z1", "z0"):
-        if program.declaration(name, statement.module, statement.routine) is None:
-            return name
-    argument = statement.argument("zone")
-    return argument.text if argument is not None and not own.finep else "z5"
-
-
 def _prove(
     model: Model,
     plan: Plan,
@@ -158,7 +156,7 @@ def _prove(
     ran_events = walk(written, options.entry)
     ran, findings = read_samples(model, ran_events, options, joint_ways=True)
     findings = [d for d in findings if d.severity == "error"]
-    owners = _owners(events, ran_events, edits) if ran is not None else None
+    owners = owners_of(events, ran_events, edits) if ran is not None else None
     if ran is None or owners is None:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         return before, None, [*findings, Diagnostic("CMP004", "error", text, sources[0], help="see the findings above")]
@@ -168,35 +166,6 @@ def _prove(
     state = build_state(model, ran, motion.trajectory, options, place)
     still = steady(motion.trajectory, options, place)
     return before, measure_deviation(model, motion.samples, ran, owner, state, still), []
-
-
-def _owners(
-    events: Sequence[MotionEvent], ran: Sequence[MotionEvent], edits: Mapping[str, Sequence[Edit]]
-) -> list[int] | None:
-    """Original event of every event of the corrected program; added statements belong to the one behind them."""
-    places: dict[str, dict[int, int]] = {}
-    for path, changes in edits.items():
-        starts = sorted({e.statement.span[0] for e in events if e.statement.source.path == path})
-        ordered = sorted(changes, key=lambda e: (e.start, e.end))
-        shift, k = 0, 0
-        places[path] = {}
-        for start in starts:
-            while k < len(ordered) and ordered[k].end <= start:
-                shift += len(ordered[k].text) - (ordered[k].end - ordered[k].start)
-                k += 1
-            places[path][start + shift] = start
-    owners: list[int] = []
-    at = 0
-    for event in ran:
-        original = places[event.statement.source.path].get(event.statement.span[0])
-        if at >= len(events):
-            return None
-        owners.append(at)
-        if original is not None:
-            if original != events[at].statement.span[0]:
-                return None
-            at += 1
-    return owners if at == len(events) else None
 
 
 def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:
@@ -236,6 +205,8 @@ def _conclude(
     after_m = after.largest(after.space & after.steady & ~passing)
     outcomes, more = judge_statements(program, events, plan, before, after, options)
     findings += more
+    accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])
+    findings += more
     changed = [s for s in sources if edits[s.path]]
     outputs = {}
     for s in sources:
@@ -264,6 +235,7 @@ def _conclude(
         "max_transient_mm": _mm(after.largest(after.space & ~after.steady & ~passing)),
         "max_joint_move_mm": _mm(after.largest(~after.space)),
         "tolerance_mm": _mm(options.tolerance_m),
+        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(float(plan.motion.trajectory.t[-1]), 3),
         "diagnostics": [d.as_json() for d in findings],

@@ -1,14 +1,15 @@
 """The commanded curve of every move: exact correction at the samples, one value per target, transitions where it jumps.
 
 Two moves that meet at a target may want different corrections there (the arc has just been lit, another tool, a target
-that stays as it is). The target has one value: that of the move that welds. The other move then starts or ends beside its
-exact correction and passes over in a jerk-limited transition (ruckig), finished before the arc.
+that stays as it is). The target has one value: that of the move that welds. The other move then starts or ends beside
+its exact correction and passes over in a jerk-limited transition (ruckig), finished before the arc.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -47,7 +48,8 @@ class Transition:
     """A jump of the correction inside or beside one move, made jerk-limited.
 
     Args:
-        move: index of the move; at_goal: it ends at the goal, else it begins at the start; target: move that ends there.
+        move: index of the move; at_goal: it ends at the goal, else it begins at the start;
+        target: the move whose goal that place is.
         size_m: distance that the correction jumps [m]; duration: of the transition [s].
         complete: there was enough time in the move; otherwise it takes the whole move.
         samples: (a, b) the samples it covers.
@@ -65,7 +67,7 @@ class Transition:
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
     changing = np.zeros(len(moves), dtype=bool)
-    for i, (a, b) in enumerate(zip(moves[:-1], moves[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(moves)):
         other = a.payload_mass != b.payload_mass or not np.array_equal(a.T_flange_tcp, b.T_flange_tcp)
         switched = options.force_on == "arc" and a.welding != b.welding
         if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
@@ -92,7 +94,11 @@ def invert_model(model: Model, samples: Samples, state: State) -> Exact:
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
-    """The same with the targets of some moves where the text puts them: shifts (6,) from the programmed pose, base axes."""
+    """The same with the targets of some moves where the text puts them.
+
+    Args:
+        shifts: (6,) from the programmed pose, base axes, by move.
+    """
     T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
     for i, shift in shifts.items():
         move = samples.moves[i]

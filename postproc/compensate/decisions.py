@@ -59,9 +59,7 @@ def same_value(a: TargetValue, b: TargetValue) -> bool:
     )
 
 
-def decide_changes(
-    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users]
-) -> Decisions:
+def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users]) -> Decisions:
     """Decide for every wish where it is written.
 
     Args:

@@ -6,9 +6,10 @@ import re
 
 from postproc.compensate.values import Insertion, TargetValue
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.program import Program
 
-# An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only. Instructions
-# that do something at their target (triggers, outputs, procedure calls) are preceded by plain moves as well.
+# An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
+# Instructions that do something at their target (triggers, outputs, procedure calls) get plain moves as well.
 _ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
 _PLAIN = re.compile(r"(Move|Trigg|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync|IOs)?$")
 
@@ -55,3 +56,18 @@ def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, z
     name = added_instruction(event.statement.instruction)
     assert name is not None
     return Insertion(event.statement, name, to, via, zone)
+
+
+def small_zone(program: Program, event: MotionEvent) -> str:
+    """A fly-by zone so small that the corner it cuts off a nearly straight path is nothing."""
+    statement = event.statement
+    own = event.zone
+    if not own.finep and own.pzone_tcp <= 1.0:
+        argument = statement.argument("zone")
+        if argument is not None:
+            return argument.text
+    for name in ("z1", "z0"):
+        if program.declaration(name, statement.module, statement.routine) is None:
+            return name
+    argument = statement.argument("zone")
+    return argument.text if argument is not None and not own.finep else "z5"

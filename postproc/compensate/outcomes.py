@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from postproc.compensate.correction import Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
-from postproc.compensate.correction import Transition
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.compensate.values import Outcome, StatementKey, key_of
@@ -127,8 +127,9 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
         where = "before its target" if t.at_goal else "from its start"
         text = f"the correction changes by {MM * t.size_m:.3f} mm {where}, within {t.duration:.2f} s"
         if move.welding:
-            findings.append(_finding("CMP008", "warning", events[move.event].statement, text + ", while the arc burns",
-                                     "start and end the seam with a stop, or let the force act on the whole program"))  # fmt: skip
+            action = "start and end the seam with a stop, or let the force act on the whole program"
+            text += ", while the arc burns"
+            findings.append(_finding("CMP008", "warning", events[move.event].statement, text, action))
         else:
             findings.append(_finding("CMP007", "info", events[move.event].statement, text))
     return findings
@@ -143,7 +144,8 @@ def _transient_finding(
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]
     move = plan.motion.moves[int(after.owner[worst])]
-    text = f"while the arm speeds up or slows down it is up to {MM * after.distance[worst]:.3f} mm off, most on the way to here"
+    off = MM * after.distance[worst]
+    text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
     return [_finding("CMP009", "info", events[move.event].statement, text)]
 
 

@@ -13,15 +13,15 @@ from itertools import pairwise
 import numpy as np
 
 from postproc.arrays import Array
-
+from postproc.motion.values import Flags
 
 _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the smallest possible
 
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
     """What is left of (k, 3) vectors across the unit directions (3,) or (k, 3); all of it for a zero direction."""
-    along = np.sum(vectors * direction, axis=-1, keepdims=True)
-    return vectors - along * direction
+    across: Array = vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
+    return across
 
 
 def chord_deviation(u: Array, shift: Array, direction: Array, a: int, b: int) -> float:
@@ -56,7 +56,7 @@ def _farthest(deviation: Callable[[int, int], float], a: int, last: int, toleran
     return low
 
 
-def _greedy(deviation: Callable[[int, int], float], allowed: Array, last: int, tolerance: float) -> list[int] | None:
+def _greedy(deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float) -> list[int] | None:
     """Fewest interior vertices among the allowed samples, or None where even neighbours are too far apart."""
     vertices: list[int] = []
     a = 0
@@ -137,7 +137,7 @@ def place_arcs(commanded: Array, tolerance: float, most: int) -> tuple[list[tupl
     arcs: list[tuple[int, int]] = []
     for count in range(1, max(1, most) + 1):
         edges = np.round(np.linspace(0, last, count + 1)).astype(int)
-        arcs = [(int((a + b) // 2), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        arcs = [(int((a + b) // 2), int(b)) for a, b in pairwise(edges)]
         worst = max(
             circle_deviation(commanded[a : b + 1], commanded[a], commanded[v], commanded[b])
             for a, (v, b) in zip(edges[:-1], arcs, strict=True)

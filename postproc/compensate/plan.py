@@ -25,7 +25,7 @@ from postproc.compensate.samples import Samples, sample_moves
 from postproc.compensate.sharing import Users
 from postproc.compensate.states import SWIFT, along, build_state
 from postproc.compensate.targets import Pieces, divide_moves
-from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
+from postproc.compensate.values import Insertion, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.effects.contract import State
 from postproc.model.arm import Model
@@ -150,7 +150,8 @@ def _left_targets(
     motion: Motion, events: Sequence[MotionEvent], exact: Exact, wishes: Sequence[Wish], decisions: Decisions
 ) -> dict[int, Array]:
     """Moves whose targets are not written as wished, with the shift (6,) that they get: none, or that of the target
-    which they are derived from. Of the targets in an array that is the nearest one."""
+    which they are derived from. Of the targets in an array that is the nearest one.
+    """
     samples = motion.samples
     wanted = samples.T_base_tcp[samples.goal]
     shifts = pose_error(wanted, exact.T_base_flange @ samples.curves.T_flange_tcp)
@@ -218,7 +219,8 @@ class _Values:
     def _via(self, i: int, pieces: Pieces) -> Array:
         """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part."""
         if pieces.goals:
-            return self.curve[pieces.vias[-1]]
+            middle: Array = self.curve[pieces.vias[-1]]
+            return middle
         samples, move = self.motion.samples, self.motion.moves[i]
         assert move.T_base_via is not None
         _, u = distance_to_curves(samples.curves, np.array([i]), move.T_base_via[None, :3, 3])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
-from postproc.compensate.targets import Pieces
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.curves import Curves
-from postproc.motion.values import Flags
+from postproc.motion.values import Flags, Index
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +21,15 @@ class Deviation:
     """Distance of the real TCP from the programmed curves.
 
     Args:
-        distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move; u: (n,) fraction along it.
+        distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move;
+        u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
         goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad].
     """
 
     distance: Array
-    owner: Array
+    owner: Index
     u: Array
     space: Flags
     steady: Flags
@@ -43,7 +42,7 @@ class Deviation:
 
 
 def measure_deviation(
-    model: Model, programmed: Samples, ran: Samples, owner: Array, state: State, steady: Flags
+    model: Model, programmed: Samples, ran: Samples, owner: Index, state: State, steady: Flags
 ) -> Deviation:
     """Drive the real arm with a program and compare with the programmed curves.
 
@@ -70,31 +69,15 @@ def measure_deviation(
     return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle)
 
 
-def places_of(programmed: Samples, ran: Samples, owner: Array, pieces: Sequence[Pieces]) -> Array:
-    """(n,) where the samples of the program that ran stand on the programmed path, as move + fraction.
-
-    Args:
-        owner: (moves of ran,) programmed moves; the parts of a divided move follow each other.
-        pieces: how moves were divided.
-    """
-    edges = {p.move: [0.0, *(float(programmed.u[g]) for g in p.goals), 1.0] for p in pieces if p.goals}
-    low, high = np.zeros(len(owner)), np.ones(len(owner))
-    part = 0
-    for j, i in enumerate(owner.tolist()):
-        part = part + 1 if j > 0 and owner[j - 1] == i else 0
-        if i in edges:
-            low[j], high[j] = edges[i][part], edges[i][part + 1]
-    return owner[ran.move] + low[ran.move] + (high - low)[ran.move] * ran.u
-
-
-def ran_pose(programmed: Samples, ran: Samples, of: Array, rows: Array) -> Array:
+def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
     """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
     size = programmed.goal - programmed.start
     at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
-    return programmed.T_base_tcp[at, :3, 3]
+    positions: Array = programmed.T_base_tcp[at, :3, 3]
+    return positions
 
 
-def distance_to_curves(curves: Curves, move: Array, p: Array) -> tuple[Array, Array]:
+def distance_to_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
     """Distance [m] of points (n, 3) from the lines and arcs of ``move`` (n,), and the fraction nearest to them."""
     chord, length = curves.chord[move], curves.length[move]
     away = p - curves.start[move]

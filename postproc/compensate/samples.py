@@ -1,8 +1,8 @@
-"""Samples of the programmed curves themselves, corners not cut: where the correction is computed and the proof is run.
+"""Samples of the programmed curves themselves, corners not cut: where the correction is computed and proved.
 
-Zones cut the corners of the original and of the corrected program alike, so targets are corrected for the curve that the
-program states. Every move in space has samples from its start (u = 0) to its goal (u = 1), both included, so that two
-moves that meet at a target may have different states there (another tool, the arc just lit).
+Zones cut the corners of the original and of the corrected program alike, so targets are corrected for the curve that
+the program states. Every move in space has samples from its start (u = 0) to its goal (u = 1), both included, so that
+two moves that meet at a target may have different states there (another tool, the arc just lit).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.curves import Curves, build_curves, joints_at, pose_at
-from postproc.motion.values import Move
+from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import track
 from postproc.robot.pose import invert
@@ -36,12 +36,12 @@ class Samples:
 
     moves: tuple[Move, ...]
     curves: Curves
-    move: Array
+    move: Index
     u: Array
     T_base_tcp: Array
     q: Array
-    start: Array
-    goal: Array
+    start: Index
+    goal: Index
 
 
 def sample_moves(
@@ -86,7 +86,7 @@ def sample_moves(
     return Samples(moves, curves, move, u, T, q, start, goal)
 
 
-def _runs_in_space(joint: Array, first: Array) -> list[tuple[int, int]]:
+def _runs_in_space(joint: Flags, first: Flags) -> list[tuple[int, int]]:
     """Stretches [a, b) of consecutive moves in space with a known start."""
     space = ~joint & ~first
     edges = np.flatnonzero(np.diff(np.concatenate([[False], space, [False]]).astype(int)))

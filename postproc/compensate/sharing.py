@@ -13,7 +13,7 @@ from postproc.rapid.uses import declaration_uses
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Motion statements that use a declaration: as a target by itself, or inside Offs, RelTool or another expression."""
+    """Motion statements that use a declaration: as a target by itself, or inside Offs, RelTool and the like."""
 
     plain: frozenset[StatementKey]
     derived: frozenset[StatementKey]

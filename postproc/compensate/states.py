@@ -49,8 +49,8 @@ def build_state(
 def settled_acceleration(trajectory: Trajectory) -> Array:
     """Sustained accelerations (k, 6), carried across fast corners from their ends [rad/s^2].
 
-    The target of a corner is not passed: a correction for the load of inertia in the corner would bend the lines on both
-    sides of it instead.
+    The target of a corner is not passed: a correction for the load of inertia in the corner would bend the lines on
+    both sides of it instead.
     """
     kept = ~_fast_corner(trajectory)
     if kept.all() or not kept.any():
@@ -63,9 +63,10 @@ def _fast_corner(trajectory: Trajectory) -> Flags:
     return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)
 
 
-def burning(samples: Samples) -> Array:
+def burning(samples: Samples) -> Flags:
     """(n,) whether the arc burns at a sample."""
-    return np.array([m.welding for m in samples.moves])[samples.move]
+    burns: Flags = np.array([m.welding for m in samples.moves])[samples.move]
+    return burns
 
 
 def along(trajectory: Trajectory, values: Array, place: Array) -> Array:
@@ -77,7 +78,7 @@ def along(trajectory: Trajectory, values: Array, place: Array) -> Array:
     return np.stack([np.interp(place, known, column) for column in values.T], axis=1)
 
 
-def steady(trajectory: Trajectory, options: Options, place: Array) -> Array:
+def steady(trajectory: Trajectory, options: Options, place: Array) -> Flags:
     """(n,) whether the TCP keeps its speed (or stands) at places given as move + fraction; all of them without inertia.
 
     Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.

@@ -10,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.placement import place_arcs, place_vertices
 from postproc.compensate.samples import Samples
+from postproc.motion.values import Flags
 
 SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
 SHORTEST_PIECE = 0.002  # [m] of a split arc (MoveC refuses 0.1 mm)
@@ -49,12 +50,12 @@ def divide_moves(samples: Samples, T_commanded: Array, tolerance: float, divisib
         rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
         begin = int(samples.start[i])
         if curves.arc[i]:
-            most = int(min(length[i] / SHORTEST_PIECE, curves.angle[i] / SMALLEST_PIECE)) if divisible[i] else 1
+            most = int(min(length[i] / SHORTEST_PIECE, curves.angle[i] / SMALLEST_PIECE)) if divisible[int(i)] else 1
             arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, most)
             goals = tuple(begin + b for _, b in arcs[:-1])
             result.append(Pieces(int(i), goals, tuple(begin + v for v, _ in arcs), reached))
         elif worst[i] > limit and not curves.joint[i]:
-            if not divisible[i]:
+            if not divisible[int(i)]:
                 result.append(Pieces(int(i), (), (), False))
                 continue
             direction = curves.chord[i] / max(length[i], 1e-12)
@@ -77,7 +78,7 @@ def _chord_deviations(samples: Samples, shift: Array) -> Array:
     return result
 
 
-def _outside_zones(samples: Samples, i: int, u: Array) -> Array:
+def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
     """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
     here, before = samples.moves[i], samples.moves[i - 1]
     length = samples.curves.length[i]
@@ -85,4 +86,5 @@ def _outside_zones(samples: Samples, i: int, u: Array) -> Array:
     near = 0.0 if before.fine else min(2 * before.zone, length / 2)
     far = 0.0 if here.fine else min(2 * here.zone, length / 2)
     inside = (u > 0) & (u < 1)
-    return inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
+    outside: Flags = inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
+    return outside

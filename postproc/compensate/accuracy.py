@@ -1,0 +1,65 @@
+"""How near the corrected program can be expected to come, from what the fit of the model knows about its own errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.compensate.samples import Samples
+from postproc.diagnostics import Diagnostic, Source
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.states import take
+from postproc.model.uncertainty import beyond_range, predict_sigma
+
+MM = 1e3
+WITHIN_95 = 2.796  # 95 % of a three-dimensional normal error lie within so many standard deviations per axis
+_MOST = 500  # targets that are asked
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """Expected position error at the targets: standard deviation per axis, and the distance that holds 95 %, [m].
+
+    The worst target counts for ``within_95``, the mean square over all for ``sigma``.
+    """
+
+    sigma: float
+    within_95: float
+
+    def as_json(self) -> dict[str, float]:
+        return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
+
+
+def expect_accuracy(
+    model: Model, samples: Samples, state: State, source: Source
+) -> tuple[Accuracy | None, list[Diagnostic]]:
+    """Accuracy to expect (None for a model that was not fitted), and findings CMP010: outside the measured range."""
+    rows = samples.goal
+    if len(rows) > _MOST:
+        rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
+    at_goals = take(state, rows)
+    findings = [
+        Diagnostic(
+            "CMP010",
+            "warning",
+            "the program leaves the range in which the model was measured: "
+            + _range_text(b.channel, b.low, b.high, b.reached),
+            source,
+            help="measure poses there too (`postproc plan`), or take the expected accuracy as a guess",
+        )
+        for b in beyond_range(model, at_goals)
+    ]
+    sigma = predict_sigma(model, at_goals, instrument=False)
+    if np.isnan(sigma).any():
+        return None, findings
+    return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())), findings
+
+
+def _range_text(channel: str, low: float, high: float, reached: float) -> str:
+    if channel.startswith("q"):
+        low, high, reached = np.degrees([low, high, reached]).tolist()
+        return f"joint {channel[1:]} reaches {reached:.1f} deg, measured from {low:.1f} to {high:.1f}"
+    unit = {"payload": " kg", "temperature": " degC"}.get(channel, "")
+    return f"{channel} is {reached:.1f}{unit}, measured from {low:.1f} to {high:.1f}"
