@@ -16,7 +16,6 @@ from postproc.identify.channels import channels
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose, refit
-from postproc.identify.suspects import patterns
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -133,25 +132,25 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
         return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
-    strengths = (0.0,) if candidate.effect.roughness() is None else (0.003, 0.03, 0.3)
-    found = [f for s in strengths if (f := refit(fit, screen, fit.linear, candidate, {cls.key: s})) is not None]
-    if not found:
+    after = refit(fit, screen, fit.linear, candidate)
+    if after is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError(Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it"))
-    return min(found, key=lambda f: f.held_out_rms)
+    return after
 
 
 def _without(final: Fit, key: str, noise: float | None) -> Fit:
     kept = [e for e in final.model.effects if e.key != key]
     free = {e.key: final.free[e.key] for e in kept}
-    return fit_model(final.model.with_effects(*kept), final.data, free=free, noise=noise)
+    strength = {k: v for k, v in final.strength.items() if k != key}
+    return fit_model(final.model.with_effects(*kept), final.data, free=free, noise=noise, penalty=strength)
 
 
 def _floor(fit: Fit) -> float:
     if fit.noise.position is not None:
         return fit.noise.position
     named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
-    return min(fit.held_out_rms, nonparametric_bound(fit, patterns(named)))
+    return min(fit.held_out_rms, nonparametric_bound(fit, named))
 
 
 def _mm(value: float) -> float:

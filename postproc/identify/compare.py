@@ -12,7 +12,6 @@ from postproc.arrays import Array
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.fit import Fit, evaluate, rms
-from postproc.identify.suspects import patterns
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
 from postproc.model.arm import Model
@@ -144,7 +143,7 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     joint = joint_errors(fit)
     named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
     trends = _trends(error, joint, named)
-    bound = nonparametric_bound(fit, patterns(named))
+    bound = nonparametric_bound(fit, named)
     return Comparison(fit, error, joint, figures, iso9283(error, fit.data.repeats), trends, bound)
 
 

@@ -35,6 +35,8 @@ from postproc.model.arm import Model
 Verdict = Literal["complete", "missing", "unknown"]
 MOST = 6
 """Effects that are added one after another at most."""
+ENOUGH = 5000
+"""Measured numbers beyond which the search takes every second, third .. pose."""
 HIDDEN = ("outlier",)
 """Effects that are findings about rows, not candidates."""
 
@@ -137,12 +139,27 @@ def diagnose(
     state = base.problem.sensitivity.state
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(state)}
     classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
-    every = patterns(channels(state, base.problem.rest.T_base_tcp[:, :3, 3]))
-    search = _Search(base, classes, every, [])
+    start = _thinned(base, noise)
+    named = channels(start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3])
+    search = _Search(start, classes, patterns(named), [])
     first = ranking(search)
     missing = _forward(search, first)
-    missing = _backward(search, base, missing, noise)
-    return _conclude(search, base, first, missing, untestable)
+    missing = _backward(search, start, missing, noise)
+    bound = min(nonparametric_bound(search.fit, named), search.fit.held_out_rms)
+    final = search.fit if start is base else _refit_all(base, search.fit, [m.candidate for m in missing], noise)
+    if missing and start is not base:
+        missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
+    return _conclude(search, base, final, first, missing, untestable, bound)
+
+
+def _thinned(base: Fit, noise: float | None) -> Fit:
+    """The base on every k-th pose where there are more than the search needs; the full data then gives the final fit."""
+    step = int(base.problem.weights.used.sum() // ENOUGH)
+    if step < 2:
+        return base
+    groups = base.data.repeats
+    kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
+    return fit_model(base.model, base.data.rows(kept), free=base.free, noise=noise, penalty=base.strength)
 
 
 def ranking(search: _Search) -> list[Candidate]:
@@ -155,7 +172,7 @@ def ranking(search: _Search) -> list[Candidate]:
     for i, candidate in enumerate(found):
         forming = candidate.free & ~candidate.effect.amplitudes()
         if forming.any() and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
-            after = refit(search.fit, screen, linear, candidate, {})
+            after = refit(search.fit, screen, linear, candidate)
             if after is not None:
                 found[i] = judged(search.fit, after, candidate)
     return sorted(found, key=lambda c: -c.evidence)
@@ -187,7 +204,7 @@ def _forward(search: _Search, first: list[Candidate]) -> list[Missing]:
 def _take(search: _Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
     """The effect in the model, everything refitted; None where rows that the fit has not seen are not predicted better."""
     screen = search.screen()
-    after = refit(search.fit, screen, search.linear(), best, {})
+    after = refit(search.fit, screen, search.linear(), best)
     if after is None or after.held_out_rms >= search.fit.held_out_rms:
         return None
     before, search.fit = search.fit, after
@@ -217,7 +234,7 @@ def _backward(search: _Search, base: Fit, missing: list[Missing], noise: float |
             continue
         better = rivals[0]
         if better.key != one.key and better.evidence > mine.evidence + 6.0 and at < len(missing) - 1:
-            after = refit(without, trial.screen(), trial.linear(), better, {})
+            after = refit(without, trial.screen(), trial.linear(), better)
             if after is not None and after.held_out_rms < search.fit.held_out_rms:
                 new = Missing(judged(without, after, better), after.held_out_rms, confusable(rivals, better))
                 missing = [*missing[:at], new, *missing[at + 1 :]]
@@ -233,17 +250,22 @@ def _refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float
     keys = {c.key for c in candidates}
     effects = [e for e in fitted.model.effects if e.key in keys]
     free = {**base.free, **{c.key: fitted.free[c.key] for c in candidates}}
-    return fit_model(base.model, base.data, effects, free=free, noise=noise)
+    strength = {k: v for k, v in fitted.strength.items() if base.model.effect(k) is not None or k in keys}
+    return fit_model(base.model, base.data, effects, free=free, noise=noise, penalty=strength)
 
 
 def _conclude(
-    search: _Search, base: Fit, first: list[Candidate], missing: list[Missing], untestable: Mapping[str, str]
+    search: _Search,
+    base: Fit,
+    final: Fit,
+    first: list[Candidate],
+    missing: list[Missing],
+    untestable: Mapping[str, str],
+    bound: float,
 ) -> Diagnosis:
-    final = search.fit
-    linear = final.linear
-    still = [s for s in search.outside if _still(s, final, linear)]
-    strongest = find_suspects(final.problem, linear, search.patterns)
-    bound = min(final.held_out_rms, nonparametric_bound(final, search.patterns))
+    linear = search.fit.linear
+    still = [s for s in search.outside if _still(s, linear)]
+    strongest = find_suspects(search.fit.problem, linear, search.patterns)
     lacking = _lack_of_fit(final)
     shown: list[Suspect] = []
     verdict: Verdict = "missing" if missing else "complete"
@@ -273,7 +295,7 @@ def _conclude(
     )
 
 
-def _still(suspect: Suspect, final: Fit, linear: Linear) -> bool:
+def _still(suspect: Suspect, linear: Linear) -> bool:
     if len(suspect.columns) > len(linear.residual):
         return True
     rest = float(linear.rest @ linear.rest)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +42,7 @@ class Fit:
         columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
         penalty: (p,) weights of the smoothness penalty, 0 where there is none.
         noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
+        strength: of the smoothness penalty by effect.
     """
 
     problem: Problem
@@ -52,6 +53,7 @@ class Fit:
     penalty: Array
     noise: Noise
     set_aside: tuple[int, ...] = ()
+    strength: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def model(self) -> Model:
@@ -187,7 +189,7 @@ def fit_model(
         free: which entries of an effect's vector are fitted; the forms of its variants where an effect is not named.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
         robust: Huber weights for all rows; rows far off are set aside in any case and named.
-        penalty: strength of the smoothness penalty by effect.
+        penalty: strength of the smoothness penalty by effect; chosen on held-out rows where it is not given.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -200,7 +202,15 @@ def fit_model(
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
     problem = _null_where_held(problem, masks, frozenset(e.key for e in effects))
-    return _iterate(problem, masks, figures, robust, penalty or {})
+    strength = dict(penalty or {})
+    fit = _iterate(problem, masks, figures, robust, strength)
+    rough = [e.key for e in fit.model.effects if e.roughness() is not None and e.key not in strength]
+    if not rough:
+        return fit
+    from postproc.identify.smooth import choose_strength
+
+    strength.update({key: choose_strength(fit, key) for key in rough})
+    return _iterate(fit.problem, masks, figures, robust, strength)
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
@@ -281,7 +291,7 @@ def _iterate(problem: Problem, masks: Masks, figures: Noise, robust: bool, penal
             fell = np.inf
     columns, parameters, held = _columns(problem, masks, stopped)
     soft = _penalty(problem, parameters, penalty)
-    return Fit(problem, masks, held, tuple(sorted(stopped)), columns, soft, figures, aside)
+    return Fit(problem, masks, held, tuple(sorted(stopped)), columns, soft, figures, aside, dict(penalty))
 
 
 def _columns(

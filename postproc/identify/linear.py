@@ -115,20 +115,21 @@ def f_test(before: float, after: float, added: int, freedom: float) -> float:
     return float(betainc(freedom / 2, added / 2, after / before))
 
 
-def hold_out(linear: Linear, columns: Sequence[Array], blocks: NDArray[np.int_], ridge: float = 0.0) -> Array:
+def hold_out(linear: Linear, columns: Sequence[Array], blocks: NDArray[np.int_]) -> Array:
     """(N,) whitened held-out residual: every block predicted by a fit of nuisance and columns to the other blocks.
 
     With orthonormal columns U of all parameters and the fitted residual e, leaving block B out gives
     e_B(out) = (I - U_B U_B^T)^-1 e_B: no refits.
 
     Args:
-        blocks: (N,) number of the block of each entry.
+        blocks: (N,) number of the block of each entry; entries below zero (rows of a penalty) always stay in.
     """
     for block in columns:
         linear = linear.extended(block)
     U, e = linear.nuisance, linear.rest
     out = np.empty_like(e)
-    for block in np.unique(blocks):
+    out[blocks < 0] = 0.0
+    for block in np.unique(blocks[blocks >= 0]):
         at = np.flatnonzero(blocks == block)
         small = U[at]
         if len(at) <= small.shape[1]:

@@ -173,7 +173,7 @@ def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Eff
     return candidate.effect.with_vector(np.clip(x, low, high))
 
 
-def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, penalty: Mapping[str, float]) -> Fit | None:
+def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fit | None:
     """The model with a candidate, everything fitted again; None where that fails."""
     free = {**base.free, candidate.key: candidate.free}
     try:
@@ -183,7 +183,7 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, penal
             [with_amplitudes(screen, linear, candidate)],
             free=free,
             noise=base.noise.position if base.noise.origin == "user" else None,
-            penalty=penalty,
+            penalty={k: v for k, v in base.strength.items() if k != candidate.key},
         )
     except PostprocError:
         return None

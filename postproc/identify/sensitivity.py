@@ -51,8 +51,11 @@ class Sensitivity:
         if basis is not None:
             return self.matrix[:, :, basis.joint[index]] * basis.values[:, None, index]
         moved = self.displacement_by_parameter(effect, index)
-        used = np.flatnonzero(np.any(moved, axis=(0, 2)))
-        return np.asarray(self.matrix[:, :, used] @ moved[:, used])
+        result = np.zeros((len(self.state), self.matrix.shape[1], len(index)))
+        for k in range(len(index)):
+            used = np.flatnonzero(moved[:, :, k].any(axis=0))
+            result[:, :, k] = (self.matrix[:, :, used] @ moved[:, used, k, None])[:, :, 0]
+        return result
 
     def displacement_by_parameter(self, effect: Effect, index: NDArray[np.int_]) -> Array:
         """(n, 60, p) derivative of the displacement of all places by parameters of an effect, its load on the springs included."""
