@@ -62,11 +62,17 @@ class Addition:
             **fit_json(self.fit, before),
             "floor_mm": _mm(self.floor),
             "ladder": [
-                {"step": s.name, "rms_mm": _mm(s.fit.rms), "held_out_rms_mm": _mm(s.fit.held_out_rms), "share_of_way": s.share}
+                {
+                    "step": s.name,
+                    "rms_mm": _mm(s.fit.rms),
+                    "held_out_rms_mm": _mm(s.fit.held_out_rms),
+                    "share_of_way": s.share,
+                }
                 for s in self.ladder
             ],
             "leave_one_out": [
-                {"without": key, "rms_mm": _mm(f.rms), "held_out_rms_mm": _mm(f.held_out_rms)} for key, f in self.without.items()
+                {"without": key, "rms_mm": _mm(f.rms), "held_out_rms_mm": _mm(f.held_out_rms)}
+                for key, f in self.without.items()
             ],
         }
 
@@ -135,7 +141,9 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     after = refit(fit, screen, fit.linear, candidate)
     if after is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
-        raise PostprocError(Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it"))
+        raise PostprocError(
+            Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it")
+        )
     return after
 
 

@@ -78,7 +78,10 @@ class Comparison:
             "maximum_mm": round(float(np.max(length[good])), 6) if good.any() else 0.0,
             "percentiles_mm": {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
             "per_axis_mm": {
-                axis: {"rms": round(1e3 * rms(self.error[:, i]), 6), "mean": round(1e3 * float(np.nanmean(self.error[:, i])), 6)}
+                axis: {
+                    "rms": round(1e3 * rms(self.error[:, i]), 6),
+                    "mean": round(1e3 * float(np.nanmean(self.error[:, i])), 6),
+                }
                 for i, axis in enumerate("xyz")
             },
             "rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6),
@@ -112,7 +115,11 @@ class Comparison:
     def text(self) -> str:
         """The figures in a sentence, then tables."""
         j = self.as_json()
-        noise = "the noise is not known" if j["noise_mm"] is None else f"the instrument's noise is {j['noise_mm']:.3f} mm per axis"
+        noise = (
+            "the noise is not known"
+            if j["noise_mm"] is None
+            else f"the instrument's noise is {j['noise_mm']:.3f} mm per axis"
+        )
         lines = [
             f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
@@ -121,7 +128,8 @@ class Comparison:
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
             "",
-            "worst poses: " + ", ".join(f"{w['pose_id']} (row {w['row']}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
+            "worst poses: "
+            + ", ".join(f"{w['pose_id']} (row {w['row']}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
         ]
         repeat = j["iso9283"]["repeatability_median_mm"]
         if repeat is not None:

@@ -229,7 +229,16 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
         return _iterate(problem, masks, figures, True, {})
-    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, _far_off(problem, problem.weights, 0))
+    return Fit(
+        problem,
+        masks,
+        (),
+        (),
+        np.zeros((len(problem.residual), 0)),
+        np.zeros(0),
+        figures,
+        _far_off(problem, problem.weights, 0),
+    )
 
 
 def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
@@ -356,7 +365,9 @@ def _anchor(problem: Problem, parameters: list[tuple[str, int]], soft: Array) ->
 
     It is far below the noise of anything that the data determines, and keeps what it barely determines from running away.
     """
-    scales = {e.key: e.scale() if e.key not in FRAMES else np.full(len(e.vector()), np.inf) for e in problem.model.effects}
+    scales = {
+        e.key: e.scale() if e.key not in FRAMES else np.full(len(e.vector()), np.inf) for e in problem.model.effects
+    }
     null = {e.key: e.amplitudes() for e in problem.model.effects}
     weak = np.array([(1 / (30 * scales[key][i]) if null[key][i] else 0.0) for key, i in parameters])
     return np.asarray(np.hypot(soft, weak))

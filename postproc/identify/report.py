@@ -64,7 +64,9 @@ def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
         values = np.atleast_1d(np.asarray(getattr(effect, name), dtype=float)).ravel()
         widths = width[at : at + len(values)]
         at += len(values)
-        found[name] = [[float(v), None if np.isnan(w) else float(w) / 1.96] for v, w in zip(values, widths, strict=True)]
+        found[name] = [
+            [float(v), None if np.isnan(w) else float(w) / 1.96] for v, w in zip(values, widths, strict=True)
+        ]
     return found
 
 
@@ -107,13 +109,19 @@ def _headline(d: Diagnosis) -> str:
     before, after = 1e3 * d.base.held_out_rms, 1e3 * d.final.held_out_rms
     noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm." if d.floor else ""
     if d.verdict == "complete":
-        return f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
+        return (
+            f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
+        )
     fell = f"With it, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
     if d.verdict == "missing":
         doubt = [f"`{m.candidate.key}` could as well be {_or(m.not_separable)}" for m in d.missing if m.not_separable]
         more = f" On this data {'; '.join(doubt)}: measure the poses of `postproc plan --between`." if doubt else ""
         return f"The model lacks {names}. {fell}{more}"
-    found = f"The model lacks {names}, and something else that no effect of the library explains. {fell} " if d.missing else ""
+    found = (
+        f"The model lacks {names}, and something else that no effect of the library explains. {fell} "
+        if d.missing
+        else ""
+    )
     if not d.suspects:
         return found or "More is left than noise, and no effect of the library explains it."
     s = d.suspects[0]

@@ -154,7 +154,9 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
     fall = float(_falls(linear, scale, np.ones((len(scale), 1)))[0][0])
     every.append(Pattern(("x", "y", "z"), "proportional: the instrument's scale", np.ones(len(problem.error))))
     places_["scale of the instrument"] = _scaling(problem)
-    found.append((schwarz(before, fall, 1, linear.freedom, tried) - ODDS, fall, "scale of the instrument", len(every) - 1))
+    found.append(
+        (schwarz(before, fall, 1, linear.freedom, tried) - ODDS, fall, "scale of the instrument", len(every) - 1)
+    )
     found.sort(key=lambda item: -item[0])
     found, every = _sharpened(problem, linear, found[:top], every, places_, tried)
     values = np.array([p.values for p in every]).T[rows]

@@ -84,7 +84,9 @@ def _refine(
         design[:, 2, 3], design[:, 2, 4] = base[:, 1], -base[:, 0]
         design[:, :, 6:] = rotation @ R
         root = np.sqrt(weight)[:, None]
-        step, *_ = np.linalg.lstsq((design * root[:, :, None]).reshape(-1, 9), (residual * root).reshape(-1), rcond=1e-10)
+        step, *_ = np.linalg.lstsq(
+            (design * root[:, :, None]).reshape(-1, 9), (residual * root).reshape(-1), rcond=1e-10
+        )
         rotation = _turn(step[3:6]) @ rotation
         shift, tool = shift + step[:3], tool + step[6:]
         if np.linalg.norm(step) < 1e-10:

@@ -37,7 +37,9 @@ def _check_cells(data: Measurements, cells: Cells) -> list[Diagnostic]:
     found = []
     for i in np.flatnonzero(~data.usable)[:SHOWN]:
         message = "this row has no commanded joint angles or nothing measured; it is not used"
-        found.append(Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells"))
+        found.append(
+            Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells")
+        )
     skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
     seen: dict[tuple[str, ...], int] = {}
     repeated = 0
@@ -87,15 +89,25 @@ def _check_readings(data: Measurements, robot: Robot, rows: Array, cells: Cells)
     for q_other, text, help_ in _readings_of_joints(q):
         other = align(forward(robot, q_other), y)
         if other.typical < best and not other.mirrored and abs(other.scale - 1) < 0.05:
-            best, reading = other.typical, _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_)
+            best, reading = (
+                other.typical,
+                _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_),
+            )
     for y_other, text, help_ in _readings_of_points(y):
         other = align(forward(robot, q), y_other)
         if other.typical < best and not other.mirrored and abs(other.scale - 1) < 0.05:
-            best, reading = other.typical, _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_)
+            best, reading = (
+                other.typical,
+                _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_),
+            )
     if reading is not None:
         return [reading]
     if as_read.typical > SUSPICIOUS_M:
-        size = "more than a metre" if not np.isfinite(as_read.typical) else f"{1e3 * as_read.typical:.0f} mm in the median row"
+        size = (
+            "more than a metre"
+            if not np.isfinite(as_read.typical)
+            else f"{1e3 * as_read.typical:.0f} mm in the median row"
+        )
         message = f"the measured points do not fit the nominal arm `{robot.name}`: {size}"
         help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
         return [Diagnostic("DAT009", "warning", message, cells.source, cells.span(0), help_)]
@@ -147,7 +159,11 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
             f"joint {j + 1} stands at {np.rad2deg(data.state.q[i, j]):.1f} deg, outside its limits "
             f"{np.rad2deg(robot.lower[j]):.0f} .. {np.rad2deg(robot.upper[j]):.0f} deg"
         )
-        found.append(Diagnostic("DAT011", "warning", message, cells.source, cells.span(int(i)), "check the angle and the arm's name"))
+        found.append(
+            Diagnostic(
+                "DAT011", "warning", message, cells.source, cells.span(int(i)), "check the angle and the arm's name"
+            )
+        )
     return found
 
 
@@ -163,7 +179,11 @@ def _check_points(data: Measurements, robot: Robot, rows: Array, cells: Cells) -
         i, worst = int(rows[k]), int(np.argmax(np.abs(aligned.residual[k])))
         size = 1e3 * aligned.residual[k, worst]
         alone = np.abs(aligned.residual[k, worst]) > 0.95 * error[k]
-        cause = f"`{'xyz'[worst]}_mm` alone is off by {size:.1f} mm: a typing error?" if alone else "another point, or a wrong joint angle?"
+        cause = (
+            f"`{'xyz'[worst]}_mm` alone is off by {size:.1f} mm: a typing error?"
+            if alone
+            else "another point, or a wrong joint angle?"
+        )
         message = f"row {i + 1} lies {1e3 * error[k]:.1f} mm from where the arm should be (others {1e3 * aligned.typical:.2f} mm); {cause}"
         help_ = "correct the row; until then the fit sets it aside and says so"
         found.append(Diagnostic("DAT007", "warning", message, cells.source, cells.span(i), help_))

@@ -1,0 +1,302 @@
+"""The next poses to measure: to tell two effects apart, or to sharpen what is determined worst."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
+from postproc.effects.registry import effect_library, find_effect
+from postproc.identify.fit import Fit, fit_model
+from postproc.identify.forms import ordinary
+from postproc.identify.problem import Problem, make_weights
+from postproc.identify.record import not_identifiable
+from postproc.identify.selection import Screen, compose
+from postproc.measure.measurements import Measurements
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+
+CANDIDATES = 3000
+SEED = 20
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Poses worth measuring next.
+
+    Args:
+        state: (n) joints, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will be.
+        between: the two effects to be told apart, or None.
+        before, after: how many standard deviations the difference of the two effects stands out without and with these poses; or the
+            largest standard deviation of a parameter in ordinary sizes.
+        worst: names of the parameters that are determined worst.
+    """
+
+    state: State
+    T_base_tcp: Array
+    between: tuple[str, str] | None
+    before: float
+    after: float
+    worst: tuple[str, ...] = ()
+
+    def as_csv(self) -> str:
+        """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
+        s = self.state
+        names = ["pose_id", *(f"q{j}_deg" for j in range(1, 7)), *(f"dir{j}" for j in range(1, 7))]
+        columns = [np.degrees(s.q), np.zeros((len(s), 6)) if s.approach is None else s.approach]
+        if s.payload_mass is not None:
+            names.append("payload_kg")
+            columns.append(s.payload_mass[:, None])
+            if s.payload_center is not None:
+                names += [f"payload_{a}_mm" for a in "xyz"]
+                columns.append(s.payload_center * 1e3)
+        lines = [",".join(names)]
+        for i, row in enumerate(np.hstack(columns)):
+            cells = [f"{x:.4f}" for x in row[:6]] + [f"{x:+.0f}" for x in row[6:12]] + [f"{x:g}" for x in row[12:]]
+            lines.append(",".join([f"N{i + 1:03d}", *cells]))
+        return "\n".join(lines) + "\n"
+
+    def as_json(self) -> dict[str, Any]:
+        """``postproc/plan/1``."""
+        return {
+            "schema": "postproc/plan/1",
+            "poses": len(self.state),
+            "between": None if self.between is None else list(self.between),
+            "before": round(self.before, 3),
+            "after": round(self.after, 3),
+            "worst_determined": list(self.worst),
+        }
+
+    def text(self) -> str:
+        """What the poses will do."""
+        n = len(self.state)
+        if self.between is not None:
+            a, b = self.between
+            return (
+                f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard deviations "
+                f"(now {self.before:.1f}); five or more tell them apart. Approach every joint from the stated side and wait a second."
+            )
+        worst = ", ".join(self.worst) or "none"
+        return (
+            f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes (now {self.before:.2g}). "
+            f"Worst now: {worst}."
+        )
+
+
+def plan_poses(
+    model: Model,
+    data: Measurements,
+    n: int,
+    between: tuple[str, str] | None = None,
+    extra_effects: Iterable[type[Effect]] = (),
+    *,
+    noise: float | None = None,
+) -> Plan:
+    """Choose n poses one after another from random reachable ones.
+
+    Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all fitted
+    parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the parameters'
+    covariance most (D-optimal), counted in ordinary sizes.
+
+    Raises:
+        PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses.
+    """
+    fit = fit_model(model, data, noise=noise)
+    state = _candidates(fit)
+    pool = _pool(fit, state)
+    if between is None:
+        chosen, before, after, worst = _sharpen(fit, pool, n)
+    else:
+        library = effect_library()
+        library.update({cls.key: cls for cls in extra_effects})
+        pair = [find_effect(key, library) for key in between]
+        chosen, before, after = _separate(fit, pool, pair, n)
+        worst = ()
+    picked = pool.data.rows(np.array(chosen)).state
+    T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
+    return Plan(picked, T, between, before, after, tuple(worst))
+
+
+def _candidates(fit: Fit) -> State:
+    """Random states: joints inside the limits (inside the measured span where it is wide), free of the floor, sides and payloads mixed."""
+    g = np.random.default_rng(SEED)
+    robot, seen = fit.model.robot, fit.data.state
+    margin = np.deg2rad(5.0)
+    low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)
+    q = g.uniform(low, high, (CANDIDATES, 6))
+    approach = g.choice([-1.0, 1.0], (CANDIDATES, 6))
+    mass, center = None, None
+    if seen.payload_mass is not None:
+        loads = np.unique(np.round(seen.payload_mass, 3))
+        if len(loads) == 1 and robot.payload is not None:
+            loads = np.array([loads[0], 0.5 * robot.payload, robot.payload])
+        mass = g.choice(loads, CANDIDATES)
+        center = (
+            np.zeros((CANDIDATES, 3))
+            if seen.payload_center is None
+            else np.tile(seen.payload_center[0], (CANDIDATES, 1))
+        )
+    typical = {
+        name: None if values is None else np.full(CANDIDATES, float(np.median(values)))
+        for name, values in (("temperature", seen.temperature), ("time", seen.time))
+    }
+    tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
+    tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
+    state = State(q, approach=approach, payload_mass=mass, payload_center=center, T_flange_tcp=tool, **typical)
+    return state
+
+
+def _pool(fit: Fit, state: State) -> Problem:
+    """The candidates as a problem with every position measured; poses with a body or the TCP below the base are dropped."""
+    nowhere = np.zeros((len(state), 3))
+    ids = tuple(str(i) for i in range(len(state)))
+    data = Measurements(
+        state, nowhere, pose_id=ids, row=tuple(range(1, len(state) + 1)), line=(1,) * len(state), tool_known=True
+    )
+    problem = Problem(fit.model, data, make_weights(data, fit.noise))
+    up = fit.model.R_world_base[2]
+    heights = problem.rest.chain.T_base_body[:, 3:, :3, 3] @ up
+    tip = problem.rest.T_base_tcp[:, :3, 3] @ up
+    room = np.minimum(heights.min(axis=1), tip) > 0.1
+    if room.sum() < 50:
+        room = np.ones(len(state), dtype=bool)
+    some = data.rows(room)
+    return Problem(fit.model, some, make_weights(some, fit.noise))
+
+
+def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
+    """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes; their prior precision."""
+    old, new, tied = [], [], []
+    for effect in fit.model.effects:
+        mask = np.asarray(fit.free[effect.key], dtype=bool)
+        size = ordinary(effect, mask)
+        old.append(fit.problem.columns(effect, mask) * size)
+        new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
+        frame = effect.key in ("instrument_frame", "tool_frame")
+        tied.append(np.full(len(size), 1e-6 if frame else 1 / 30**2))
+    return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
+
+
+def _sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[str]]:
+    A, Z, tied = _columns(fit, pool)
+    P = np.linalg.inv(A.T @ A + np.diag(tied))
+    names = [f"{e.key}.{e.names()[i]}" for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
+    arm = np.array([not name.startswith(("instrument_frame", "tool_frame")) for name in names])
+    width = np.sqrt(np.diag(P))
+    known = arm & (width < 29)
+    before = float(width[known].max()) if known.any() else float(width.max())
+    worst = [names[i] for i in np.argsort(-np.where(arm, width, 0.0))[:3]]
+    chosen: list[int] = []
+    for _ in range(n):
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
+        gain = np.linalg.slogdet(S)[1]
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        P = _updated(P, Z[best])
+    after = np.sqrt(np.diag(P))
+    return chosen, before, float(after[known].max()) if known.any() else float(after.max()), worst
+
+
+def _separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
+    """Greedy T-optimal choice for two effects, each at the size that the data suggests (or an ordinary one)."""
+    A, Z, tied = _columns(fit, pool)
+    screen = Screen(fit.problem, {cls.key: cls for cls in pair})
+    sides: list[_Side] = []
+    forms = []
+    for cls in pair:
+        effect, mask = _form(fit, pool, screen, cls)
+        size = ordinary(effect, mask)
+        old = fit.problem.columns(effect, mask) * size
+        new = pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
+        if not new.any():
+            message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
+            raise PostprocError(
+                Diagnostic("DAT024", "error", message, help="choose an effect of the geometry, the load or the side")
+            )
+        forms.append((old, new))
+    for this, other in ((0, 1), (1, 0)):
+        x = _size(fit, forms[this][0])
+        regress = np.hstack([A, forms[other][0]])
+        prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], 1 / 30**2)]))
+        P = np.linalg.inv(regress.T @ regress + prior)
+        s_old = forms[this][0] @ x
+        s_new = forms[this][1] @ x
+        sides.append(
+            _Side(np.concatenate([Z, forms[other][1]], axis=2), s_new, P, regress.T @ s_old, float(s_old @ s_old))
+        )
+    before = min(side.distance() for side in sides)
+    chosen: list[int] = []
+    for _ in range(n):
+        gain = np.sum([side.gain() / max(side.total, 1e-12) for side in sides], axis=0)
+        gain[chosen] = -np.inf
+        best = int(np.argmax(gain))
+        chosen.append(best)
+        for side in sides:
+            side.take(best)
+    return chosen, before, min(side.distance() for side in sides)
+
+
+@dataclass
+class _Side:
+    """One effect's signal against everything else: regressors Z (c, 3, p) and signal s (c, 3) on the pool, P = (Z'Z)^-1 so far."""
+
+    Z: Array
+    s: Array
+    P: Array
+    cross: Array
+    total: float
+
+    def rest(self) -> Array:
+        return np.asarray(self.s - self.Z @ (self.P @ self.cross))
+
+    def gain(self) -> Array:
+        """(c,) growth of what is left of the signal by each candidate, e^T (I + z P z^T)^-1 e."""
+        e = self.rest()
+        S = np.eye(3) + np.einsum("cip,pq,cjq->cij", self.Z, self.P, self.Z, optimize=True)
+        return np.asarray(np.einsum("ci,ci->c", e, np.linalg.solve(S, e[:, :, None])[:, :, 0]))
+
+    def take(self, index: int) -> None:
+        z, s = self.Z[index], self.s[index]
+        self.P = _updated(self.P, z)
+        self.cross = self.cross + z.T @ s
+        self.total += float(s @ s)
+
+    def distance(self) -> float:
+        """What is left of the signal, in standard deviations of the noise of all data."""
+        return float(np.sqrt(max(self.total - self.cross @ self.P @ self.cross, 0.0)))
+
+
+def _updated(P: Array, z: Array) -> Array:
+    """(P^-1 + z^T z)^-1 by the matrix inversion lemma."""
+    Pz = P @ z.T
+    return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))
+
+
+def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, Array]:
+    candidate = compose(screen, fit.linear, cls.key)
+    if candidate is not None:
+        return candidate.effect, candidate.free & candidate.effect.amplitudes()
+    effect = fit.model.effect(cls.key) or cls.null()
+    for form in cls.variants(pool.sensitivity.state, None):
+        return form.effect, np.asarray(form.free)
+    return effect, effect.amplitudes()
+
+
+def _size(fit: Fit, columns: Array) -> Array:
+    """Amplitudes in ordinary sizes: those of the data with a pull towards ordinary ones, at least an ordinary one in all."""
+    linear = fit.linear
+    columns = np.vstack([columns, np.zeros((len(linear.residual) - len(columns), columns.shape[1]))])
+    projected = linear.project(columns)
+    x = np.linalg.solve(projected.T @ projected + np.eye(columns.shape[1]), projected.T @ linear.rest)
+    size = float(np.linalg.norm(x))
+    return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))
+
+
+__all__ = ["Plan", "not_identifiable", "plan_poses"]
