@@ -1,0 +1,112 @@
+"""What the model of the arm has to say: mounting, weight of the tool, no effects at all, another geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from postproc.convert import Conversion
+from postproc.diagnostics import Source
+from postproc.model.arm import GRAVITY, Model
+from postproc.model.file import default_model, parse_model
+from postproc.rapid.records import RobTarget
+from postproc.robot.kinematics import jacobian
+from tests.compensate.build import arm, body_of, convert, events, module, places, target, written
+
+TEXT = module(
+    f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",
+    "MoveJ p1,v200,fine,tT;\nMoveL p2,v50,fine,tT;",
+)
+NO_FORCE = (0.0, 0.0, 0.0)
+
+
+def model(text: str) -> Model:
+    return parse_model(Source("arm.toml", text.encode()))
+
+
+def shifts(found: Conversion, text: str = TEXT) -> np.ndarray:
+    """How far the goals of the two statements were moved (2, 3) [mm]."""
+    goals = places(written(found))
+    return np.subtract([goals[0], goals[-1]], places(text))
+
+
+def test_a_gantry_turns_the_correction_round() -> None:
+    """Hanging upside down, gravity pulls the other way in base axes: the correction changes its sign."""
+    floor = shifts(convert(TEXT, force=NO_FORCE))
+    gantry = shifts(convert(TEXT, replace(arm(), R_world_base=np.diag([1.0, -1.0, -1.0])), force=NO_FORCE))
+    assert floor[:, 2].min() > 0.3
+    assert np.abs(gantry + floor).max() < 0.02
+
+
+def test_on_a_wall_the_arm_hangs_sideways() -> None:
+    """The base stands on a wall, its x axis down: what hangs is pulled along x."""
+    wall = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    found = shifts(convert(TEXT, replace(arm(), R_world_base=wall), force=NO_FORCE))
+    assert (wall.T @ [0, 0, -GRAVITY])[0] > 0
+    assert found[:, 0].max() < -0.1
+
+
+def test_the_weight_of_the_tool_bends_the_arm() -> None:
+    """Ten kilograms more at the tool's centre: the correction grows by J C J^T times the weight, to first order."""
+    light, heavy = TEXT, TEXT.replace("[5,[0,0,120]", "[15,[0,0,120]")
+    assert heavy != light
+    more = shifts(convert(heavy, force=NO_FORCE)) - shifts(convert(light, force=NO_FORCE))
+    found = convert(light, force=NO_FORCE)
+    assert found.plan is not None and arm().robot.joint_compliance is not None
+    move = found.plan.motion.moves[0]
+    center = move.T_flange_tcp.copy()
+    center[:3, 3] = 0, 0, 0.12
+    J, J_center = (jacobian(arm().robot, move.q[None], T)[0] for T in (move.T_flange_tcp, center))
+    weight = np.array([0, 0, -10 * GRAVITY, 0, 0, 0])
+    sag = J @ (np.array(arm().robot.joint_compliance) * (J_center.T @ weight))
+    assert more[0] == pytest.approx(-1e3 * sag[:3], rel=0.01, abs=2e-3)
+
+
+def test_the_correction_is_opposite_to_the_deflection_of_the_force() -> None:
+    """Twice the force, twice the correction (to first order); the other way round, the other way round."""
+    none, once, twice, back = (
+        shifts(convert(TEXT, force=f)) for f in (NO_FORCE, (0, 0, -150.0), (0, 0, -300.0), (0, 0, 150.0))
+    )
+    assert (once - none)[:, 2].min() > 0.1
+    assert np.abs((twice - none) - 2 * (once - none)).max() < 0.01
+    assert np.abs((back - none) + (once - none)).max() < 0.01
+
+
+def test_a_moment_turns_the_tool() -> None:
+    none, turned = (convert(TEXT, force=NO_FORCE, moment=m) for m in ((0.0, 0.0, 0.0), (0.0, 60.0, 0.0)))
+    assert np.abs(shifts(turned) - shifts(none)).max() > 0.02
+    assert turned.report["max_error_after_mm"] <= 0.01
+
+
+@pytest.mark.parametrize("how", [lambda m: m.with_effects(), lambda m: model('robot = "irb4600_60_205"\n')])
+def test_a_rigid_arm_needs_no_correction(how: Callable[[Model], Model]) -> None:
+    """Nothing deflects: nothing is added, no target changes, and the file is the one that came in."""
+    found = convert(TEXT, how(arm()), force_on="arc")
+    assert [o.status for o in found.outcomes] == ["unchanged"] * 2
+    assert all(o.reason for o in found.outcomes)
+    assert found.report["added_targets"] == 0
+    assert found.report["max_error_before_mm"] == found.report["max_error_after_mm"] == 0.0
+    assert written(found) == TEXT
+
+
+def test_a_correction_of_the_orientation_alone_is_a_correction() -> None:
+    """Axis 6 stands 0.2 deg off and the torch lies on its axis: the TCP stays where it is, the torch turns."""
+    text = 'robot = "irb4600_60_205"\n[effects.joint_offset]\noffset_rad = [0, 0, 0, 0, 0, 0.0035]\n'
+    found = convert(TEXT, model(text), force=NO_FORCE)
+    assert np.abs(shifts(found)).max() < 1e-3
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    rotations = [np.array(e.target.rot) for e in events(written(found)) if isinstance(e.target, RobTarget)]
+    before = np.array(events(TEXT)[0].target.rot)  # type: ignore[union-attr]
+    assert 2 * np.arccos(min(1.0, abs(rotations[0] @ before))) == pytest.approx(0.0035, rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["irb4600_60_205", "irb4600_60_205_seed"])
+def test_both_geometries(name: str) -> None:
+    found = convert(TEXT, default_model(name))
+    assert found.exit_code == 0
+    assert found.report["robot"] == name
+    assert found.report["max_error_after_mm"] <= 0.01 < 1.0 < found.report["max_error_before_mm"]
+    assert body_of(written(found))[0] == "MoveJ p1,v200,fine,tT;"
