@@ -24,6 +24,7 @@ COMMANDS = (
     ("diagnose", IMPROVE, "Find which physical effect a model lacks, with evidence."),
     ("add", IMPROVE, "Add effects to a model, refit, and show how far the error falls."),
     ("predict", IMPROVE, "Predict the TCP for every row of a table."),
+    ("plan", IMPROVE, "Choose the poses to measure next, and write a program that visits them."),
 )
 SUBCOMMANDS = (
     (

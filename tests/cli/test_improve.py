@@ -119,6 +119,24 @@ def test_an_effect_of_the_users_own_works_in_every_command(
     assert "error[MOD003]: there is no effect `play`" in unknown.err
 
 
+def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_path: Path) -> None:
+    model, poses, program = tmp_path / "m.toml", tmp_path / "poses.csv", tmp_path / "measure.mod"
+    data = cell / "fit.csv"
+    assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
+    pair = ("--between", "arm_load,gravity_compensator")
+    outcome = call("plan", model, data, *pair, "-n", "7", "-o", poses, "--rapid", program, "--json")
+    assert outcome.code == 0, outcome.err
+    document = json.loads(outcome.out)
+    assert document["schema"] == "postproc/plan/1"
+    assert document["after"] > document["before"]
+    assert len(poses.read_text().splitlines()) == 8
+    shown = json.loads(call("inspect", program, "--json").out)
+    assert [row["instruction"] for row in shown["statements"]] == ["MoveAbsJ"] * 14
+    assert shown["diagnostics"] == []
+    for wrong in ("arm_load", "arm_load,arm_load", "a,b,c"):
+        assert "error[CLI010]" in call("plan", model, data, "--between", wrong).err
+
+
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [

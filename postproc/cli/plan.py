@@ -1,0 +1,77 @@
+"""``postproc plan``: the poses to measure next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from postproc.cli.inputs import load_measurements, load_model, own_effects
+from postproc.cli.options import Columns, EffectFiles, Flag, Noise, Output, RunProgram
+from postproc.cli.output import output_path, write
+from postproc.cli.report import print_json, say
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.identify.plan import plan_poses
+from postproc.render.measuring import measuring_module
+
+
+def run(
+    model: Path,
+    data: str,
+    /,
+    *,
+    between: str | None = None,
+    count: Annotated[int, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
+    output: Output = None,
+    rapid: Path | None = None,
+    effects: EffectFiles = (),
+    noise: Noise = None,
+    program: RunProgram = None,
+    columns: Columns = None,
+    json: Flag = False,
+) -> int:
+    """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
+
+    Args:
+        model: TOML file of the arm.
+        data: table of what has been measured (CSV); - reads stdin.
+        between: two effects to be told apart, KEY,KEY. Default: sharpen the worst-determined parameters.
+        count: number of poses.
+        output: CSV file to write, a table whose measured columns are to be filled in. Default: stdout.
+        rapid: RAPID program to write that visits the poses, from the stated sides, with waits.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
+        program: RAPID module that was run, for tables that name targets.
+        columns: TOML file that maps the columns of another layout.
+        json: print the postproc/plan/1 document.
+    """
+    target = output_path(data, output, in_place=False)
+    rapid = output_path(data, rapid, in_place=False)
+    arm = load_model(model, effects=effects)
+    table = load_measurements(data, arm.robot, program, columns)
+    sigma = None if noise is None else noise * 1e-3
+    plan = plan_poses(arm, table, count, _pair(between), own_effects(effects), noise=sigma)
+    say(plan.text())
+    if json:
+        print_json(plan.as_json())
+    text = plan.as_csv()
+    if target is not None or not json:
+        write(target, text.encode())
+    if rapid is not None:
+        labels = [line.split(",")[0] for line in text.splitlines()[1:]]
+        name = target.name if target is not None else "the table"
+        state = plan.state
+        write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
+    return 0
+
+
+def _pair(text: str | None) -> tuple[str, str] | None:
+    if text is None:
+        return None
+    words = [word.strip() for word in text.split(",")]
+    if len(words) != 2 or words[0] == words[1] or not all(words):
+        help_ = "write `--between arm_load,gravity_compensator`"
+        raise PostprocError(Diagnostic("CLI010", "error", f"`--between {text}` is not two effects", help=help_))
+    return words[0], words[1]
