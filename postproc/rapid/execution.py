@@ -22,7 +22,7 @@ from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_CALLS = 30  # depth
 MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
-MAX_TREES = 50_000  # expressions kept for the next time they are executed
+MAX_TREES = 5_000  # expressions kept for the next time they are executed
 
 
 class Execution(ABC):

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from postproc.diagnostics import Span
-from postproc.rapid.tokens import tokenize
+from postproc.rapid.tokens import NAMES, tokenize
 
 MAX_NESTING = 40
 MAX_OPERATORS = 150
@@ -100,6 +100,8 @@ PRECEDENCE = {
     "+": 5, "-": 5, "*": 6, "/": 6, "div": 6, "mod": 6,
 }  # fmt: skip
 
+RESERVED = frozenset({*PRECEDENCE, "not", "true", "false", "then", "do", "to", "step"})
+
 
 def number(text: str) -> float:
     """Value of a numeric literal, hexadecimal, octal and binary included."""
@@ -124,6 +126,9 @@ def read_whole_expression(data: bytes, start: int, end: int) -> Expression:
     Raises:
         ExpressionError: the text is something else, or goes on after the expression.
     """
+    name = NAMES.fullmatch(data, start, end)
+    if name is not None and (word := name[0].decode("latin-1").lower()) not in RESERVED:
+        return Name((start, end), word)
     reader = _Reader(data, start, end)
     result = reader.binary(0)
     if reader.kind != "end":
@@ -236,7 +241,7 @@ class _Reader:
             low = word.lower()
             if low in ("true", "false"):
                 return Truth(span, low == "true")
-            if low in PRECEDENCE or low in ("then", "do", "to", "step", "not"):
+            if low in RESERVED:
                 raise ExpressionError(f"`{word}` is not expected here")
             if self.kind == "operator" and self.word == "(":
                 return self.call(span, low)

@@ -54,6 +54,15 @@ class LiteralSpans(TargetSpans):
         return LiteralSpans, (self.source, self.whole)
 
 
+def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
+    """A robtarget's numbers as they are written, or None if the text is more than numbers."""
+    found = _LITERAL.fullmatch(data, start, end)
+    if found is None:
+        return None
+    n = [float(group) for group in found.groups()]
+    return (tuple(n[0:3]), tuple(n[3:7]), tuple(n[7:11]), tuple(n[11:17]))
+
+
 def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget, TargetSpans] | None:
     """The robtarget at ``data[start:end]`` if it consists of numbers alone.
 

@@ -10,6 +10,7 @@ from postproc.rapid import patterns
 from postproc.rapid.changes import Changes
 from postproc.rapid.evaluate import evaluate, pick, whole
 from postproc.rapid.expressions import Call, ExpressionError, Name, read_whole_expression
+from postproc.rapid.literals import read_literal_numbers
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration, Routine
@@ -158,6 +159,10 @@ class Memory:
             if declaration.storage == "PERS":
                 raise NotKnown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
             return Value(self._zeros(declaration), declaration.type, rank)
+        if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
+            numbers = read_literal_numbers(declaration.source.data, *span)
+            if numbers is not None:
+                return Value(numbers, declaration.type, rank, declaration.key)
         home = self._home(declaration)
         try:
             tree = read_whole_expression(declaration.source.data, *span)

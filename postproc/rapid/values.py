@@ -101,6 +101,8 @@ def _number(data: Data) -> float:
 def _numbers(data: Data, count: int) -> tuple[float, ...]:
     if not isinstance(data, tuple) or len(data) != count:
         raise NotKnown(f"{count} numbers are expected in the data")
+    if set(map(type, data)) == {float} and math.isfinite(sum(data)):
+        return data
     return tuple(_number(item) for item in data)
 
 
