@@ -217,3 +217,22 @@ def _call(call: Call, scope: Scope) -> Value:
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     kind, data = functions.call(call.name, arguments, options)
     return Value(data, kind)
+
+
+def names_in(tree: Expression) -> set[str]:
+    """Names of the data and functions an expression depends on, lower case."""
+    match tree:
+        case Name(_, name):
+            return {name}
+        case Index(_, base, items):
+            return names_in(base).union(*map(names_in, items))
+        case Component(_, base, _) | Unary(_, _, base):
+            return names_in(base)
+        case Aggregate(_, items):
+            return set().union(*map(names_in, items))
+        case Binary(_, _, left, right):
+            return names_in(left) | names_in(right)
+        case Call(_, name, arguments, options):
+            found = {name}.union(*map(names_in, arguments))
+            return found.union(*(names_in(value) for _, value in options if value is not None))
+    return set()

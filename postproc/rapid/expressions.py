@@ -277,25 +277,6 @@ class _Reader:
         return Call((span[0], self.last), name, tuple(arguments), tuple(options))
 
 
-def names_in(tree: Expression) -> set[str]:
-    """Names of the data and functions an expression depends on, lower case."""
-    match tree:
-        case Name(_, name):
-            return {name}
-        case Index(_, base, items):
-            return names_in(base).union(*map(names_in, items))
-        case Component(_, base, _) | Unary(_, _, base):
-            return names_in(base)
-        case Aggregate(_, items):
-            return set().union(*map(names_in, items))
-        case Binary(_, _, left, right):
-            return names_in(left) | names_in(right)
-        case Call(_, name, arguments, options):
-            found = {name}.union(*map(names_in, arguments))
-            return found.union(*(names_in(value) for _, value in options if value is not None))
-    return set()
-
-
 def unquote(literal: str) -> str:
     """Value of a string literal; ``\\\\hh`` character codes stay as they are written."""
     return literal[1:-1].replace('""', '"').replace("\\\\", "\\")

@@ -7,9 +7,8 @@ from math import floor
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
-from postproc.rapid.evaluate import evaluate
+from postproc.rapid.evaluate import evaluate, names_in
 from postproc.rapid.execution import Execution
-from postproc.rapid.expressions import names_in
 from postproc.rapid.memory import Binding, Memory
 from postproc.rapid.program import bodies, statements_in
 from postproc.rapid.syntax import Routine, Statement
