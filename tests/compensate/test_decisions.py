@@ -304,3 +304,14 @@ def test_work_object_targets_are_written_in_the_work_object() -> None:
     shift = np.subtract(places(written(found)), places(text))
     assert 0.5 < np.linalg.norm(shift, axis=1).max() < 5
     accurate(text, found)
+
+
+def test_a_parameter_with_one_value_is_followed_to_its_declaration() -> None:
+    text = module(
+        f"CONST robtarget p2:={B};",
+        f"MoveJ {A},v200,fine,tT;\ngo p2;",
+        "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n",
+    )
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    accurate(text, found)
