@@ -33,15 +33,17 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     files = sorted(_walk(folder, output))
     backups = _backups(files)
     groups: dict[str, list[str]] = {}
-    rest = []
+    copies, rest = [], []
     for name in files:
-        home = _task_folder(name, backups)
-        if home is None or _suffix(name) not in MODULES:
+        home = _task_folder(name)
+        if _in_home(name, backups) or (home is not None and _suffix(name) not in MODULES):
+            copies.append(name)
+        elif home is None:
             rest.append(name)
         else:
             groups.setdefault(home, []).append(name)
     drives = {backup: read_drives(folder / backup) for backup in backups}
-    tasks, copies = [], []
+    tasks = []
     for home, members in groups.items():
         drive = _drive(home, drives)
         if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
@@ -50,12 +52,8 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         beside = str(PurePosixPath(home).with_name(SHARED)).lower()
         shared = [f for h, names in groups.items() if h.lower() == beside and h != home for f in names]
         tasks.append(_task(folder, home, members, shared, drive))
-    in_home = [name for name in rest if _in_home(name, backups)]
-    loose, more = _loose(folder, [name for name in rest if not _in_home(name, backups)])
-    tasks.sort(key=lambda task: task.name)
-    return Inventory(
-        folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *in_home, *more]))
-    )
+    loose, more = _loose(folder, rest)
+    return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
 
 def _walk(folder: Path, output: Path | None) -> Iterator[str]:
@@ -91,11 +89,9 @@ def _below(name: str, backup: str, part: str) -> bool:
     return parts[: len(base)] == base and len(parts) > len(base) + 1 and parts[len(base)].lower() == part
 
 
-def _task_folder(name: str, backups: Iterable[str]) -> str | None:
+def _task_folder(name: str) -> str | None:
     """The folder of the task that a file belongs to: that above PROGMOD and SYSMOD, or a folder inside RAPID."""
     parts = PurePosixPath(name).parts
-    if _in_home(name, backups):
-        return None
     for depth, part in enumerate(parts[:-1]):
         if part.lower() in PARTS:
             return str(PurePosixPath(*parts[:depth]))

@@ -49,7 +49,7 @@ def local_pool(workers: int) -> Pool:
 
 
 @contextmanager
-def cluster_pool(address: str) -> Iterator[Pool]:
+def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
     """The workers of a running Dask scheduler.
 
     Raises:
@@ -64,7 +64,7 @@ def cluster_pool(address: str) -> Iterator[Pool]:
         ) from None
     try:
         make_client: Any = Client  # untyped
-        client = make_client(address, timeout=10, set_as_default=False)
+        client = make_client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise _lost(address, error) from error
     with client:

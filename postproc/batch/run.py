@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -93,33 +94,43 @@ def _copy(root: Path, path: str, journal: Journal) -> Iterator[Mapping[str, Any]
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
-    """Results in the order in which they are ready; every job gives one, whatever happens to its worker."""
-    waiting = iter(jobs)
-    while (yield from _until_broken(waiting, pool)):
-        pass
+    """Results in the order in which they are ready; every job gives one, whatever happens to its worker.
+
+    Jobs whose worker was lost are tried again, a second time one by one: what is lost once more is the reason itself.
+    """
+    waiting, before = iter(jobs), set[str]()
+    while lost := (yield from _until_broken(waiting, pool)):
+        if not pool.repeats:
+            yield from map(_killer, lost)
+            continue
+        for job in lost:
+            if job.name in before:
+                yield from map(_killer, (yield from _until_broken(iter([job]), Pool(pool.make, 1))))
+        again = [job for job in lost if job.name not in before]
+        before |= {job.name for job in again}
+        waiting = chain(again, waiting)
 
 
-def _until_broken(waiting: Iterator[Job], pool: Pool) -> Any:
-    """Work with one executor; True if it broke, after the jobs it had have been repeated one by one."""
+def _until_broken(waiting: Iterator[Job], pool: Pool) -> Generator[Result, None, list[Job]]:
+    """Work with one executor until nothing waits or a worker is lost; the jobs that were lost with it."""
     executor = pool.make(pool.workers)
     running: dict[Future[Result], Job] = {}
-    suspects: list[Job] = []
+    lost: list[Job] = []
     try:
         for job in waiting:
             if not _submit(executor, job, running):
-                suspects.append(job)
-                break
-            if len(running) >= AHEAD * pool.workers:
-                yield from _collect(running, suspects)
-            if suspects:
+                lost.append(job)
+            elif len(running) >= AHEAD * pool.workers:
+                yield from _collect(running, lost)
+            if lost:
                 break
         while running:
-            yield from _collect(running, suspects)
+            yield from _collect(running, lost)
     finally:
-        executor.shutdown(wait=False, cancel_futures=True)
-    for job in suspects:
-        yield _alone(job, pool) if pool.repeats else _killer(job)
-    return bool(suspects)
+        for future in running:
+            future.cancel()
+        executor.shutdown(wait=False)
+    return lost
 
 
 def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job]) -> bool:
@@ -130,25 +141,14 @@ def _submit(executor: Executor, job: Job, running: dict[Future[Result], Job]) ->
     return True
 
 
-def _collect(running: dict[Future[Result], Job], suspects: list[Job]) -> Iterator[Result]:
+def _collect(running: dict[Future[Result], Job], lost: list[Job]) -> Iterator[Result]:
     done, _ = wait(running, return_when=FIRST_COMPLETED)
     for future in done:
         job = running.pop(future)
         try:
             yield future.result()
         except (Exception, CancelledError):  # convert raises nothing: its worker is gone
-            suspects.append(job)
-
-
-def _alone(job: Job, pool: Pool) -> Result:
-    """Repeat a job whose worker was lost, with no other beside it: if it is lost again, this job is the reason."""
-    executor = pool.make(1)
-    try:
-        return executor.submit(convert, job).result()
-    except (Exception, CancelledError):
-        return _killer(job)
-    finally:
-        executor.shutdown(wait=False, cancel_futures=True)
+            lost.append(job)
 
 
 def _killer(job: Job) -> Result:

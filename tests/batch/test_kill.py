@@ -1,0 +1,30 @@
+"""``kill -9`` at any moment: nothing is lost, nothing is half written, no worker stays behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .folders import convert, program, programs, tree, write
+from .killing import finish, gone, kill_when, outputs, start
+
+
+def test_a_killed_run_goes_on(tmp_path: Path) -> None:
+    source, out = write(programs(tmp_path / "in", 8), {"note.txt": "text"}), tmp_path / "out"
+    convert(source, tmp_path / "whole")
+    whole = tree(tmp_path / "whole")
+    for count in (1, 5):
+        left = kill_when(start(source, out, "--workers", "2"), lambda count=count: outputs(out) >= count)  # type: ignore[misc]
+        assert outputs(out) < 8, "killed too late to show anything"
+        assert gone(left)
+        stands = tree(out, without=[".postproc"])
+        assert stands.items() <= whole.items()
+    said = finish(start(source, out, "--workers", "1"))
+    assert "of them done before" in said
+    assert tree(out) == whole
+
+
+def test_a_bar_on_a_terminal_and_lines_elsewhere(tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {"a[b].mod": program("A")})
+    said = finish(start(source, tmp_path / "out", "--workers", "1"))
+    assert said.splitlines()[0].startswith("[1/1] a[b].mod: ")
+    assert said.splitlines()[-1].startswith("1 tasks in ")

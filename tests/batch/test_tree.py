@@ -1,0 +1,251 @@
+"""The tree of outputs: what is converted, what is copied, what is left out."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from postproc.batch.discover import discover
+from postproc.batch.jobsfile import read_plan
+from postproc.batch.values import Settings
+from postproc.diagnostics import PostprocError
+
+from .folders import ROUGH, TOOL, codes, convert, program, statuses, target, tree, write
+
+ENCRYPTED = b"\xfe\x01\x02\x03secret\x00\x05"
+BACKINFO = ">>SYSTEM_ID:\nCell\n\n>>TASK1: (T_MAIN,,)\nPROGMOD/Main.mod @ \n\n>>TASK2: (T_BACK,,)\n\n>>EOF:\n"
+SYS = """SYS:CFG_1.0:6:0::
+#
+CAB_TASKS:
+
+      -Name "T_BACK" -Type "SEMISTATIC"
+
+      -Name "T_MAIN" -Type "NORMAL" -UseMechanicalUnitGroup "rob2" -MotionTask
+#
+MECHANICAL_UNIT_GROUP:
+
+      -Name "rob1" -Robot "ROB_1"
+
+      -Name "rob2" -Robot "ROB_2"\\
+      -UseMotionPlanner "motion_planner_2"
+#
+"""
+MOC = """MOC:CFG_1.0:6:0::
+#
+ROBOT:
+
+      -name "ROB_1" -use_robot_serial_number "rob_1"\\
+      -use_robot_type "ROB1_6700_LeanID_2.65_220" -use_robot_calib "r1_uncalib"
+
+      -name "ROB_2" -use_robot_serial_number "rob_2"\\
+      -use_robot_type "ROB2_4600_2.05_60" -base_frame_orient_u0 1 {base}
+#
+"""
+
+
+def backup(root: Path, base: str = "", **more: str) -> Path:
+    """A controller's backup: two modules and a system module share data, a background task, a copy in HOME."""
+    main = "MODULE Main\n  PROC main()\n    rSeam;\n    MoveJ pShared,v500,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
+    data = f"MODULE user(SYSMODULE)\n  {TOOL}\n  CONST robtarget pShared:={target(1180)};\nENDMODULE\n"
+    return write(
+        root,
+        {
+            "BACKINFO/backinfo.txt": BACKINFO,
+            "SYSPAR/SYS.cfg": SYS,
+            "SYSPAR/MOC.cfg": MOC.replace("{base}", base),
+            "HOME/Main.mod": main,
+            "RAPID/TASK1/PROGMOD/Main.mod": main,
+            "RAPID/TASK1/PROGMOD/Seam.mod": program("Seam", tool=""),
+            "RAPID/TASK1/PROGMOD/Prog.pgf": "<Program><Module>Main.mod</Module></Program>",
+            "RAPID/TASK1/SYSMOD/user.sys": data,
+            "RAPID/TASK1/SYSMOD/Hidden.sys": ENCRYPTED,
+            "RAPID/TASK2/PROGMOD/Back.mod": "MODULE Back\n  PROC main()\n    WaitTime 1;\n  ENDPROC\nENDMODULE\n",
+            **more,
+        },
+    )
+
+
+def test_the_tree_mirrors_the_folder_and_a_bad_file_stops_nobody(tmp_path: Path) -> None:
+    source = write(
+        tmp_path / "in",
+        {
+            "a.mod": program("A"),
+            "deep/er/B.PRG": program("B", 1100),
+            "bad.mod": "this is no RAPID",
+            "far.mod": program("Far", 9000),
+            "secret.sys": ENCRYPTED,
+            "data.sys": f"MODULE data\n  {TOOL}\nENDMODULE\n",
+            "deep/notes.txt": "left alone\r\n",
+            ".git/config": "not ours",
+        },
+    )
+    batch, told = convert(source, tmp_path / "out")
+    assert batch.failed and batch.copied == 1
+    assert statuses(batch) == {
+        "a.mod": "compensated",
+        "bad.mod": "failed",
+        "data.sys": "unchanged",
+        "deep/er/B.PRG": "compensated",
+        "far.mod": "failed",
+        "secret.sys": "unchanged",
+    }
+    assert codes(batch, "bad.mod") == ["RAP011"]
+    assert len(told) == len(batch.outcomes)
+    before, after = tree(source), tree(tmp_path / "out", without=[".postproc"])
+    assert set(after) == {"a.mod", "deep/er/B.PRG", "secret.sys", "data.sys", "deep/notes.txt"}
+    assert {n for n in after if after[n] == before[n]} == {"secret.sys", "data.sys", "deep/notes.txt"}
+    assert re.search(rb"! postproc [\d.]+: compensated", (tmp_path / "out/a.mod").read_bytes())
+
+
+def test_the_modules_of_a_backup_run_together(tmp_path: Path) -> None:
+    source = backup(tmp_path / "in")
+    batch, _ = convert(source, tmp_path / "out")
+    assert statuses(batch) == {"RAPID/TASK1": "compensated"}, batch.outcomes
+    assert batch.outcomes[0].task.robot == "irb4600_60_205"
+    before, after = tree(source), tree(tmp_path / "out", without=[".postproc"])
+    assert set(before) == set(after)
+    changed = {name for name in before if before[name] != after[name]}
+    assert changed <= {f"RAPID/TASK1/{n}" for n in ("PROGMOD/Main.mod", "PROGMOD/Seam.mod", "SYSMOD/user.sys")}
+    assert "RAPID/TASK1/PROGMOD/Seam.mod" in changed
+
+
+def test_a_task_whose_arm_nobody_knows_needs_a_model(tmp_path: Path) -> None:
+    source = backup(tmp_path / "in")
+    (source / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob1" -MotionTask'))
+    batch, _ = convert(source, tmp_path / "out")
+    assert codes(batch, "RAPID/TASK1") == ["KIN006"] and batch.failed
+    batch, _ = convert(source, tmp_path / "out", Settings(robot="irb4600_60_205", options=ROUGH.options))
+    assert statuses(batch) == {"RAPID/TASK1": "compensated"}
+    assert codes(batch, "RAPID/TASK1")[0] == "BAT012"
+
+
+def test_a_moved_base_frame_is_refused(tmp_path: Path) -> None:
+    batch, _ = convert(backup(tmp_path / "in", base="-base_frame_pos_x 3.7"), tmp_path / "out")
+    assert codes(batch, "RAPID/TASK1") == ["BAT013"] and batch.failed
+    assert not (tmp_path / "out/RAPID/TASK1/PROGMOD/Seam.mod").exists()
+
+
+def test_what_every_task_shares_is_read_and_not_written(tmp_path: Path) -> None:
+    shared = f"MODULE shared(SYSMODULE)\n  {TOOL}\nENDMODULE\n"
+    lonely = "MODULE user(SYSMODULE)\nENDMODULE\n"
+    more = {"RAPID/TASK0/SYSMOD/shared.sys": shared, "RAPID/TASK1/SYSMOD/user.sys": lonely}
+    more["RAPID/TASK1/PROGMOD/Main.mod"] = "MODULE Main\n  PROC main()\n    rSeam;\n  ENDPROC\nENDMODULE\n"
+    batch, _ = convert(backup(tmp_path / "in", **more), tmp_path / "out")
+    assert statuses(batch) == {"RAPID/TASK1": "compensated"}, batch.outcomes
+    assert (tmp_path / "out/RAPID/TASK0/SYSMOD/shared.sys").read_text() == shared
+
+
+def test_side_files_lend_their_data(tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {"a.mod": program("A", tool="")})
+    side = write(tmp_path, {"tools.sys": f"MODULE tools\n  {TOOL}\nENDMODULE\n"}) / "tools.sys"
+    alone, _ = convert(source, tmp_path / "alone")
+    assert alone.failed
+    batch, _ = convert(source, tmp_path / "out", Settings(side_files=(side,), options=ROUGH.options))
+    assert statuses(batch) == {"a.mod": "compensated"}
+    assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
+
+
+def test_a_side_file_whose_targets_would_change_is_refused(tmp_path: Path) -> None:
+    own = f"MODULE A\n  {TOOL}\n  PROC main()\n    MoveJ {target(1200)},v500,fine,tTorch;\n    MoveL pThere,v100,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
+    side = write(tmp_path, {"points.mod": f"MODULE points\n  CONST robtarget pThere:={target(1250)};\nENDMODULE\n"})
+    source = write(tmp_path / "in", {"a.mod": own})
+    batch, _ = convert(source, tmp_path / "out", Settings(side_files=(side / "points.mod",), options=ROUGH.options))
+    assert "BAT005" in codes(batch, "a.mod")
+
+
+def test_a_program_folder_is_one_task(tmp_path: Path) -> None:
+    write(
+        tmp_path,
+        {
+            "P/P.pgf": "<Program><Module>One.mod</Module><Module>TWO.mod</Module><Module>Gone.mod</Module></Program>",
+            "P/one.mod": "MODULE One\n  PROC main()\n    rTwo;\n  ENDPROC\nENDMODULE\n",
+            "P/two.mod": program("Two", tool=""),
+            "P/tools.sys": f"MODULE tools\n  {TOOL}\nENDMODULE\n",
+            "P/other.mod": program("Other"),
+            "Q/Q.pgf": "<Program><Module>x.mod</Module></Program>",
+            "Q/R.pgf": "<Program><Module>x.mod</Module></Program>",
+            "Q/x.mod": program("X"),
+        },
+    )
+    found = {task.name: task for task in discover(tmp_path).tasks}
+    assert set(found) == {"P/P.pgf", "P/other.mod", "Q/Q.pgf", "Q/R.pgf"}
+    assert set(found["P/P.pgf"].files) == {"P/one.mod", "P/two.mod", "P/tools.sys"}
+    assert [d.code for d in found["P/P.pgf"].findings] == ["BAT010"]
+    assert [d.code for d in found["Q/R.pgf"].findings] == ["BAT011"]
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["RAPID/T_ROB1/a.mod", "RAPID/T_ROB1/sub/b.mod", "RAPID/T_ROB2/c.mod"], ["RAPID/T_ROB1", "RAPID/T_ROB2"]),
+        (["x/RAPID/PROGMOD/a.mod", "x/RAPID/SYSMOD/b.sys"], ["x/RAPID"]),
+        (["B/RAPID/TASK1/PROGMOD/a.mod", "B/SYSPAR/SYS.cfg", "B/HOME/RAPID/TASK1/PROGMOD/a.mod"], ["B/RAPID/TASK1"]),
+        (["rapid/task1/progmod/A.MOD", "home/a.mod", "syspar/x.cfg"], ["rapid/task1"]),
+        (["RAPID/loose.mod", "HOME/x.mod", "SYSPAR/y"], ["RAPID/loose.mod"]),
+    ],
+)
+def test_layouts(tmp_path: Path, files: list[str], names: list[str]) -> None:
+    write(tmp_path, dict.fromkeys(files, "MODULE A\nENDMODULE\n"))
+    found = discover(tmp_path)
+    assert [task.name for task in found.tasks] == names
+    assert sorted([f for t in found.tasks for f in t.files] + list(found.copies)) == sorted(files)
+
+
+def test_a_jobs_file_gives_each_task_its_model(tmp_path: Path) -> None:
+    soft = 'robot = "irb4600_60_205"\n[effects.joint_compliance]\ncompliance_rad_per_Nm = [1e-5, 1e-6, 1e-6, 1e-5, 1e-5, 1e-5]\n'
+    jobs = """
+tolerance_mm = 0.1
+[[job]]
+folder = "cell"
+only = ["a.mod"]
+model = "soft.toml"
+[[job]]
+folder = "cell"
+only = ["*.mod"]
+[[job]]
+files = ["loose/*.mod"]
+name = "together"
+"""
+    write(
+        tmp_path,
+        {
+            "soft.toml": soft,
+            "jobs.toml": jobs,
+            "cell/a.mod": program("A"),
+            "cell/b.mod": program("A"),
+            "cell/c.txt": "text",
+            "loose/one.mod": f"MODULE one\n  {TOOL}\nENDMODULE\n",
+            "loose/two.mod": program("Two", tool=""),
+        },
+    )
+    batch, _ = convert(tmp_path / "jobs.toml", tmp_path / "out", Settings())
+    assert statuses(batch) == dict.fromkeys(("cell/a.mod", "cell/b.mod", "together"), "compensated")
+    soft_mm, stiff_mm = (
+        float(re.findall(r"pStart:=\[\[[\d.]+,[\d.]+,([\d.]+)\]", (tmp_path / "out/cell" / name).read_text())[0]) - 900
+        for name in ("a.mod", "b.mod")
+    )
+    assert soft_mm > 1.5 * stiff_mm > 0
+    assert set(tree(tmp_path / "out", without=[".postproc"])) == {
+        "cell/a.mod", "cell/b.mod", "cell/c.txt", "loose/one.mod", "loose/two.mod",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ('[[job]]\nfolder = "cell"\ntolerence_mm = 1\n', "3:1"),
+        ('[[job]]\nfiles = ["nothing*.mod"]\n', "2:1"),
+        ('[[job]]\nfolder = ".."\n', "2:1"),
+        ('[[job]]\nfiles = ["cell/a.mod"]\n[[job]]\nfiles = ["cell/a.mod"]\nname = "b"\n', "3:3"),
+        ('[[job]]\nmodel = "x.toml"\n', "1:3"),
+        ("[[job]\n", "1:6"),
+    ],
+)
+def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, text: str, place: str) -> None:
+    write(tmp_path, {"jobs.toml": text, "cell/a.mod": program("A")})
+    with pytest.raises(PostprocError) as caught:
+        read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
+    found = caught.value.diagnostics[0]
+    assert (found.code, found.place) == ("BAT009", f"{tmp_path}/jobs.toml:{place}")

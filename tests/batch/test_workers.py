@@ -1,0 +1,138 @@
+"""Workers: processes and a Dask cluster give the same tree, and the death of one loses nothing."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from postproc.batch.executors import Pool, cluster_pool, local_pool, open_pool
+from postproc.batch.jobsfile import read_plan
+from postproc.batch.run import run_batch
+from postproc.batch.values import Shard
+from postproc.batch.work import THREADS, prepare_worker
+from postproc.diagnostics import PostprocError
+
+from .folders import ROUGH, codes, convert, programs, statuses, tree
+
+
+class Deadly(ProcessPoolExecutor):
+    """Its worker dies on one task."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if args and args[0].name == "line1/Seam1.mod":
+            return super().submit(os._exit, 9)
+        return super().submit(fn, *args, **kwargs)
+
+
+class Shot(ProcessPoolExecutor):
+    """One of its workers is killed as soon as it works."""
+
+    shots = 1
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future = super().submit(fn, *args, **kwargs)
+        if Shot.shots:
+            Shot.shots -= 1
+            victim = next(iter(self._processes))
+            threading.Timer(0.5, os.kill, (victim, signal.SIGKILL)).start()
+        return future
+
+
+def pool(kind: type[ProcessPoolExecutor], workers: int) -> Pool:
+    return Pool(lambda count: kind(count, mp_context=get_context("spawn"), initializer=prepare_worker), workers)
+
+
+def test_workers_have_one_thread_each() -> None:
+    executor = local_pool(1).make(1)
+    with executor:
+        assert set(executor.submit(environment_of_worker).result().values()) == {"1"}
+
+
+def environment_of_worker() -> dict[str, str]:
+    return {name: os.environ[name] for name in THREADS}
+
+
+def test_processes_make_the_same_tree_and_survive_a_kill(tmp_path: Path) -> None:
+    source = programs(tmp_path / "in", 6)
+    convert(source, tmp_path / "here")
+    Shot.shots = 1
+    batch, _ = convert(source, tmp_path / "out", pool=pool(Shot, 2))
+    assert Shot.shots == 0
+    assert not batch.failed
+    assert tree(tmp_path / "out") == tree(tmp_path / "here")
+
+
+def test_a_task_that_kills_its_workers_is_named_and_the_others_are_done(tmp_path: Path) -> None:
+    source = programs(tmp_path / "in", 3)
+    batch, _ = convert(source, tmp_path / "out", pool=pool(Deadly, 1))
+    assert codes(batch, "line1/Seam1.mod") == ["BAT008"]
+    assert [name for name, status in statuses(batch).items() if status == "failed"] == ["line1/Seam1.mod"]
+    again, _ = convert(source, tmp_path / "out")
+    assert not again.failed and sum(o.cached for o in again.outcomes) == 2
+
+
+def test_many_tasks_wait_without_being_read(tmp_path: Path) -> None:
+    """Files are read when a worker is nearly free: memory does not grow with the number of tasks."""
+    source, waiting, most = programs(tmp_path / "in", 14), set(), 0
+
+    class Counting(ThreadPoolExecutor):
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            nonlocal most
+            future = super().submit(fn, *args, **kwargs)
+            waiting.add(future)
+            most = max(most, sum(not f.done() for f in waiting))
+            return future
+
+    convert(source, tmp_path / "out", pool=Pool(lambda count: Counting(1), 1))
+    assert len(waiting) == 14 and most <= 4
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[Any]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # what the libraries of the cluster warn of is not ours
+        from distributed import LocalCluster
+
+        with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50) as found:
+            yield found
+
+
+def test_a_cluster_loses_a_worker_in_mid_run(tmp_path: Path) -> None:
+    source = programs(tmp_path / "in", 8)
+    convert(source, tmp_path / "here")
+    with cluster(2) as running, open_pool(None, running.scheduler_address) as workers:
+        assert workers.workers == 2
+        victim = next(iter(running.workers.values())).process.process.pid
+        done: list[float] = []
+
+        def shoot() -> None:
+            while not done:
+                time.sleep(0.05)
+            os.kill(victim, signal.SIGKILL)
+
+        shooter = threading.Thread(target=shoot)
+        shooter.start()
+        plan = read_plan(source, ROUGH, tmp_path / "out")
+        batch = run_batch(plan, tmp_path / "out", workers, Shard(), lambda outcome: done.append(0.0))
+        shooter.join()
+    assert not batch.failed and len(batch.outcomes) == 8
+    assert tree(tmp_path / "out") == tree(tmp_path / "here")
+
+
+def test_a_scheduler_that_is_not_there_is_an_error() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(PostprocError) as caught, cluster_pool("tcp://127.0.0.1:9", timeout=0.5):
+            pass
+    assert caught.value.diagnostics[0].code == "BAT007"
