@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
-from postproc.diagnostics import Diagnostic
+import numpy as np
+
+from postproc.diagnostics import Diagnostic, Span
 from postproc.identify.fit import Fit
+
+RARE = 1e-3
+"""Chance that any row of clean data stands out as much."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Rows that were set aside, by their number in the file."""
+    """Rows that were set aside, and rows that stand out of the residual of the rest (chi-square, corrected for their number)."""
+    from scipy.special import chdtrc
+
     found = []
-    data = fit.data
+    size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
     for i in fit.set_aside:
-        row = data.row[i] if data.row else i + 1
-        size = 1e3 * float((fit.problem.error[i, :3] ** 2).sum() ** 0.5)
-        message = (
-            f"row {row} lies {size:.2f} mm from the fitted model, far more than any other; it was left out of the fit"
-        )
-        span = None
-        if data.source is not None and data.line:
-            start = data.source.line_starts[data.line[i] - 1]
-            span = (start, start + len(data.source.line(data.line[i])))
+        message = f"row {_row(fit, i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
-        found.append(Diagnostic("DAT013", "warning", message, data.source, span, help_))
+        found.append(Diagnostic("DAT013", "warning", message, fit.data.source, _span(fit, i), help_))
+    used = fit.problem.weights.used
+    square = fit.problem.row_square() / max(fit.variance, 1e-300)
+    rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
+    for i in np.flatnonzero((rare < RARE) & used.any(axis=1))[:10]:
+        message = f"row {_row(fit, int(i))} lies {size[i]:.2f} mm from the fitted model, more than noise explains"
+        help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
+        found.append(Diagnostic("DAT025", "warning", message, fit.data.source, _span(fit, int(i)), help_))
     return found
+
+
+def _row(fit: Fit, index: int) -> int:
+    return fit.data.row[index] if fit.data.row else index + 1
+
+
+def _span(fit: Fit, index: int) -> Span | None:
+    source = fit.data.source
+    if source is None or not fit.data.line:
+        return None
+    start = source.line_starts[fit.data.line[index] - 1]
+    return start, start + len(source.line(fit.data.line[index]).encode(source.encoding))

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.cells import Cells
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.program import read_program
+from postproc.rapid.records import JointTarget, Pose, RobTarget
+from postproc.rapid.walk import walk
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
@@ -41,10 +46,59 @@ def commanded_joints(
     return solution.q
 
 
-def program_targets(program: Source, robot: Robot, target: Sequence[str], cells: Cells) -> tuple[Array, Array]:
-    """Joint angles [rad] (n, 6) and tools (n, 4, 4) of the robtargets that a program visits, by name.
+def program_targets(
+    program: Source, robot: Robot, target: Sequence[str], cells: Cells, diagnostics: list[Diagnostic]
+) -> tuple[Array, Array]:
+    """Joint angles [rad] (n, 6) and tools (n, 4, 4) of the targets that a program visits, by name.
+
+    Pose, work object, displacement, tool and configuration are those in force where the program moves to the target.
 
     Raises:
-        PostprocError: DAT012 where a target is not in the program.
+        PostprocError: DAT012 where a target is not in the program, or is visited with different tools or work objects.
     """
-    raise PostprocError(Diagnostic("DAT012", "error", "not yet", program))
+    events = _visited(program)
+    missing = [i for i, name in enumerate(target) if name.lower() not in events]
+    if missing:
+        names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
+        message = f"the program `{program.path}` does not move to {names}"
+        help_ = "name the module that was run, and targets as they stand in its motion statements"
+        raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(missing[0]), help_))
+    visited = [events[name.lower()] for name in target]
+    T_flange_tcp = np.array([_pose(event.tool.tframe) for event in visited])
+    q = np.full((len(visited), 6), np.nan)
+    free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]
+    for i, event in enumerate(visited):
+        if isinstance(event.target, JointTarget):
+            q[i] = np.radians(event.target.robax)
+    if free:
+        T = np.array([_base_tcp(visited[i]) for i in free]) @ np.linalg.inv(T_flange_tcp[free])
+        conf = np.array([visited[i].target.robconf for i in free])  # type: ignore[union-attr]
+        solution = joint_solution(robot, T, conf)
+        q[free] = solution.q
+        for failure in solution.failures:
+            row = free[failure.index]
+            message = f"row {row + 1}, `{target[row]}`: {failure.message}"
+            found = Diagnostic("DAT012", "warning", message, cells.source, cells.span(row), failure.help)
+            diagnostics.append(found)
+    return q, T_flange_tcp
+
+
+def _visited(program: Source) -> dict[str, MotionEvent]:
+    """The first motion to every named target, by its name in lower case."""
+    events: dict[str, MotionEvent] = {}
+    for event in walk(read_program(program)):
+        argument = event.statement.argument("to")
+        if argument is not None and event.target is not None:
+            events.setdefault(argument.text.strip().lower(), event)
+    return events
+
+
+def _base_tcp(event: MotionEvent) -> Array:
+    assert isinstance(event.target, RobTarget)
+    frame = _pose(event.wobj.uframe) @ _pose(event.wobj.oframe) @ _pose(event.displacement)
+    return np.asarray(frame @ _pose(Pose(event.target.trans, event.target.rot)))
+
+
+def _pose(pose: Pose) -> Array:
+    rotation = Rotation.from_quat(np.array(pose.rot)[[1, 2, 3, 0]]).as_matrix()
+    return transform(np.array(pose.trans) * 1e-3, rotation)

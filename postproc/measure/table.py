@@ -190,7 +190,7 @@ def _commanded(table: _Table, robot: Robot, program: Source | None) -> tuple[Arr
         return q, None
     cells = table.cells
     if "target" in table.place and program is not None:
-        return program_targets(program, robot, table.text("target"), cells)
+        return program_targets(program, robot, table.text("target"), cells, table.diagnostics)
     position = table.vector(names.COMMAND_POSITION)
     rotation = table.rotation(names.COMMAND_ORIENTATION)
     if position is None or rotation is None:
