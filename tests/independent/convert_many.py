@@ -63,10 +63,18 @@ def convert(source: Path, output: Path, *options: str, timeout: float = 300) -> 
     return r.returncode, r.stdout, r.stderr
 
 
-def run(folder: Path, seed: int, geometry: str = "irb4600_60_205", force: str = FORCE, hard: bool = False) -> Outcome:
+def run(
+    folder: Path,
+    seed: int,
+    geometry: str = "irb4600_60_205",
+    force: str = FORCE,
+    hard: bool = False,
+    wild: bool = False,
+) -> Outcome:
     folder.mkdir(parents=True, exist_ok=True)
     source, output = folder / f"weld{seed:05d}.mod", folder / f"weld{seed:05d}.out.mod"
-    text = generate_programs.generate(seed, geometry)
+    ranges = generate_programs.WILD if wild else generate_programs.Ranges()
+    text = generate_programs.generate(seed, geometry, ranges=ranges)
     text = generate_programs.complicate(text, seed) if hard else text
     source.write_bytes(text.encode("latin-1"))
     output.unlink(missing_ok=True)
@@ -94,11 +102,12 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--count", type=int, default=20)
     o.add_argument("--geometry", default="irb4600_60_205")
     o.add_argument("--force", default=FORCE)
+    o.add_argument("--wild", action="store_true")
     o.add_argument("--hard", action="store_true")
     a = o.parse_args(argv)
     good = 0
     for seed in range(a.seed, a.seed + a.count):
-        x = run(a.folder, seed, a.geometry, a.force, a.hard)
+        x = run(a.folder, seed, a.geometry, a.force, a.hard, a.wild)
         good += not x.faults
         r = x.report
         figures = (

@@ -58,6 +58,32 @@ class Style:
         )
 
 
+@dataclass(frozen=True)
+class Ranges:
+    """How far programs go: the pieces of a seam, turning per piece [deg], arcs, tool masses, the wrist's least angle [deg]."""
+
+    pieces: tuple[int, ...] = (1, 1, 2, 3, 5, 8)
+    turning: tuple[float, ...] = (0.0, 0.0, 3.0, 12.0)
+    radius: tuple[float, float] = (0.03, 0.25)
+    bend: tuple[float, float] = (25, 110)
+    mass: tuple[float, float] = (1.5, 18)
+    zones: tuple[str, ...] = ("z1", "z1", "z5", "z5", "z10", "z0", "fine")
+    wrist: float = 10.0
+    reach: tuple[float, float] = (0.85, 1.75)
+
+
+WILD = Ranges(
+    pieces=(1, 3, 8, 20, 50),
+    turning=(0.0, 2.0, 15.0, 45.0),
+    radius=(0.008, 0.4),
+    bend=(10, 200),
+    mass=(0.5, 50),
+    zones=("z0", "z1", "z5", "z20", "z50", "z100", "fine"),
+    wrist=2.5,
+    reach=(0.65, 2.1),
+)
+
+
 @dataclass
 class Program:
     """Declarations and statements as they grow, and the joint angles at the end of them."""
@@ -65,6 +91,7 @@ class Program:
     g: np.random.Generator
     style: Style
     arm: A.Arm
+    ranges: Ranges = field(default_factory=Ranges)
     data: list[str] = field(default_factory=list)
     routines: dict[str, list[str]] = field(default_factory=dict)
     q: np.ndarray | None = None
@@ -121,7 +148,7 @@ def draw_tool(p: Program, k: int) -> Tool:
         A.rotation(np.array([0, 1.0, 0]), np.array(np.radians(g.choice([0, 22, 36, 45])))) @ random_turn(g, 10)
     )
     turn = np.round(turn, 7)
-    mass = round(float(g.uniform(1.5, 18)), 2)
+    mass = round(float(g.uniform(*p.ranges.mass)), 2)
     cog = np.round([g.uniform(-40, 40), g.uniform(-30, 30), g.uniform(40, 200)], 1)
     name = str(g.choice(["tTorch", "tWeldGun", "toolMig", "tGun_"])) + str(k)
     storage = str(g.choice(["PERS", "TASK PERS", "CONST"]))
@@ -170,14 +197,14 @@ def make_target(p: Program, t: np.ndarray, fixture: Fixture) -> Target:
     return Target(place, turn, fixture.frame @ R.pose([place, turn]))
 
 
-def inside(arm: A.Arm, q: np.ndarray) -> bool:
+def inside(arm: A.Arm, q: np.ndarray, wrist: float = 10.0) -> bool:
     q = np.atleast_2d(q)
     ok = (q > arm.lower + MARGIN).all() and (q < arm.upper - MARGIN).all()
-    tip = np.abs(np.sin(q[:, 4])) > np.sin(np.radians(10))
+    tip = np.abs(np.sin(q[:, 4])) > np.sin(np.radians(wrist))
     elbow = np.abs(np.arctan2(arm.lengths["d4"], arm.lengths["a3"]) + q[:, 2])
     straight = (elbow > np.radians(12)) & (elbow < np.radians(168))
-    wrist = arm.forward(q, np.eye(4)).body[5][:, :2, 3]
-    return bool(ok and tip.all() and straight.all() and (np.linalg.norm(wrist, axis=1) > 0.3).all())
+    center = arm.forward(q, np.eye(4)).body[5][:, :2, 3]
+    return bool(ok and tip.all() and straight.all() and (np.linalg.norm(center, axis=1) > 0.3).all())
 
 
 def travel(p: Program, start: Target, goal: Target, tool: Tool, via: np.ndarray | None = None) -> None:
@@ -186,7 +213,11 @@ def travel(p: Program, start: Target, goal: Target, tool: Tool, via: np.ndarray 
     m = R.Motion("", kind, 0, 0, goal.base, via, None, (), tool.frame, 0, np.zeros(3), 0, False, False, ())
     _, command = P.shape(start.base, m, 0.01)
     q = A.follow(p.arm, command @ np.linalg.inv(tool.frame), start.q)
-    if q is None or not inside(p.arm, q) or np.abs(np.diff(np.vstack([start.q, q]), axis=0)).max() > 0.2:
+    if (
+        q is None
+        or not inside(p.arm, q, p.ranges.wrist)
+        or np.abs(np.diff(np.vstack([start.q, q]), axis=0)).max() > 0.2
+    ):
         raise Retry
     goal.q, goal.conf = q[-1], A.confdata(p.arm, q[-1])[0]
     if np.abs(q[-1][[0, 3, 5]]).max() > np.radians(358):
@@ -198,7 +229,7 @@ def first_target(p: Program, t: Target, tool: Tool) -> None:
     wrists = [0, 1] if p.g.random() < 0.5 else [1, 0]
     for w in wrists:
         q = A.inverse(p.arm, flange[None])[0, w]
-        if not np.isfinite(q).all() or not inside(p.arm, q):
+        if not np.isfinite(q).all() or not inside(p.arm, q, p.ranges.wrist):
             continue
         conf = A.confdata(p.arm, q)[0]
         again = A.solve_target(p.arm, flange, tuple(conf))
@@ -235,7 +266,7 @@ def seam(p: Program, k: int, tools: list[Tool], fixtures: list[Fixture]) -> list
     """Statements of one seam: joint move, approach, weld start, lines and arcs, weld end, retract."""
     g, s = p.g, p.style
     tool, fixture = tools[int(g.integers(len(tools)))], fixtures[int(g.integers(len(fixtures)))]
-    azimuth, reach, height = np.radians(g.uniform(-75, 75)), g.uniform(0.85, 1.75), g.uniform(0.0, 1.3)
+    azimuth, reach, height = np.radians(g.uniform(-75, 75)), g.uniform(*p.ranges.reach), g.uniform(0.0, 1.3)
     middle = np.array([reach * np.cos(azimuth), reach * np.sin(azimuth), height])
     out = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     lean = np.radians(g.uniform(10, 80))
@@ -245,9 +276,9 @@ def seam(p: Program, k: int, tools: list[Tool], fixtures: list[Fixture]) -> list
     along = unit(np.cross(z, unit(g.normal(size=3))))
     across = np.cross(z, along)
     total = float(g.choice([g.uniform(0.3, 0.8), g.uniform(0.8, 1.6), g.uniform(1.6, 2.5)], p=[0.4, 0.4, 0.2]))
-    n = int(g.choice([1, 2, 3, 5, 8], p=[0.3, 0.25, 0.2, 0.15, 0.1]))
+    n = int(g.choice(p.ranges.pieces))
     with_arcs = g.random() < 0.45
-    turning = g.choice([0.0, 3.0, 12.0], p=[0.45, 0.3, 0.25])
+    turning = g.choice(p.ranges.turning)
     straight_z = total / n
     spot = middle - along * total / 2
     # Way points: straight pieces, corner arcs between them, orientation drifting along the seam.
@@ -258,8 +289,8 @@ def seam(p: Program, k: int, tools: list[Tool], fixtures: list[Fixture]) -> list
     start_pose = A.transform(r, pos)
     for i in range(n):
         if i and with_arcs and g.random() < 0.7:
-            radius = g.uniform(0.03, 0.25)
-            bend = np.radians(g.uniform(25, 110)) * g.choice([-1, 1])
+            radius = g.uniform(*p.ranges.radius)
+            bend = np.radians(g.uniform(*p.ranges.bend)) * g.choice([-1, 1])
             # The circle lies near the seam plane.
             side = np.cross(z, heading) * np.sign(bend)
             center = pos + radius * side
@@ -281,7 +312,7 @@ def seam(p: Program, k: int, tools: list[Tool], fixtures: list[Fixture]) -> list
     array: list[str] | None = [] if g.random() < 0.2 else None
     lines: list[str] = []
     burn = g.random() < 0.85
-    zone_mid = str(g.choice(["z1", "z5", "z10", "z0", "fine"], p=[0.35, 0.25, 0.1, 0.15, 0.15]))
+    zone_mid = str(g.choice(p.ranges.zones))
     weld_speed = str(g.choice(["v5", "v8w", "v10", "v20"]))
     if weld_speed == "v8w":
         weld_speed = "vWeld"
@@ -381,11 +412,11 @@ def _process_data(p: Program) -> list[str]:
     ]
 
 
-def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = None) -> str:
+def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = None, ranges: Ranges = Ranges()) -> str:
     """Program text of one seed."""
     g = np.random.default_rng(seed)
     style = Style.draw(g)
-    p = Program(g, style, A.ARMS[geometry]())
+    p = Program(g, style, A.ARMS[geometry](), ranges)
     tools = [draw_tool(p, k + 1) for k in range(int(g.choice([1, 2], p=[0.8, 0.2])))]
     fixtures = [draw_fixture(p, k + 1) for k in range(int(g.choice([1, 2], p=[0.7, 0.3])))]
     count = seams or int(g.choice([1, 2, 3, 4], p=[0.4, 0.3, 0.2, 0.1]))
@@ -495,10 +526,13 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--count", type=int, default=20)
     o.add_argument("--geometry", default="irb4600_60_205")
     o.add_argument("--hard", action="store_true", help="written as people do")
+    o.add_argument(
+        "--wild", action="store_true", help="many short pieces, wide arcs, heavy tools, near the singularity"
+    )
     a = o.parse_args(argv)
     a.outdir.mkdir(parents=True, exist_ok=True)
     for seed in range(a.seed, a.seed + a.count):
-        text = generate(seed, a.geometry)
+        text = generate(seed, a.geometry, ranges=WILD if a.wild else Ranges())
         text = complicate(text, seed) if a.hard else text
         (a.outdir / f"weld{seed:05d}.mod").write_bytes(text.encode("latin-1"))
     return 0
