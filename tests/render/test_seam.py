@@ -1,0 +1,172 @@
+"""Modules from seam points: the frames against plain formulas, the rows that are wrong, the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from postproc.cli.app import build
+from postproc.cli.run import run
+from postproc.diagnostics import PostprocError, Source
+from postproc.rapid.program import read_program
+from postproc.rapid.records import RobTarget
+from postproc.rapid.units import flange_matrix
+from postproc.rapid.walk import walk
+from postproc.render.seam import SeamOptions, seam_module
+from postproc.render.seampoints import read_seam_points
+from postproc.robot.inverse import joint_solution
+from postproc.robot.library import load_robot
+
+TOOL = "tTorch:=[TRUE,[[-63.4,0.8,372.6],[0.953717,0,0.300706,0]],[5.6,[-21.5,0,131],[1,0,0,0],0.038,0.041,0.009]]"
+WOBJ = 'wJig:=[FALSE,TRUE,"",[[1300,-200,700],[0.9659258,0,0,0.2588190]],[[0,0,0],[1,0,0,0]]]'
+HEAD = "x_mm,y_mm,z_mm,tx,ty,tz,nx,ny,nz"
+ROWS = ["0,0,0,0,1,0,0,0,1", "1,40,0.5,0.05,1,0,0,0.1,1", "4,90,1,0.1,2,0,0,0.1,2", "8,140,0,0.1,1,0,0,0,1"]
+
+
+def table(*rows: str, head: str = HEAD, mark: str = "\n") -> Source:
+    return Source("points.csv", mark.join([head, *rows]).encode())
+
+
+def quaternion_matrix(w: float, x: float, y: float, z: float) -> np.ndarray:
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_the_torch_points_against_the_normal_and_along_the_seam() -> None:
+    points = read_seam_points(table(*ROWS))
+    for row, R in zip(ROWS, points.rotation, strict=True):
+        t, n = np.array(row.split(",")[3:6], float), np.array(row.split(",")[6:], float)
+        assert np.allclose(R[:, 2], -n / np.linalg.norm(n))
+        assert R[:, 0] @ t > 0.9 * np.linalg.norm(t) and abs(R[:, 0] @ n) < 1e-12
+        assert np.allclose(R @ R.T, np.eye(3)) and np.linalg.det(R) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("mark", ["\n", "\r\n", "\n\n# a note\n"])
+def test_quaternions_are_taken_as_they_are(mark: str) -> None:
+    head = "x_mm;y_mm;z_mm;qw;qx;qy;qz"
+    points = read_seam_points(table("1;2;3;0.5;0.5;-0.5;0.5", "1;3;3;0;1;0;0", head=head, mark=mark))
+    assert np.allclose(points.rotation[0], quaternion_matrix(0.5, 0.5, -0.5, 0.5))
+    assert points.place_mm.tolist() == [[1, 2, 3], [1, 3, 3]] and points.speed_mm_s is None
+
+
+@pytest.mark.parametrize(
+    ("row", "code", "message"),
+    [
+        ("x,50,0,0,1,0,0,0,1,8", "SEA002", "row 3, column `x_mm`: `x` is not a number"),
+        ("0,nan,0,0,1,0,0,0,1,8", "SEA002", "row 3, column `y_mm`: `nan` is not a number"),
+        ("0,50,0,0,inf,0,0,0,1,8", "SEA002", "row 3, column `ty`: `inf` is not a number"),
+        ("0,50,0,0,,0,0,0,1,8", "SEA002", "row 3, column `ty`: nothing stands here"),
+        ("0,0.05,0,0,1,0,0,0,1,8", "SEA004", "only 0.050 mm from the point before"),
+        ("0,50,0,0,0,0,0,0,1,8", "SEA003", "row 3, column `tx`: the tangent has no length"),
+        ("0,50,0,0,1,0,0,0,0,8", "SEA003", "row 3, column `nx`: the normal has no length"),
+        ("0,50,0,0,1,0,0,1,0.01,8", "SEA003", "row 3, column `nx`: the normal stands 0.6 deg from the tangent"),
+        ("0,50,0,0,1,0,0,0,1,-2", "SEA005", "row 3, column `speed_mm_s`: -2 mm/s is not a welding speed"),
+        ("0,50,0,0,1,0,0,0,1", "SEA001", "row 3: 9 cells where the header has 10"),
+    ],
+)
+def test_wrong_cells_are_named(row: str, code: str, message: str) -> None:
+    source = table(f"{ROWS[0]},8", row, f"{ROWS[3]},8", head=f"{HEAD},speed_mm_s")
+    with pytest.raises(PostprocError) as caught:
+        read_seam_points(source)
+    (found,) = caught.value.diagnostics
+    assert found.code == code and message in found.message
+    assert found.place.startswith("points.csv:3:")
+
+
+@pytest.mark.parametrize(
+    ("source", "code"),
+    [
+        (Source("points.csv", b""), "SEA001"),
+        (table("1,2,3", head="x_mm,y_mm,z_mm"), "SEA001"),
+        (table("1,2,3,1,0,0,0", "1,5,3,1,1,0,0", head="x_mm,y_mm,z_mm,qw,qx,qy,qz"), "SEA003"),
+        (table(ROWS[0]), "SEA006"),
+        (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001"),
+    ],
+)
+def test_tables_that_are_none(source: Source, code: str) -> None:
+    with pytest.raises(PostprocError) as caught:
+        read_seam_points(source)
+    assert code in [d.code for d in caught.value.diagnostics]
+
+
+def module(*rows: str, head: str = HEAD, **options: object) -> tuple[Source, list[str]]:
+    said = SeamOptions(**{"tool": TOOL, "wobj": WOBJ, **options})  # type: ignore[arg-type]
+    text, notes = seam_module(read_seam_points(table(*rows, head=head)), load_robot("irb4600_60_205"), np.eye(4), said)
+    return Source("Seam.mod", text), list(notes)
+
+
+def test_the_module_visits_the_points_and_every_confdata_is_right() -> None:
+    source, notes = module(*ROWS, clearance_mm=30.0)
+    program = read_program(source)
+    events = walk(program)
+    assert not program.diagnostics and not any(e.diagnostics for e in events)
+    assert [e.statement.instruction for e in events] == ["MoveJ", "ArcLStart", "ArcL", "ArcL", "ArcLEnd", "MoveL"]
+    points = read_seam_points(table(*ROWS))
+    targets = [e.target for e in events if isinstance(e.target, RobTarget)]
+    assert np.allclose([t.trans for t in targets[1:-1]], points.place_mm, atol=1e-3)
+    for event, near in ((events[0], 0), (events[-1], -1)):
+        assert isinstance(event.target, RobTarget)
+        assert np.allclose(event.target.trans, points.place_mm[near] - 30 * points.rotation[near][:, 2], atol=1e-3)
+    robot = load_robot("irb4600_60_205")
+    solved = joint_solution(robot, np.stack([flange_matrix(e) for e in events]), np.array([t.robconf for t in targets]))
+    assert not solved.failures
+    assert np.abs(np.diff(solved.q, axis=0)).max() < 0.5  # one configuration, no turns on the way
+    assert notes == [n for n in notes if "seam data" in n or "weld data" in n]
+
+
+def test_each_speed_has_its_weld_data() -> None:
+    rows = [f"{row},{speed}" for row, speed in zip(ROWS, (8, 8, 5.5, 8), strict=True)]
+    source, _ = module(*rows, head=f"{HEAD},speed_mm_s", weld="wdRoot:=[7,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]]")
+    assert b"wdRoot_1:=[5.5,0,[0,0,26," in source.data and b"wdRoot_2:=[8,0,[0,0,26," in source.data
+    speeds = [e.weld.speed for e in walk(read_program(source)) if e.weld is not None]
+    assert speeds == [8, 8, 5.5, 8]
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ({"tool": "9x:=[TRUE]"}, "SEA007"),
+        ({"tool": "tTorch:=TRUE"}, "SEA007"),
+        ({"wobj": "n" * 33 + ":=[1]"}, "SEA007"),
+        ({"wobj": "wobj0", "tool": None}, "SEA008"),
+    ],
+)
+def test_data_that_cannot_be_used(options: dict[str, str | None], code: str) -> None:
+    with pytest.raises(PostprocError) as caught:
+        module(*ROWS, **options)
+    assert caught.value.diagnostics[0].code == code
+
+
+def test_points_out_of_reach_are_named() -> None:
+    with pytest.raises(PostprocError) as caught:
+        module(*ROWS[:3], "9000,0,0,0,1,0,0,0,1")
+    messages = [d.message for d in caught.value.diagnostics]
+    assert messages[0] == "row 5: `irb4600_60_205` cannot reach it"
+
+
+def test_the_command_writes_a_compensated_module(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "points.csv").write_bytes(table(*ROWS).data)
+    arguments = ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Hull_12.mod", "--tool", TOOL, "--wobj", WOBJ]
+    assert run(build(), [*arguments, "--json"]) == 0
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    assert [s["status"] for s in document["statements"]] == ["compensated"] * 6
+    assert "by default, weld data" in said.err
+    text = (tmp_path / "Hull_12.mod").read_text()
+    assert text.startswith("MODULE Hull_12\n") and ": compensated for irb4600_60_205" in text
+    assert len(walk(read_program(Source("x.mod", text.encode())))) >= 6
+
+
+def test_the_command_writes_nothing_if_a_row_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "points.csv").write_bytes(table(*ROWS[:2], "bad,0,0,0,1,0,0,0,1").data)
+    assert run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Seam.mod"]) == 2
+    assert "SEA002" in capsys.readouterr().err
+    assert not (tmp_path / "Seam.mod").exists()
