@@ -1,0 +1,179 @@
+"""Tables are read as they are meant, and what is wrong with them is named by row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.diagnostics import PostprocError, Source
+from postproc.measure.alignment import align
+from postproc.measure.repeat import estimate_noise, iso9283
+from postproc.measure.table import read_measurements
+from postproc.robot.kinematics import forward
+from postproc.robot.library import load_robot
+from tests.measure.tables import TOOL, edited, points, poses, source, table
+
+ARM = load_robot("irb4600_60_205")
+ANGLES, PLACES = range(1, 7), range(7, 10)
+
+
+def codes(lines, **more):
+    try:
+        return [d.code for d in read_measurements(source(lines), ARM, **more).diagnostics]
+    except PostprocError as error:
+        return [d.code for d in error.diagnostics]
+
+
+def messages(lines):
+    try:
+        return " ".join(d.message for d in read_measurements(source(lines), ARM).diagnostics)
+    except PostprocError as error:
+        return str(error)
+
+
+def test_a_good_table_has_no_findings_and_si_units():
+    lines = table()
+    data = read_measurements(source(lines), ARM)
+    assert data.diagnostics == ()
+    cells = [float(c) for c in lines[3].split(",")[1:]]
+    np.testing.assert_allclose(np.degrees(data.state.q[2]), cells[:6], atol=1e-9)
+    np.testing.assert_allclose(data.position[2] * 1e3, cells[6:], atol=1e-9)
+    assert data.row[2] == 3 and data.line[2] == 4
+
+
+def test_frame_and_tool_are_found_without_a_guess():
+    q = poses(60, seed=3)
+    found = align(forward(ARM, np.radians(q)), points(q) * 1e-3)
+    np.testing.assert_allclose(found.tool, TOOL, atol=1e-9)
+    np.testing.assert_allclose(found.T_instrument_base[:3, 3], [1.5, -2.0, 0.3], atol=1e-9)
+    assert found.scale == pytest.approx(1.0, abs=1e-9) and not found.mirrored
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda t: edited(t, ANGLES, np.radians), "radians"),
+        (lambda t: edited(t, PLACES, lambda x: x / 1e3), "metres"),
+        (lambda t: edited(t, PLACES, lambda x: x / 25.4), "inches"),
+        (lambda t: [t[0].replace("x_mm,y_mm", "y_mm,x_mm"), *t[1:]], "`x_mm` and `y_mm` look swapped"),
+        (lambda t: [t[0].replace("q2_deg,q3_deg", "q3_deg,q2_deg"), *t[1:]], "`q2_deg` and `q3_deg` look swapped"),
+        (lambda t: edited(t, [5], lambda x: -x), "`q5_deg` looks negated"),
+    ],
+)
+def test_wrong_units_and_columns_are_recognised(change, says):
+    lines = change(table())
+    assert "DAT009" in codes(lines)
+    assert says in messages(lines)
+
+
+def test_a_typing_error_names_its_row_and_axis():
+    lines = table()
+    cells = lines[18].split(",")
+    cells[8] = f"{float(cells[8]) + 99:.4f}"
+    lines[18] = ",".join(cells)
+    data = read_measurements(source(lines), ARM)
+    (finding,) = data.diagnostics
+    assert finding.code == "DAT007" and "row 18" in finding.message and "`y_mm` alone is off by 99" in finding.message
+    assert finding.place == "cell.csv:19:1"
+    assert len(data) == 40
+
+
+def test_copies_rounding_gaps_and_words_are_named():
+    lines = table()
+    assert codes([*lines, lines[4]]) == ["DAT006"]
+    assert "DAT010" in codes([lines[0], *edited([lines[0], *lines[1:]], [], float)[1:]][:1] + _rounded(lines))
+    broken = [lines[0], lines[1].replace(lines[1].split(",")[7], "12x"), *lines[2:]]
+    assert codes(broken) == ["DAT003"]
+    assert codes([*lines[:5], "P9,1,2", *lines[5:]]) == ["DAT004"]
+    empty = lines[7].split(",")
+    empty[2] = ""
+    data = read_measurements(source([*lines[:7], ",".join(empty), *lines[8:]]), ARM)
+    assert [d.code for d in data.diagnostics] == ["DAT005"]
+    assert len(data) == 40 and not data.usable[6] and data.usable.sum() == 39
+
+
+def _rounded(lines):
+    return [",".join(f"{float(c):.1f}" if k in ANGLES else c for k, c in enumerate(x.split(","))) for x in lines[1:]]
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_are_found_out(separator):
+    lines = [line.replace(",", separator).replace(".", ",") for line in table()]
+    plain, other = read_measurements(source(table()), ARM), read_measurements(source(lines), ARM)
+    np.testing.assert_array_equal(plain.position, other.position)
+
+
+def test_a_column_map_reads_another_layout():
+    lines = edited(table(), [1], lambda x: 90 - x)
+    lines = edited(lines, PLACES, lambda x: x / 1e3)
+    lines[0] = lines[0].replace("q1_deg", "A1").replace("x_mm,y_mm,z_mm", "X,Y,Z")
+    layout = b"""
+        [columns]
+        q1_deg = { name = "A1", sign = -1, offset = 90 }
+        x_mm = { name = "X", unit = "m" }
+        y_mm = { name = "Y", unit = "m" }
+        z_mm = { name = "Z", unit = "m" }
+    """
+    data = read_measurements(source(lines), ARM, column_map=Source("map.toml", layout))
+    plain = read_measurements(source(table()), ARM)
+    np.testing.assert_allclose(data.state.q, plain.state.q, atol=1e-7)
+    np.testing.assert_allclose(data.position, plain.position, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "lines", [[""], ["pose_id,q1_deg"], ["1,2,3", "4,5,6"], ["pose_id,x_mm,y_mm,z_mm", "a,1,2,3"], table()[1:]]
+)
+def test_what_is_no_table_is_a_finding_not_a_traceback(lines):
+    assert set(codes(lines)) <= {"DAT001", "DAT002"} and codes(lines)
+
+
+def test_commanded_poses_become_joints():
+    q = np.radians(poses(20, seed=5))
+    T = forward(ARM, q)
+    from scipy.spatial.transform import Rotation
+
+    from postproc.robot.configuration import confdata
+
+    quaternion = Rotation.from_matrix(T[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+    conf = confdata(ARM, q)
+    header = "cmd_x_mm,cmd_y_mm,cmd_z_mm,cmd_qw,cmd_qx,cmd_qy,cmd_qz,cf1,cf4,cf6,cfx,x_mm,y_mm,z_mm"
+    rows = [
+        ",".join(map(str, [*T[i, :3, 3] * 1e3, *quaternion[i], *conf[i], *points(np.degrees(q[i : i + 1]))[0]]))
+        for i in range(20)
+    ]
+    data = read_measurements(source([header, *rows]), ARM)
+    np.testing.assert_allclose(data.state.q, q, atol=1e-8)
+
+
+def test_targets_come_from_the_program_that_was_run(samples):
+    module = Source("corner_arc.mod", (samples / "paper_case.mod").read_bytes())
+    from postproc.rapid.program import read_program
+    from postproc.rapid.walk import walk
+
+    named = [e.statement.argument("to") for e in walk(read_program(module)) if e.target is not None]
+    names = list(dict.fromkeys(a.text for a in named if a is not None and a.text.isidentifier()))
+    lines = ["target,x_mm,y_mm,z_mm", *(f"{n},1,2,{i}" for i, n in enumerate(names))]
+    data = read_measurements(source(lines), ARM, program=module)
+    assert data.tool_known and len(data) == len(names) and np.isfinite(data.state.q).all()
+    with pytest.raises(PostprocError) as caught:
+        read_measurements(source(["target,x_mm,y_mm,z_mm", "pNowhere,1,2,3"]), ARM, program=module)
+    assert caught.value.diagnostics[0].code == "DAT012"
+
+
+def test_noise_and_iso_figures_from_repeats():
+    g = np.random.default_rng(4)
+    lines = table(30, 0.0)
+    rows = []
+    for line in lines[1:]:
+        cells = line.split(",")
+        for _ in range(4):
+            shaken = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], g.normal(0, 0.05, 3), strict=True)]
+            rows.append(",".join([*cells[:7], *shaken]))
+    data = read_measurements(source([lines[0], *rows]), ARM)
+    noise = estimate_noise(data)
+    assert noise.origin == "repeats" and noise.dof == 30 * 3 * 3
+    assert noise.position == pytest.approx(5e-5, rel=0.15)
+    figures = iso9283(np.tile([1e-3, 0, 0], (4, 1)), np.zeros(4, dtype=int))
+    assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
+    spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
+    assert spread.accuracy_mean == pytest.approx(0.0) and spread.repeatability_max == pytest.approx(1.0)
