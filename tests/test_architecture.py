@@ -27,6 +27,7 @@ ROOMS = (
     "report",
     "batch",
     "cli",
+    "testing",
 )
 HEAVY = {"numpy", "scipy", "pinocchio", "toppra", "ruckig", "plotly", "pydantic", "jinja2", "tomlkit", "matplotlib"}
 MODULES = sorted(PACKAGE.rglob("*.py"))

@@ -51,7 +51,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
             continue
         beside = str(PurePosixPath(home).with_name(SHARED)).lower()
         shared = [f for h, names in groups.items() if h.lower() == beside and h != home for f in names]
-        tasks.append(_task(folder, home, members, shared, drive))
+        tasks.append(_task(home, members, shared, drive))
     loose, more = _loose(folder, rest)
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
@@ -111,7 +111,7 @@ def _drive(home: str, drives: dict[str, dict[str, Drive]]) -> Drive | None:
     return None
 
 
-def _task(folder: Path, name: str, files: list[str], shared: list[str], drive: Drive | None) -> Task:
+def _task(name: str, files: list[str], shared: list[str], drive: Drive | None) -> Task:
     robot = library_name(drive.type) if drive is not None and drive.type is not None else None
     findings = []
     if drive is not None and drive.moved_base:

@@ -18,6 +18,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
+from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.library import load_robot
 
@@ -60,6 +61,7 @@ def read_settings(settings: Settings, robot: str | None = None) -> Converter:
             model = replace(model, robot=load_robot(name), robot_name=name)
     code = [_read(path) for path in settings.effects]
     folder = settings.options.template_dir
+    environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
     sides = tuple(Source(str(path), _read(path)) for path in settings.side_files)
     stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)

@@ -8,6 +8,7 @@ from typing import Any
 from postproc.batch.values import Batch, Outcome
 
 HEAD = ("task", "result", "before mm", "after mm", "added", "left", "warnings")
+MOST_ROWS = 40
 
 
 def result_line(outcome: Outcome) -> str:
@@ -28,12 +29,22 @@ def finding_line(found: Mapping[str, Any]) -> str:
 
 
 def table_lines(batch: Batch) -> Iterator[str]:
-    """A row for each task: deviation before and after, targets added, statements left as they are."""
-    rows = [HEAD, *(_row(outcome) for outcome in batch.outcomes)]
+    """A row for each task: deviation before and after, targets added, statements left as they are.
+
+    Of many tasks those that matter most: failures first, then the largest remaining deviations.
+    """
+    shown = sorted(sorted(batch.outcomes, key=_rank)[:MOST_ROWS], key=lambda outcome: outcome.task.name)
+    rows = [HEAD, *map(_row, shown)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     for row in rows:
         cells = [cell.rjust(w) if i > 1 else cell.ljust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))]
         yield "  ".join(cells).rstrip()
+    if len(shown) < len(batch.outcomes):
+        yield f"and {len(batch.outcomes) - len(shown)} more; --json lists all"
+
+
+def _rank(outcome: Outcome) -> tuple[bool, float]:
+    return outcome.status != "failed", -outcome.figures.get("max_error_after_mm", 0.0)
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,7 +13,7 @@ from cyclopts.validators import Number
 from postproc.batch.values import Settings, Shard
 from postproc.cli.options import EffectFiles, ModelFile, Tolerance, VectorText, parse_vector
 from postproc.cli.progress import reporting
-from postproc.cli.report import print_json
+from postproc.cli.report import print_json, say
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -76,8 +77,14 @@ def run(
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
     plan = read_plan(folder_or_jobs, Settings(model, robot, effects, side_files, options), output)
-    with open_pool(workers, scheduler) as pool, reporting(sum(part.owns(t.name) for t, _ in plan.tasks)) as shown:
-        batch = run_batch(plan, output, pool, part, shown.outcome)
+    count = sum(part.owns(task.name) for task, _ in plan.tasks)
+    try:
+        with open_pool(workers, scheduler) as pool, reporting(count) as shown:
+            batch = run_batch(plan, output, pool, part, shown.outcome)
+    except KeyboardInterrupt:
+        say("stopped; the same command goes on from here")
+        # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
+        os._exit(1)
     shown.summary(batch)
     if json:
         print_json(batch.as_json(part))

@@ -42,7 +42,10 @@ def write(root: Path, files: dict[str, str | bytes]) -> Path:
 
 def programs(root: Path, count: int) -> Path:
     """A folder with programs that differ."""
-    return write(root, {f"line{i % 3}/Seam{i}.mod": program(f"Seam{i}", 1150 + 7 * i) for i in range(count)})
+    return write(
+        root,
+        {f"line{i % 3}/Seam{i}.mod": program(f"Seam{i}", 1150 + 7 * (i % 50) + i // 50 / 10) for i in range(count)},
+    )
 
 
 def convert(

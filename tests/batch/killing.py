@@ -24,22 +24,24 @@ def children(pid: int) -> list[int]:
     return [int(child) for child in path.read_text().split()] if path.exists() else []
 
 
-def kill_when(run: subprocess.Popen[bytes], ripe: Callable[[], bool], limit: float = 120.0) -> list[int]:
+def kill_when(
+    run: subprocess.Popen[bytes], ripe: Callable[[], bool], limit: float = 120.0, by: signal.Signals = signal.SIGKILL
+) -> list[int]:
     """Kill a run when it is ripe; the processes that it leaves behind."""
     end = time.monotonic() + limit
     while not ripe() and run.poll() is None:
         assert time.monotonic() < end, "the run makes no progress"
         time.sleep(0.002)
     left = children(run.pid)
-    run.send_signal(signal.SIGKILL)
-    run.communicate()
+    run.send_signal(by)
+    run.communicate(timeout=limit)
     return left
 
 
 def finish(run: subprocess.Popen[bytes]) -> str:
     """Let a run finish; what it said."""
     _, said = run.communicate(timeout=600)
-    assert run.returncode == 0, said.decode()
+    assert run.returncode == 0, said.decode()[-2000:]
     return said.decode()
 
 

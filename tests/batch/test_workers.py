@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,23 @@ from postproc.batch.values import Shard
 from postproc.batch.work import THREADS, prepare_worker
 from postproc.diagnostics import PostprocError
 
-from .folders import ROUGH, codes, convert, programs, statuses, tree
+from .folders import ROUGH, codes, convert, programs, statuses, tree, write
+
+EFFECT = """
+import numpy as np
+from postproc.effects.base import Effect, param
+
+
+class Sag(Effect, reads=("q",)):
+    \"\"\"Joint 2 sags by an angle.\"\"\"
+
+    offset_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
+
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, 1] = self.offset_rad
+        return dq
+"""
 
 
 class Deadly(ProcessPoolExecutor):
@@ -80,6 +97,19 @@ def test_a_task_that_kills_its_workers_is_named_and_the_others_are_done(tmp_path
     assert [name for name, status in statuses(batch).items() if status == "failed"] == ["line1/Seam1.mod"]
     again, _ = convert(source, tmp_path / "out")
     assert not again.failed and sum(o.cached for o in again.outcomes) == 2
+
+
+def test_effects_of_the_user_reach_the_workers(tmp_path: Path) -> None:
+    model = 'robot = "irb4600_60_205"\n[effects.sag]\noffset_rad = 2e-4\n'
+    files = write(tmp_path, {"sag.py": EFFECT, "model.toml": model})
+    settings = replace(ROUGH, model=files / "model.toml", effects=(files / "sag.py",))
+    source = programs(tmp_path / "in", 1)
+    batch, _ = convert(source, tmp_path / "out", settings, local_pool(1))
+    assert not batch.failed, batch.outcomes
+    assert "! model: sag" in (tmp_path / "out/line0/Seam0.mod").read_text()
+    (files / "sag.py").write_text(EFFECT.replace("sags by", "hangs by"))
+    again, _ = convert(source, tmp_path / "out", settings, local_pool(1))
+    assert not any(o.cached for o in again.outcomes), "its code counts"
 
 
 def test_many_tasks_wait_without_being_read(tmp_path: Path) -> None:
