@@ -57,6 +57,13 @@ VARIANTS = {
     "CRLF, no final newline": lambda s: s.rstrip("\n").replace("\n", "\r\n"),
     "mixed line ends": lambda s: s.replace("PROC main()\n", "PROC main()\r\n").replace("tT;\n", "tT;\r\n", 1),
     "text behind the module": lambda s: s + "\n\n",
+    "a byte order mark": lambda s: "\xef\xbb\xbf" + s,
+    "tabs": lambda s: s.replace("    ", "\t"),
+    "upper case": lambda s: s.upper(),
+    "attributes below a comment": lambda s: s.replace("MODULE M\n", "MODULE M ! bulkhead\n  (SYSMODULE)\n"),
+    "the name on the next line": lambda s: s.replace("MODULE M\n", "MODULE\n  M\n"),
+    "another module in a comment": lambda s: "! MODULE X\n" + s,
+    "the end in a string": lambda s: s.replace("PROC main()\n", 'PROC main()\n    TPWrite "ENDMODULE";\n'),
     "blank line below": lambda s: s.replace("MODULE M\n", "MODULE M\n\n"),
 }
 
