@@ -75,7 +75,7 @@ def test_the_header_is_added_and_nothing_else(name: str) -> None:
     assert after is not None
     assert same_but_numbers(before, without_header(after))
     above = after[: after.index(b"! postproc")]
-    assert re.search(rb"(?im)^module\s+m\b", above) and b"PERS" not in above
+    assert re.search(rb"(?im)(^|\xbf)module\s+m\b", above) and b"PERS" not in above
     program = read_program([Source("m.mod", after)])
     assert [m.name.lower() for m in program.modules] == ["m"] and not program.diagnostics
 
