@@ -24,23 +24,17 @@ def perpendicular(vectors: Array, direction: Array) -> Array:
     return across
 
 
-def chord_deviation(u: Array, shift: Array, direction: Array, a: int, b: int) -> float:
-    """Largest distance [m] between the exact correction and its chord from sample a to sample b.
+def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
+    """Largest weighted distance [m] between the exact correction and its chord from sample a to sample b.
 
     Args:
-        u: (k,) increasing fractions along the move.
-        shift: (k, 3) exact correction of the TCP position [m].
-        direction: (3,) unit direction of the move.
+        u: (k,) increasing fractions along the move; across: (k, 3) exact correction across the path [m].
+        weight: (k,) how much a distance counts.
     """
-    return _chord_gap(u, perpendicular(shift, direction), a, b)
-
-
-def _chord_gap(u: Array, across: Array, a: int, b: int) -> float:
-    """The same for a correction (k, 3) across the path."""
     if b - a < 2:
         return 0.0
     w = ((u[a + 1 : b] - u[a]) / (u[b] - u[a]))[:, None]
-    gap = across[a] + (across[b] - across[a]) * w - across[a + 1 : b]
+    gap = (across[a] + (across[b] - across[a]) * w - across[a + 1 : b]) * weight[a + 1 : b, None]
     return math.sqrt(float(np.einsum("ij,ij->i", gap, gap).max()))
 
 
@@ -56,52 +50,54 @@ def _farthest(deviation: Callable[[int, int], float], a: int, last: int, toleran
     return low
 
 
-def _greedy(deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float) -> list[int] | None:
-    """Fewest interior vertices among the allowed samples, or None where even neighbours are too far apart."""
+def _greedy(
+    deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
+) -> tuple[list[int], bool]:
+    """Fewest interior vertices among the allowed samples; False where neighbours stand too far apart."""
+    places = np.flatnonzero(allowed[:last])
+    places = places[places > 0]
     vertices: list[int] = []
-    a = 0
+    a, reached = 0, True
     while deviation(a, last) > tolerance:
         reach = _farthest(deviation, a, last, tolerance)
-        candidates = np.flatnonzero(allowed[a + 1 : reach + 1])
-        if len(candidates) == 0:
-            return None
-        a = a + 1 + int(candidates[-1])
+        k = int(np.searchsorted(places, reach, side="right")) - 1
+        if k < 0 or places[k] <= a:
+            # No target may stand as near as it should: the next one that may.
+            reached, k = False, k + 1
+            if k >= len(places):
+                break
+        a = int(places[k])
         vertices.append(a)
-    return vertices
+    return vertices, reached
 
 
 def place_vertices(
-    u: Array, shift: Array, direction: Array, allowed: Array, tolerance: float
+    u: Array, shift: Array, direction: Array, allowed: Flags, tolerance: float, weight: Array | None = None
 ) -> tuple[list[int], bool]:
     """Choose the fewest samples at which a line gets an added target, evenly used.
 
     Args:
         u: (k,) fractions along the move, shift: (k, 3) exact correction [m], direction: (3,) unit direction.
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
-        tolerance: largest chord deviation [m].
+        tolerance: largest chord deviation [m]; weight: (k,) how much a deviation counts, 1 where nothing is said.
 
     Returns:
         Indices of the added targets, and whether the tolerance is met everywhere.
     """
     last = len(u) - 1
     across = perpendicular(shift, direction)
+    counts = np.ones(len(u)) if weight is None else weight
 
     def deviation(a: int, b: int) -> float:
-        return _chord_gap(u, across, a, b)
+        return chord_gaps(u, across, counts, a, b)
 
-    best = _greedy(deviation, allowed, last, tolerance)
-    reached = best is not None
-    if best is None:
-        # Zones leave too little room: the fewest targets that come as close as all of them would.
-        edges = [0, *(np.flatnonzero(allowed[1:last]) + 1), last]
-        tolerance = max(deviation(int(a), int(b)) for a, b in pairwise(edges)) * (1 + 1e-9)
-        best = _greedy(deviation, allowed, last, tolerance) or []
+    best, reached = _greedy(deviation, allowed, last, tolerance)
     # The same number of targets with the smallest largest deviation: spreads them along the move.
     low, high = 0.0, tolerance
-    for _ in range(_ROUNDS if best else 0):
+    for _ in range(_ROUNDS if best and reached else 0):
         middle = 0.5 * (low + high)
-        tighter = _greedy(deviation, allowed, last, middle)
-        if tighter is not None and len(tighter) <= len(best):
+        tighter, also = _greedy(deviation, allowed, last, middle)
+        if also and len(tighter) <= len(best):
             best, high = tighter, middle
         else:
             low = middle

@@ -23,7 +23,7 @@ from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.samples import Samples, sample_moves
 from postproc.compensate.sharing import Users
-from postproc.compensate.states import SWIFT, along, build_state
+from postproc.compensate.states import SWIFT, along, build_state, steady
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
@@ -123,7 +123,9 @@ def plan_changes(
         zone_name: name of a small fly-by zone that means what it says where the event's statement stands.
     """
     samples, moves = motion.samples, motion.moves
-    t = along(motion.trajectory, motion.trajectory.t, samples.move + samples.u)
+    place = samples.move + samples.u
+    t = along(motion.trajectory, motion.trajectory.t, place)
+    settled = steady(motion.trajectory, options, place)
     exact = invert_model(model, samples, motion.state)
     indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
@@ -131,7 +133,7 @@ def plan_changes(
         written = place_targets(model, samples, exact, left)
         curve, transitions = commanded_curve(model, samples, written, t)
         divisible = [i not in indivisible and i not in left for i in range(len(moves))]
-        pieces = divide_moves(samples, curve, options.tolerance_m, divisible)
+        pieces = divide_moves(samples, curve, options.tolerance_m, divisible, settled)
         values = _Values(model.robot, motion, events, written, curve)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces)
         decisions = decide_changes(events, wishes, users)

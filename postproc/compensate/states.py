@@ -47,16 +47,26 @@ def build_state(
 
 
 def settled_acceleration(trajectory: Trajectory) -> Array:
-    """Sustained accelerations (k, 6), carried across fast corners from their ends [rad/s^2].
+    """Joint accelerations (k, 6) that a correction follows [rad/s^2].
 
-    The target of a corner is not passed: a correction for the load of inertia in the corner would bend the lines on
-    both sides of it instead.
+    At constant speed all of it: it comes from the shape of the path and lasts. Where the speed changes, what lasts
+    longer than the first natural period. Fast corners are bridged from their ends: their target is not passed, and a
+    correction for the load in the corner would bend the lines on both sides of it instead.
     """
-    kept = ~_fast_corner(trajectory)
-    if kept.all() or not kept.any():
-        return trajectory.a_sustained
-    rows = np.arange(len(kept))
-    return np.stack([np.interp(rows, rows[kept], column[kept]) for column in trajectory.a_sustained.T], axis=1)
+    corner = _fast_corner(trajectory)
+    a = np.where((_restless(trajectory) | trajectory.path.blend)[:, None], trajectory.a_sustained, trajectory.a)
+    if corner.all() or not corner.any():
+        return a
+    rows = np.arange(len(corner))
+    return np.stack([np.interp(rows, rows[~corner], column[~corner]) for column in a.T], axis=1)
+
+
+def _restless(trajectory: Trajectory) -> Flags:
+    """(k,) whether the TCP's speed changes."""
+    speed = trajectory.tcp_speed
+    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
+    changing: Flags = np.maximum(change[:-1], change[1:]) > STEADY * speed
+    return changing
 
 
 def _fast_corner(trajectory: Trajectory) -> Flags:
@@ -85,11 +95,8 @@ def steady(trajectory: Trajectory, options: Options, place: Array) -> Flags:
     """
     if not options.inertia:
         return np.ones(len(place), dtype=bool)
-    speed = trajectory.tcp_speed
-    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
-    restless = np.maximum(change[:-1], change[1:]) > STEADY * speed
-    restless |= _fast_corner(trajectory)
-    return along(trajectory, restless.astype(float), place) <= 0.0
+    moving = _restless(trajectory) | _fast_corner(trajectory)
+    return along(trajectory, moving.astype(float), place) <= 0.0
 
 
 def approach_side(samples: Samples) -> Array:

@@ -13,6 +13,7 @@ from postproc.compensate.samples import Samples
 from postproc.motion.values import Flags
 
 SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
+TRANSIENT = 0.1  # weight of deviations while the speed changes: not worth a target each
 SHORTEST_PIECE = 0.002  # [m] of a split arc (MoveC refuses 0.1 mm)
 SMALLEST_PIECE = np.radians(6.0)  # of a split arc: its circle point is then seen 1.5 deg from the goal (MoveC: 1 deg)
 
@@ -33,17 +34,21 @@ class Pieces:
     reached: bool
 
 
-def divide_moves(samples: Samples, T_commanded: Array, tolerance: float, divisible: Sequence[bool]) -> list[Pieces]:
+def divide_moves(
+    samples: Samples, T_commanded: Array, tolerance: float, divisible: Sequence[bool], settled: Flags
+) -> list[Pieces]:
     """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
         tolerance: [m]; divisible: (m,) whether statements may be added before the move's statement.
+        settled: (n,) where the load of inertia does not change.
     """
     shift = T_commanded[:, :3, 3] - samples.T_base_tcp[:, :3, 3]
     curves = samples.curves
     length = curves.length
-    worst = _chord_deviations(samples, shift)
+    weight = np.where(settled, 1.0, TRANSIENT)
+    worst = _chord_deviations(samples, shift, weight)
     limit = SHARE * tolerance
     result = []
     for i in np.flatnonzero(samples.goal > samples.start):
@@ -61,20 +66,20 @@ def divide_moves(samples: Samples, T_commanded: Array, tolerance: float, divisib
             direction = curves.chord[i] / max(length[i], 1e-12)
             u = samples.u[rows]
             allowed = _outside_zones(samples, int(i), u)
-            vertices, reached = place_vertices(u, shift[rows], direction, allowed, limit)
+            vertices, reached = place_vertices(u, shift[rows], direction, allowed, limit, weight[rows])
             result.append(Pieces(int(i), tuple(begin + v for v in vertices), (), reached))
     return result
 
 
-def _chord_deviations(samples: Samples, shift: Array) -> Array:
-    """(m,) largest distance of every move's correction from the chord between its own targets [m]."""
+def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
+    """(m,) largest weighted distance of every move's correction from the chord between its own targets [m]."""
     i, u = samples.move, samples.u[:, None]
     first, last = shift[samples.start[i]], shift[samples.goal[i]]
     gap = first + (last - first) * u - shift
     direction = samples.curves.chord / np.maximum(samples.curves.length, 1e-12)[:, None]
     gap -= np.sum(gap * direction[i], axis=1, keepdims=True) * direction[i]
     result = np.zeros(len(samples.moves))
-    np.maximum.at(result, i, np.linalg.norm(gap, axis=1))
+    np.maximum.at(result, i, weight * np.linalg.norm(gap, axis=1))
     return result
 
 

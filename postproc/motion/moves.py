@@ -10,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
+from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData
@@ -36,7 +37,8 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
     An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
 
     Returns:
-        The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed.
+        The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
+        MOT007 stationary tool, MOT008 moving external axes.
         Moves with a finding of severity ``error`` are left out, and the chain breaks there.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
@@ -48,7 +50,8 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
             held[key] = _on_flange(*key)
         loads.append(held[key])
     q, T_base_tcp, failures = _solve(robot, events, known, loads)
-    findings = [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
+    findings = refuse_events(events)
+    findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
     bad = {failure.index for failure in failures}
 
     moves: list[Move] = []

@@ -8,40 +8,48 @@ The morphological opening in time with a flat window of length T1 removes such b
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+
 import numpy as np
 from scipy.ndimage import grey_opening
 
 from postproc.arrays import Array
 
-_STEPS = 12  # time steps per natural period
+_STEPS = 8  # time steps per natural period
+_BLOCK = 4096  # time steps taken together
 _LEVELS = np.log(1.1)  # periods within 10 % share a window
 
 
-def sustained(t: Array, a: Array, period: Array) -> Array:
-    """Part of the accelerations that lasts at least one natural period.
+def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array, period: Array) -> Array:
+    """Part of the joint accelerations that lasts at least one natural period, at times t.
 
     Args:
-        t: (k,) evenly spaced times [s]; a: (k, 6) joint accelerations [rad/s^2], at rest before and after.
-        period: (k,) first natural period T1 [s].
+        acceleration: (k, 6) [rad/s^2] at times (k,) [s] in [0, duration]; at rest before and after.
+        t: (n,) ascending [s]; period: (n,) first natural period T1 [s].
 
     Returns:
-        (k, 6) between 0 and a.
+        (n, 6) between 0 and the acceleration.
     """
-    result = np.zeros_like(a)
-    if len(t) < 2:
-        return result
-    dt = (t[-1] - t[0]) / (len(t) - 1)
-    level = np.round(np.log(period) / _LEVELS).astype(int)
-    rise, fall = np.maximum(a, 0.0), np.maximum(-a, 0.0)
-    for n in np.unique(level):
-        rows = level == n
-        size = (max(1, int(np.ceil(np.exp(n * _LEVELS) / dt))), 1)
-        opened = [grey_opening(part, size=size, mode="constant", cval=0.0)[rows] for part in (rise, fall)]
-        result[rows] = opened[0] - opened[1]
+    result = np.zeros((len(t), 6))
+    step = float(period.min()) / _STEPS
+    # A long program is taken in pieces: its memory does not grow with its time.
+    cuts = np.searchsorted(t, np.arange(0.0, duration, _BLOCK * step))
+    for first, end in pairwise([*cuts, len(t)]):
+        if first == end:
+            continue
+        rows = np.arange(first, end)
+        reach = float(period[rows].max()) + step
+        count = int(np.ceil((t[rows[-1]] - t[rows[0]] + 2 * reach) / step)) + 1
+        even = t[rows[0]] - reach + step * np.arange(count)
+        inside = (even >= 0.0) & (even <= duration)
+        a = np.zeros((count, 6))
+        a[inside] = acceleration(even[inside])
+        level = np.round(np.log(period[rows]) / _LEVELS).astype(int)
+        for n in np.unique(level):
+            size = (max(1, int(np.ceil(np.exp(n * _LEVELS) / step))), 1)
+            opened = [grey_opening(part, size=size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
+            chosen = rows[level == n]
+            for j in range(6):
+                result[chosen, j] = np.interp(t[chosen], even, opened[0][:, j] - opened[1][:, j])
     return result
-
-
-def time_steps(duration: float, period: Array) -> Array:
-    """Evenly spaced times [s] over a motion, fine enough for its shortest natural period."""
-    steps = int(np.ceil(duration * _STEPS / float(period.min()))) if duration > 0 else 0
-    return np.linspace(0.0, duration, steps + 1)

@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.inertia import inertial_torque, point_velocity
 from postproc.motion.spline import cut_runs
-from postproc.motion.sustained import sustained, time_steps
+from postproc.motion.sustained import sustained
 from postproc.motion.timelaw import times_at
 from postproc.motion.timing import Profile, joint_motion, limited_law
 from postproc.motion.values import Path, Trajectory
@@ -62,11 +62,7 @@ def retime(
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = np.zeros_like(a)
     if runs.count:
-        even = time_steps(float(start[-1]), T1)
-        parts = np.split(even, range(_BLOCK, len(even), _BLOCK))
-        a_even = np.concatenate([joint_motion(runs, law, *profile.at(part)).a for part in parts])
-        kept = sustained(even, a_even, np.interp(even, t, T1))
-        at = np.column_stack([np.interp(t, even, column) for column in kept.T])
+        at = sustained(lambda x: joint_motion(runs, law, *profile.at(x)).a, float(start[-1]), t, T1)
         a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
     tcp_speed = np.linalg.norm(point_velocity(robot, body_poses(robot, path.q), v, path.T_base_tcp[:, :3, 3]), axis=1)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from postproc.compensate.placement import chord_deviation, circle_deviation, place_arcs, place_vertices
+from postproc.compensate.placement import chord_gaps, circle_deviation, perpendicular, place_arcs, place_vertices
 
 X = np.array([1.0, 0.0, 0.0])
 
@@ -18,6 +18,10 @@ def parabola(height: float, samples: int = 1001) -> tuple[np.ndarray, np.ndarray
     shift = np.zeros((samples, 3))
     shift[:, 1] = 4 * height * u * (1 - u)
     return u, shift
+
+
+def chord_deviation(u: np.ndarray, shift: np.ndarray, direction: np.ndarray, a: int, b: int) -> float:
+    return chord_gaps(u, perpendicular(shift, direction), np.ones(len(u)), a, b)
 
 
 def test_chord_of_a_parabola() -> None:
