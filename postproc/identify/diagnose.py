@@ -35,7 +35,7 @@ from postproc.model.arm import Model
 Verdict = Literal["complete", "missing", "unknown"]
 MOST = 6
 """Effects that are added one after another at most."""
-ENOUGH = 5000
+ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
 HIDDEN = ("outlier",)
 """Effects that are findings about rows, not candidates."""
@@ -170,35 +170,53 @@ def ranking(search: _Search) -> list[Candidate]:
     found.sort(key=lambda c: -c.evidence)
     best = found[0].evidence if found else 0.0
     for i, candidate in enumerate(found):
-        forming = candidate.free & ~candidate.effect.amplitudes()
-        if forming.any() and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
-            after = refit(search.fit, screen, linear, candidate)
-            if after is not None:
-                found[i] = judged(search.fit, after, candidate)
+        if candidate.starts and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
+            fitted = [(s, f) for s in candidate.starts if (f := refit(search.fit, screen, linear, s)) is not None]
+            if fitted:
+                found[i] = max((judged(search.fit, f, s) for s, f in fitted), key=lambda c: c.evidence)
     return sorted(found, key=lambda c: -c.evidence)
 
 
 def _forward(search: _Search, first: list[Candidate]) -> list[Missing]:
+    """Effects of the library one after another; patterns without a name where they explain the data better than that.
+
+    Where a pattern beat a named effect on the way, the search is run once more with the pattern taken, and the whole that is
+    worth more is kept: early on, a pattern may only look better because other effects are still missing.
+    """
+    named = replace(search, outside=[])
+    missing, worth, contested = _select(named, first, False)
+    if contested:
+        free = replace(search, outside=[])
+        other, value, _ = _select(free, first, True)
+        if value > worth:
+            named, missing = free, other
+    search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
+    return missing
+
+
+def _select(search: _Search, first: list[Candidate], rivals: bool) -> tuple[list[Missing], float, bool]:
     missing: list[Missing] = []
-    ranked = first
+    ranked, worth, contested = first, 0.0, False
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
         suspects = find_suspects(search.fit.problem, search.linear(), search.patterns)
         outside = suspects[0] if suspects and _clear(suspects[0], search.linear()) else None
-        if outside is not None and (best is None or outside.evidence > best.evidence):
-            if len(search.outside) >= 3:
-                break
-            search.outside.append(outside)
-        elif best is not None:
+        beaten = best is not None and outside is not None and outside.evidence > best.evidence
+        contested |= beaten
+        if best is not None and not (beaten and rivals):
             taken = _take(search, best, ranked)
             if taken is None:
                 search.classes = {k: c for k, c in search.classes.items() if k != best.key}
             else:
                 missing = [m for m in missing if m.candidate.key != best.key] + [taken]
+                worth += best.evidence
+        elif outside is not None and len(search.outside) < 3:
+            search.outside = [*search.outside, outside]
+            worth += outside.evidence
         else:
             break
         ranked = ranking(search)
-    return missing
+    return missing, worth, contested
 
 
 def _take(search: _Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:

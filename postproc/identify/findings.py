@@ -18,7 +18,9 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     found = []
     size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
     for i in fit.set_aside:
-        message = f"row {_row(fit, i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
+        message = (
+            f"row {_row(fit, i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
+        )
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         found.append(Diagnostic("DAT013", "warning", message, fit.data.source, _span(fit, i), help_))
     used = fit.problem.weights.used

@@ -388,6 +388,9 @@ def _solve(
     anchor = _anchor(problem, parameters, soft)
     x = _values(problem, parameters)
     low, high = _bounds(problem, parameters)
+    reach = _reach(problem, parameters)
+    bounded = (low, high)
+    low, high = np.maximum(low, x - reach), np.minimum(high, x + reach)
     length = np.sqrt(np.sum(columns**2, axis=0) + anchor**2)
     length = np.where(length > 0, length, 1.0)
     tied = np.flatnonzero(anchor)
@@ -409,7 +412,19 @@ def _solve(
             break
         step[outside] = np.clip(x + step, low, high)[outside] - x[outside]
         free &= ~outside
-    return step, {p for p, at_large in zip(parameters, free, strict=True) if not at_large}
+    stopped = ~free & ((x + step <= bounded[0]) | (x + step >= bounded[1]))
+    return step, {p for p, held in zip(parameters, stopped, strict=True) if held}
+
+
+def _reach(problem: Problem, parameters: list[tuple[str, int]]) -> Array:
+    """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
+    found = []
+    for key, i in parameters:
+        effect = problem.model.effect(key)
+        assert effect is not None
+        size = max(abs(float(effect.vector()[i])), float(effect.scale()[i]))
+        found.append(np.inf if effect.amplitudes()[i] else 0.5 * size)
+    return np.array(found)
 
 
 def _bounds(problem: Problem, parameters: list[tuple[str, int]]) -> tuple[Array, Array]:

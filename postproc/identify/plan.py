@@ -78,6 +78,11 @@ class Plan:
         n = len(self.state)
         if self.between is not None:
             a, b = self.between
+            if self.after < 3.0:
+                return (
+                    f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only {self.after:.1f} standard "
+                    f"deviations: standing still, on positions, they do nearly the same. `postproc effects show {a}` says what tells them apart."
+                )
             return (
                 f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard deviations "
                 f"(now {self.before:.1f}); five or more tell them apart. Approach every joint from the stated side and wait a second."

@@ -24,6 +24,8 @@ CLOSE = 8.0
 """Forms whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
 UNLIKELY = {"bearing_tilt": 4.0, "session": 4.0, "link_geometry": 4.0}
 """Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
+STARTS = 3
+"""Forms from which a full fit is tried where an effect has parameters that form it."""
 DEEPEST = 8
 """Terms of one effect that are searched one after another."""
 
@@ -37,6 +39,7 @@ class Candidate:
         evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of the number of
             forms tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was tried.
+        starts: itself and its next best forms, where parameters that form the effect must be found by full fits.
     """
 
     key: str
@@ -49,6 +52,7 @@ class Candidate:
     searched: float
     visible: float
     p_value: float
+    starts: tuple[Candidate, ...] = ()
 
 
 @dataclass
@@ -99,7 +103,22 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     if not found:
         form = forms[best]
         return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, len(forms), visible, 1.0)
-    return replace(max(found, key=lambda c: c.evidence), visible=visible)
+    chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
+    if not (chosen.free & ~chosen.effect.amplitudes()).any():
+        return chosen
+    order = sorted(range(len(forms)), key=lambda i: -measured[i].evidence)[:STARTS]
+    others = [_alone(linear, forms[i], measured[i], len(forms)) for i in order if forms[i].effect is not chosen.effect]
+    return replace(chosen, starts=(chosen, *others))
+
+
+def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
+    searched = 2 * float(np.log(forms))
+    before = float(linear.rest @ linear.rest)
+    p = f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count)
+    worth = gain_.evidence - searched - UNLIKELY.get(form.key, 0.0)
+    return Candidate(
+        form.key, form.effect, form.refit, form.label, worth, gain_.fall, gain_.count, searched, gain_.visible, p
+    )
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -> Candidate:

@@ -79,7 +79,7 @@ class Measurements:
         parts = [np.round(self.state.q, 9)]
         for channel in (self.state.approach, self.state.payload_mass, self.state.v):
             if channel is not None:
-                parts.append(np.round(channel.reshape(len(self), -1), 9))
+                parts.append(np.round(channel.reshape(len(self), -1 if len(self) else 1), 9))
         stacked = np.nan_to_num(np.hstack(parts), nan=-1e9)
         labels = self.pose_id or tuple(str(i) for i in range(len(self)))
         sessions = np.zeros(len(self)) if self.state.session is None else self.state.session

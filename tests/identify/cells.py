@@ -1,0 +1,51 @@
+"""Cells of the independent arm, read as a user's table and fitted with the usual base."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from postproc.diagnostics import Source
+from postproc.effects.registry import effect_library
+from postproc.identify.fit import Fit, fit_model
+from postproc.measure.measurements import Measurements
+from postproc.measure.table import read_measurements
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.robot.library import load_robot
+from tests.independent.hidden_effects import Plan, make_set
+
+BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+
+
+def cell(
+    *kinds, seed: int, noise: float = 0.03, poses: int = 120, robot: str = "irb4600_60_205", outliers: int = 0
+) -> tuple[Measurements, Measurements]:
+    """Measured rows, and other poses with their true places, of a cell with hidden effects."""
+    return _cell(tuple(kinds), seed, noise, poses, robot, outliers)
+
+
+@cache
+def _cell(kinds, seed, noise, poses, robot, outliers):
+    arm = load_robot(robot)
+    with TemporaryDirectory() as folder:
+        make_set(Path(folder), seed, Plan(list(kinds), robot, outliers), noise, poses)
+        read = [
+            read_measurements(Source(name, (Path(folder) / name).read_bytes()), arm)
+            for name in ("fit.csv", "validate_true.csv")
+        ]
+    return tuple(read)
+
+
+def base_fit(data: Measurements, robot: str = "irb4600_60_205", more: tuple[str, ...] = ()) -> Fit:
+    library = effect_library()
+    arm = load_robot(robot)
+    return fit_model(Model(arm, robot_name=robot), data, [library[key].null() for key in (*BASE, *more)])
+
+
+def true_error(fit: Fit, true: Measurements) -> float:
+    """Root mean square error per axis [m] at poses that were not measured."""
+    return float(np.sqrt(np.mean((predict(fit.model, true.state)[:, :3, 3] - true.position) ** 2)))

@@ -1,0 +1,151 @@
+"""Verdicts on cells with hidden effects, and the loop that follows them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from postproc.effects.base import Effect, param
+from postproc.identify.add import add_effects
+from postproc.identify.compare import compare
+from postproc.identify.diagnose import diagnose
+from postproc.identify.plan import plan_poses
+from postproc.identify.predict import predict_rows
+from tests.identify.cells import base_fit, cell, true_error
+from tests.independent import library_effects as kinds
+from tests.independent import unknown_effects as strange
+
+NOISE = 3e-5
+
+
+@pytest.mark.parametrize("seed", [101, 102, 103, 104])
+def test_clean_cells_are_complete(seed):
+    data, _ = cell(seed=seed)
+    found = diagnose(base_fit(data).model, data)
+    assert (found.verdict, found.missing, found.suspects) == ("complete", (), ())
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [kinds.backlash, kinds.transmission_error, kinds.thermal_growth, kinds.servo_lag, kinds.gravity_compensator],
+    ids=lambda k: k.__name__,
+)
+def test_one_missing_effect_is_named_alone_and_the_error_falls_to_the_floor(kind):
+    data, true = cell(kind, seed=211)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "missing"
+    assert [m.candidate.key for m in found.missing] == [kind.__name__]
+    assert found.missing[0].candidate.p_value < 1e-6
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+def test_two_missing_effects_are_both_named():
+    data, true = cell(kinds.backlash, kinds.arm_load, seed=222, poses=150)
+    found = diagnose(base_fit(data).model, data)
+    assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+class Bolt(Effect, reads=("q",)):
+    """Joint j jumps beyond an angle."""
+
+    size_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
+    edge_rad: float = param(unit="rad", low=-3.0, high=3.0, typical=1.0, null=0.3, amplitude=False)
+
+    joint = 1
+
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, self.joint] = self.size_rad * (state.q[:, self.joint] > self.edge_rad)
+        return dq
+
+
+def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
+    for seed in (231, 232):
+        data, _ = cell(strange.angle_step, seed=seed)
+        found = diagnose(base_fit(data).model, data)
+        assert found.verdict == "unknown"
+        suspect = found.suspects[0]
+        assert suspect.where == f"joint {suspect.channel[1]}" and suspect.pattern.startswith("step near")
+
+
+def test_shuffled_channels_win_nothing():
+    data, _ = cell(kinds.frame_drift, seed=241)
+    order = np.random.default_rng(1).permutation(len(data))
+    state = data.state
+    shuffled = state.with_(
+        time=state.time[order], temperature=state.temperature[order], approach=state.approach[order]
+    )
+    from dataclasses import replace
+
+    found = diagnose(base_fit(data).model, replace(data, state=shuffled, pose_id=()))
+    assert not {"frame_drift", "backlash", "thermal_growth", "thermal_joint_drift"} & {
+        m.candidate.key for m in found.missing
+    }
+
+
+def test_json_keeps_its_contract_and_text_speaks_first():
+    data, _ = cell(kinds.backlash, seed=211)
+    found = diagnose(base_fit(data).model, data)
+    j = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    assert j["schema"] == "postproc/diagnose/1"
+    keys = {"verdict", "noise_mm", "rms_mm", "held_out_rms_mm", "missing", "candidates", "suspects", "floor_mm", "bound_mm"}
+    assert keys | {"blind_to", "diagnostics"} <= set(j)
+    assert {"effect", "held_out_rms_mm_after", "p_value", "not_separable_from", "parameters"} <= set(j["missing"][0])
+    assert {"effect", "rms_mm_after", "p_value", "testable", "why_not"} <= set(j["candidates"][0])
+    assert len(j["missing"][0]["parameters"]["half_gap_rad"]) == 6
+    assert {"effect": "servo_lag", "why": "no joint speed channel"} in j["blind_to"]
+    assert found.text().startswith("The model lacks `backlash`. With it, the error on rows the fit has not seen falls from")
+
+
+def test_adding_prints_the_ladder_down_to_the_floor():
+    data, true = cell(kinds.backlash, kinds.arm_load, seed=222, poses=150)
+    added = add_effects(base_fit(data).model, data, ["backlash", "arm_load"])
+    steps = [s.fit.held_out_rms for s in added.ladder]
+    assert steps[0] > steps[1] > steps[2] and added.ladder[-1].share > 0.9
+    assert true_error(added.fit, true) < 0.6 * NOISE
+    j = json.loads(json.dumps(added.as_json(), allow_nan=False))
+    assert j["schema"] == "postproc/fit/1" and [s["step"] for s in j["ladder"]] == ["base", "+ backlash", "+ arm_load"]
+    assert "leave one out" in added.text()
+
+
+def test_comparing_shows_where_the_residual_lives():
+    data, _ = cell(kinds.backlash, seed=211)
+    found = compare(base_fit(data).recorded(), data)
+    j = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    assert j["rms_mm"] > j["bound_mm"] > 0.5 * j["noise_mm"]
+    assert j["channels"][0]["channel"].startswith("dir") and j["channels"][0]["where"].startswith("joint")
+    assert j["worst"][0]["error_mm"] == j["maximum_mm"]
+
+
+def test_predictions_keep_the_rows_and_carry_their_deviation():
+    data, true = cell(kinds.backlash, seed=211)
+    model = add_effects(base_fit(data).model, data, ["backlash"]).model
+    found = predict_rows(model, true)
+    lines = found.as_csv().splitlines()
+    assert lines[0] == "pose_id,x_mm,y_mm,z_mm,sigma_mm" and len(lines) == len(true) + 1
+    error = np.abs(found.position - true.position) / found.sigma[:, None]
+    assert 0.85 < np.mean(error < 1.96) <= 1.0
+
+
+def test_planned_poses_separate_what_the_data_could_not():
+    data, _ = cell(kinds.arm_load, seed=251, poses=300)
+    still = np.abs(data.state.q[:, 4]) < 0.6  # the wrist always stretched: what hangs on the flange looks like a load on the arm
+    few = data.rows(still)
+    fit = base_fit(few)
+    plan = plan_poses(fit.model, few, 12, ("payload_error", "arm_load"))
+    assert plan.before < 5.0 < plan.after
+    robot = fit.model.robot
+    assert ((plan.state.q > robot.lower) & (plan.state.q < robot.upper)).all()
+    assert set(np.unique(plan.state.approach)) <= {-1.0, 1.0}
+    assert len(plan.as_csv().splitlines()) == 13
+    sharper = plan_poses(fit.model, few, 8)
+    assert sharper.after < sharper.before
+
+
+def test_a_pair_that_does_the_same_is_said_to_do_so():
+    data, _ = cell(seed=101)
+    plan = plan_poses(base_fit(data).model, data, 5, ("gravity_compensator", "transmission_error"))
+    assert plan.after < 3.0 and plan.text().startswith("Even with these 5 poses")

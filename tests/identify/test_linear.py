@@ -1,0 +1,62 @@
+"""The linear algebra behind screening and hold-out, against doing it the long way."""
+
+import numpy as np
+from scipy import stats
+
+from postproc.identify.linear import Linear, contiguous_blocks, f_test, hold_out, orthonormal
+
+
+def problem(seed=1, rows=60, columns=7):
+    g = np.random.default_rng(seed)
+    A, y = g.normal(size=(rows, columns)), g.normal(size=rows)
+    return A, y, Linear(y, np.linalg.qr(A)[0], np.arange(rows))
+
+
+def test_hold_out_equals_refitting_without_each_block():
+    A, y, linear = problem()
+    blocks = np.arange(60) // 6
+    for block in range(10):
+        inside = blocks == block
+        x, *_ = np.linalg.lstsq(A[~inside], y[~inside], rcond=None)
+        np.testing.assert_allclose(hold_out(linear, (), blocks)[inside], y[inside] - A[inside] @ x, atol=1e-10)
+
+
+def test_rows_of_a_penalty_are_never_left_out():
+    A, y, _ = problem()
+    soft = np.vstack([A, 3 * np.eye(7)])
+    linear = Linear(np.concatenate([y, np.zeros(7)]), np.linalg.qr(soft)[0], np.arange(67))
+    blocks = np.concatenate([np.arange(60) // 6, np.full(7, -1)])
+    inside = blocks == 2
+    x, *_ = np.linalg.lstsq(soft[~inside], linear.residual[~inside], rcond=None)
+    np.testing.assert_allclose(hold_out(linear, (), blocks)[inside], linear.residual[inside] - soft[inside] @ x, atol=1e-10)
+
+
+def test_extending_equals_fitting_all_columns():
+    A, y, linear = problem()
+    more = np.random.default_rng(2).normal(size=(60, 3))
+    both = np.hstack([A, more])
+    x, *_ = np.linalg.lstsq(both, y, rcond=None)
+    np.testing.assert_allclose(linear.extended(more).rest, y - both @ x, atol=1e-10)
+    assert linear.extended(A[:, :2]).nuisance.shape[1] == 7
+
+
+def test_directions_that_repeat_others_do_not_count():
+    g = np.random.default_rng(3)
+    columns = g.normal(size=(30, 2))
+    doubled = np.hstack([columns, columns[:, :1] + columns[:, 1:]])
+    basis, _ = orthonormal(doubled, np.linalg.norm(doubled, axis=0))
+    assert basis.shape[1] == 2
+    np.testing.assert_allclose(basis.T @ basis, np.eye(2), atol=1e-10)
+
+
+def test_f_test_against_the_table():
+    statistic = ((10.0 - 7.0) / 3) / (7.0 / 50)
+    np.testing.assert_allclose(f_test(10.0, 7.0, 3, 50), stats.f.sf(statistic, 3, 50), rtol=1e-10)
+    assert 0.0 < f_test(1e2, 1.0, 3, 200) < 1e-150
+
+
+def test_blocks_are_contiguous_and_keep_repeats_together():
+    groups = np.repeat(np.arange(25), 3)
+    blocks = contiguous_blocks(groups, 5)
+    assert (np.diff(blocks) >= 0).all() and len(np.unique(blocks)) == 5
+    assert all(len(set(blocks[groups == k])) == 1 for k in range(25))
