@@ -300,7 +300,9 @@ def seam(p: Program, k: int, tools: list[Tool], fixtures: list[Fixture]) -> list
             end_p = center + A.rotation(axis, np.array(w)) @ (pos - center)
             heading = A.rotation(axis, np.array(w)) @ heading
             r2 = A.rotation(axis, np.array(w)) @ r if g.random() < 0.5 else r @ random_turn(g, float(turning))
-            steps.append(("C", A.transform(r2, end_p), A.transform(r, via_p)))
+            half = A.rotation(axis, np.array(w / 2))
+            on_way = half @ P.slerp(r, A.rotation(axis, np.array(-w)) @ r2, np.array([0.5]))[0]
+            steps.append(("C", A.transform(r2, end_p), A.transform(on_way, via_p)))
             pos, r = end_p, r2
         elif i and g.random() < 0.6:
             heading = unit(A.rotation(z, np.array(np.radians(g.uniform(-35, 35)))) @ heading + z * g.normal(0, 0.05))

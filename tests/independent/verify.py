@@ -63,7 +63,12 @@ def align(original: list[R.Motion], output: list[R.Motion], arm: A.Arm) -> list[
     def place(m: R.Motion) -> np.ndarray:
         return arm.forward(m.q[None], m.tool).tcp[0, :3, 3] if m.q is not None else m.goal[:3, 3]
 
-    goals, names = np.array([place(m) for m in output]), np.array([m.name.lower() for m in output])
+    def kept(m: R.Motion) -> tuple[str, ...]:
+        return m.name.lower(), *(x.lower() for x in m.positional[2 if m.kind == "C" else 1 :])
+
+    goals = np.array([place(m) for m in output])
+    texts = [kept(m) for m in output]
+    names = np.array([t[0] for t in texts])
     cost = np.zeros(spare + 1)
     back = np.zeros((n, spare + 1), dtype=np.int32)
     for i, m in enumerate(original):
@@ -72,10 +77,12 @@ def align(original: list[R.Motion], output: list[R.Motion], arm: A.Arm) -> list[
         fresh = cost <= running
         arg = np.maximum.accumulate(np.where(fresh, np.arange(spare + 1), 0)).astype(np.int32)
         window = slice(i, i + spare + 1)
-        step = np.linalg.norm(goals[window] - place(m), axis=1) + 1e3 * (names[window] != m.name.lower())
+        step = np.linalg.norm(goals[window] - place(m), axis=1) + 1e6 * (names[window] != m.name.lower())
+        # What a move keeps, its speed, zone and tool, tells it from an added one close by.
+        step += 1e2 * np.array([t != kept(m) for t in texts[window]])
         cost, back[i] = running + step, arg
     k = int(np.argmin(cost))
-    if cost[k] >= 1e3:
+    if cost[k] >= 1e6:
         return None
     match = []
     for i in range(n - 1, -1, -1):
