@@ -151,6 +151,7 @@ def main(argv: list[str] | None = None) -> int:
     o.add_argument("--seed", type=int, default=1)
     o.add_argument("--count", type=int, default=30)
     o.add_argument("--each", action="store_true", help="one set for every kind in turn, instead of random draws")
+    o.add_argument("--kind", help="this kind alone, or two joined by +")
     o.add_argument("--clean", action="store_true", help="nothing hidden")
     o.add_argument("--noise", type=float)
     o.add_argument("--poses", type=int)
@@ -159,6 +160,9 @@ def main(argv: list[str] | None = None) -> int:
     plans: list[Plan | None] = [None] * a.count
     if a.clean:
         plans = [Plan()] * a.count
+    if a.kind:
+        by_name = {k.__name__: k for k in LIBRARY + OUTSIDE}
+        plans = [Plan([by_name[name] for name in a.kind.split("+")])] * a.count
     if a.each:
         one = [Plan([k]) for k in LIBRARY + OUTSIDE] + [Plan(list(p)) for p in PAIRS] + [Plan(), Plan(outliers=2)]
         plans = [one[i % len(one)] for i in range(max(a.count, 1))]
