@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 from cyclopts import App, Group, Parameter
@@ -70,4 +71,6 @@ def build() -> App:
 
 
 def main() -> None:
+    # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of the time.
+    gc.set_threshold(200_000, 20, 20)
     sys.exit(run(build(), sys.argv[1:]))

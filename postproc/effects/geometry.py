@@ -43,18 +43,26 @@ def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int)
     Args:
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
     """
-    spin, spin_rate, acceleration, origin = (np.zeros((len(v), 3)) for _ in range(4))
-    matrix = np.zeros((len(v), 3, 3))
+    # Points run along the last axis: components are long rows.
+    T = np.moveaxis(np.asarray(T_base_body), 0, -1)
+    spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
     for j in range(body):
-        T = T_base_body[:, j + 1]
-        acceleration = acceleration + turned(matrix, T[:, :3, 3] - origin)
-        origin = T[:, :3, 3]
-        turn = T[:, :3, :3] @ robot.axis[j]
-        rate = turn * v[:, j, None]
-        spin_rate = spin_rate + turn * a[:, j, None] + np.cross(spin, rate)
+        R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
+        arm = p - origin
+        acceleration = acceleration + _cross(spin_rate, arm) + _cross(spin, _cross(spin, arm))
+        origin = p
+        axis = robot.axis[j]
+        turn = R[:, 0] * axis[0] + R[:, 1] * axis[1] + R[:, 2] * axis[2]
+        rate = turn * v[:, j]
+        spin_rate = spin_rate + turn * a[:, j] + _cross(spin, rate)
         spin = spin + rate
-        matrix = cross_matrix(spin_rate) + cross_matrix(spin) @ cross_matrix(spin)
-    return acceleration, matrix
+    outward = cross_matrix(spin.T)
+    return acceleration.T, cross_matrix(spin_rate.T) + outward @ outward
+
+
+def _cross(x: Array, y: Array) -> Array:
+    """Cross products of columns, (3, n)."""
+    return np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]])
 
 
 def point_acceleration(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int, point: Array) -> Array:

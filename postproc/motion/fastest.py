@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import logging
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -32,10 +36,11 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     Returns:
         The speeds, and the grid point where toppra finds no way on, if there is one.
     """
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint, LinearConstraint
-    from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
-    from toppra.interpolator import AbstractGeometricPath
+    with _without_plots():
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint, LinearConstraint
+        from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
+        from toppra.interpolator import AbstractGeometricPath
 
     path_of_arm = path
     logging.getLogger("toppra").setLevel(logging.ERROR)
@@ -94,6 +99,19 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
         unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
         blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
     return np.zeros(len(grid.s)), blocked
+
+
+@contextmanager
+def _without_plots() -> Iterator[None]:
+    """Lets toppra be imported without matplotlib, which it needs for plots alone: a quarter of a second."""
+    names = ("matplotlib", "matplotlib.pyplot")
+    spared = [name for name in names if not any(n in sys.modules for n in ("toppra", *names))]
+    sys.modules.update({name: ModuleType(name) for name in spared})
+    try:
+        yield
+    finally:
+        for name in spared:
+            del sys.modules[name]
 
 
 def _torque_terms(

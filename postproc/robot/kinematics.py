@@ -23,16 +23,21 @@ def axis_rotation(axis: Array, angle: Array) -> Array:
 
 def body_poses(robot: Robot, q: Array) -> Array:
     """Poses of the body frames 0 (base) to 6 in the base frame, (n, 6) [rad] -> (n, 7, 4, 4)."""
-    q = np.asarray(q, dtype=float).reshape(-1, 6)
-    T = np.zeros((len(q), 7, 4, 4))
-    T[..., 3, 3] = 1.0
-    T[:, 0, :3, :3] = np.eye(3)
-    R, p = T[:, 0, :3, :3], T[:, 0, :3, 3]
+    angles = np.asarray(q, dtype=float).reshape(-1, 6).T
+    sine, cosine = np.sin(angles), np.cos(angles)
+    # Poses run along the last axis while they are built: long plain sums are faster than many small products.
+    T = np.zeros((7, 4, 4, angles.shape[1]))
+    T[:, 3, 3] = 1.0
+    T[0, [0, 1, 2], [0, 1, 2]] = 1.0
+    S = skew(robot.axis)
+    turn = robot.link[:6, :3, :3]
+    still, wave, tilt = (M[..., None] for M in (turn @ (np.eye(3) + S @ S), turn @ S, -turn @ S @ S))  # Rodrigues
     for j in range(6):
-        p = p + R @ robot.link[j, :3, 3]
-        R = (R @ robot.link[j, :3, :3]) @ axis_rotation(robot.axis[j], q[:, j])
-        T[:, j + 1, :3, :3], T[:, j + 1, :3, 3] = R, p
-    return T
+        R, p, link = T[j, :3, :3], T[j, :3, 3], robot.link[j, :3, 3]
+        step = still[j] + wave[j] * sine[j] + tilt[j] * cosine[j]
+        T[j + 1, :3, 3] = p + R[:, 0] * link[0] + R[:, 1] * link[1] + R[:, 2] * link[2]
+        T[j + 1, :3, :3] = R[:, 0, None] * step[0] + R[:, 1, None] * step[1] + R[:, 2, None] * step[2]
+    return T.transpose(3, 0, 1, 2)
 
 
 def forward(robot: Robot, q: Array) -> Array:
