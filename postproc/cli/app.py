@@ -71,6 +71,6 @@ def build() -> App:
 
 
 def main() -> None:
-    # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of the time.
+    # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of time.
     gc.set_threshold(200_000, 20, 20)
     sys.exit(run(build(), sys.argv[1:]))
