@@ -105,5 +105,13 @@ def _text(backup: Path, folder: str, name: str) -> str:
         if path.name.lower() == folder.lower() and path.is_dir():
             for file in sorted(path.glob("*")):
                 if file.name.lower() == name.lower() and file.is_file():
-                    return file.read_bytes().decode("latin-1")
+                    return read_quietly(file).decode("latin-1")
     return ""
+
+
+def read_quietly(path: Path) -> bytes:
+    """The bytes of a file that only helps to understand others; it is copied too, and reported then if it cannot be."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
-from postproc.batch.controller import Drive, library_name, read_drives
+from postproc.batch.controller import Drive, library_name, read_drives, read_quietly
 from postproc.batch.journal import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
@@ -62,8 +62,9 @@ def _walk(folder: Path, output: Path | None) -> Iterator[str]:
         folders[:] = [
             n for n in folders if n not in OUTSIDE and (output is None or (here / n).resolve() != output.resolve())
         ]
-        for name in names:
-            yield (here / name).relative_to(folder).as_posix()
+        for path in (here / name for name in names):
+            if path.is_file() or not path.exists():  # a link to nothing is reported where it is read; a pipe is no file
+                yield path.relative_to(folder).as_posix()
 
 
 def _suffix(name: str) -> str:
@@ -129,7 +130,7 @@ def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
     for listing in (name for name in copies if _suffix(name) == ".pgf"):
         here = str(PurePosixPath(listing).parent)
         near = {PurePosixPath(n).name.lower(): n for n in names if str(PurePosixPath(n).parent) == here}
-        source = Source(listing, (folder / listing).read_bytes())
+        source = Source(listing, read_quietly(folder / listing))
         members, findings = [], []
         for found in _LISTED.finditer(source.data.decode("latin-1")):
             module = near.get(re.split(r"[\\/]", found[1])[-1].lower())

@@ -36,7 +36,12 @@ def open_pool(workers: int | None, scheduler: str | None) -> Iterator[Pool]:
         with cluster_pool(scheduler) as pool:
             yield pool
     else:
-        yield local_pool(workers or len(os.sched_getaffinity(0)))
+        yield local_pool(workers or _cores())
+
+
+def _cores() -> int:
+    """Cores that this process may use, where the system says it."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def local_pool(workers: int) -> Pool:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from postproc.batch.discover import discover
+from postproc.batch.discover import MODULES, discover
 from postproc.batch.values import Inventory, Plan, Settings, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.tomlfile import check, parse_toml, read_source, span_of
@@ -52,6 +52,9 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
     if folder_or_jobs.is_dir():
         found = discover(folder_or_jobs, output)
         plan = Plan(found.root, tuple((task, settings) for task in found.tasks), found.copies)
+    elif folder_or_jobs.suffix.lower() in MODULES:
+        text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
+        raise PostprocError(Diagnostic("BAT001", "error", text, help=help_))
     else:
         plan = _planned(read_source(folder_or_jobs, "BAT001"), settings, output)
     if not plan.tasks:

@@ -14,6 +14,7 @@ from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,6 +23,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 STATE = ".postproc"
 Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
+Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
 COPY = "copy"  # key of files that are not converted
 
 
@@ -31,18 +33,18 @@ class Journal:
 
     Args:
         root: the output folder; part: which run writes here, ``all`` or the shard's name.
-        before: lines of earlier runs by task or file, the newest last; now: those of this run.
+        before: lines of earlier runs, the newest last; now: those of this run.
     """
 
     root: Path
     part: str
-    before: dict[str, list[Line]]
+    before: dict[Subject, list[Line]]
     log: IO[bytes]
-    now: dict[str, Line] = field(default_factory=dict)
+    now: dict[Subject, Line] = field(default_factory=dict)
 
     def find(self, name: str, key: str) -> Line | None:
         """The line about a task that was made from the same input, if all it wrote still stands in the tree."""
-        for line in reversed(self.before.get(name, [])):
+        for line in reversed(self.before.get((False, name), [])):
             if line["key"] == key and all(self.holds(path, hash_) for path, hash_ in line["outputs"].items()):
                 return line
         return None
@@ -55,7 +57,7 @@ class Journal:
 
     def keep(self, line: Line) -> Line:
         """Take over a line of an earlier run."""
-        self.now[line["name"]] = line
+        self.now[_subject(line)] = line
         return line
 
     def add(self, result: Result) -> Line:
@@ -73,21 +75,19 @@ class Journal:
             }
         )
 
-    def copy(self, path: str, data: bytes) -> bool:
-        """Put a file into the tree as it is; False if it stands there already."""
+    def copy(self, path: str, data: bytes) -> None:
+        """Put a file into the tree as it is."""
         hash_ = sha256(data).hexdigest()
         line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}}
-        stands = self.holds(path, hash_)
-        if not stands:
+        if not self.holds(path, hash_):
             self.write(path, data)
-        if line in self.before.get(path, []):
+        if line in self.before.get((True, path), []):
             self.keep(line)
         else:
             self.note(line)
-        return not stands
 
     def note(self, line: Line) -> Line:
-        self.now[line["name"]] = line
+        self.now[_subject(line)] = line
         if line["key"]:
             self.log.write(_encoded(line))
             self.log.flush()
@@ -124,11 +124,11 @@ class Journal:
             owns: whether a task or file is this run's business; foreign: files that other runs put into the tree.
         """
         current = {path for line in self.now.values() for path in line["outputs"]} | foreign
-        for name in filter(owns, self.before):
-            for line in self.before[name]:
+        for line in chain.from_iterable(self.before.values()):
+            if owns(line["name"]):
                 self.remove({p: h for p, h in line["outputs"].items() if p not in current})
         self.log.close()
-        lines = sorted((line for line in self.now.values() if line["key"]), key=lambda line: str(line["name"]))
+        lines = sorted((line for line in self.now.values() if line["key"]), key=_subject)
         self.write(f"{STATE}/{self.part}.jsonl", b"".join(map(_encoded, lines)))
 
 
@@ -151,10 +151,10 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
             raise PostprocError(Diagnostic("BAT003", "error", text, help="wait for it, or give each run its own -o"))
         for unfinished in _unfinished(root, part).iterdir():
             unfinished.unlink()
-        before: dict[str, list[Line]] = {}
+        before: dict[Subject, list[Line]] = {}
         for path in sorted(state.glob("*.jsonl"), key=lambda p: p.stem == part):
             for line in _lines(path):
-                before.setdefault(line["name"], []).append(line)
+                before.setdefault(_subject(line), []).append(line)
         with open(state / f"{part}.jsonl", "ab") as log:
             if log.tell():
                 log.write(b"\n")  # what was killed in the middle of a line must not join the next one
@@ -175,6 +175,10 @@ def _unfinished(root: Path, part: str) -> Path:
 
 def _encoded(line: Mapping[str, Any]) -> bytes:
     return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+
+
+def _subject(line: Line) -> Subject:
+    return line["key"] == COPY, str(line["name"])
 
 
 def _lines(path: Path) -> Iterator[Line]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -139,6 +140,26 @@ def test_a_torn_journal_and_unfinished_files_do_no_harm(tmp_path: Path) -> None:
     write(out, {".postproc/all.unfinished/Seam1.mod": "half a fi"})
     again, _ = convert(source, out)
     assert len(cached(again)) == 2 and tree(out) == whole
+
+
+def test_a_program_called_like_its_listing_keeps_both(tmp_path: Path) -> None:
+    files = {"P/P.pgf": "<Program><Module>one.mod</Module></Program>", "P/one.mod": program("One")}
+    source, out = write(tmp_path / "in", files), tmp_path / "out"
+    for _ in range(3):
+        convert(source, out)
+        assert set(tree(out, without=[".postproc"])) == set(files)
+        journal = out / ".postproc/all.jsonl"
+        journal.write_bytes(journal.read_bytes() * 2)  # as after a kill: lines stand there twice
+
+
+def test_a_link_to_nothing_is_reported(tmp_path: Path) -> None:
+    source = programs(tmp_path / "in", 1)
+    (source / "gone.txt").symlink_to(tmp_path / "nowhere")
+    (source / "gone.mod").symlink_to(tmp_path / "nowhere")
+    os.mkfifo(source / "pipe.mod")
+    batch, _ = convert(source, tmp_path / "out")
+    assert [f["code"] for f in batch.findings] == ["BAT002"]
+    assert statuses(batch) == {"gone.mod": "failed", "line0/Seam0.mod": "compensated"}
 
 
 def test_an_output_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:

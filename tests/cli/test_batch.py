@@ -43,6 +43,8 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
         (["{in}", "-o", "{in}"], "BAT015"),
         (["{in}/sub", "-o", "{in}"], "BAT015"),
         (["{in}/none", "-o", "{out}"], "BAT001"),
+        (["{in}/data.mod", "-o", "{out}"], "BAT001"),
+        (["{in}", "-o", "{out}", "--template", "{in}/none"], "REN001"),
         (["{in}/sub", "-o", "{out}"], "BAT001"),
         (["{in}", "-o", "{out}", "--workers", "0"], "CLI001"),
         (["{in}"], "CLI001"),
