@@ -28,7 +28,7 @@ def test_a_template_of_the_users_own_replaces_the_shipped_one(tmp_path: Path) ->
     )
     text = written(convert(TEXT, template_dir=tmp_path))
     lines = text.splitlines()
-    assert lines[1].startswith("    ! Shipyard 7, irb4600_60_205, ")
+    assert lines[1].lstrip().startswith("! Shipyard 7, irb4600_60_205, ")
     assert "deviation along" not in text
     assert body_of(text) == body_of(written(convert(TEXT)))
 
