@@ -15,6 +15,7 @@ import numpy as np
 from postproc import __version__
 from postproc.compensate.accuracy import expect_accuracy
 from postproc.compensate.applicable import applicable_model
+from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import in_transition, judge_statements
@@ -30,7 +31,7 @@ from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
 from postproc.rapid.walk import walk
-from postproc.render.module import change_edits, header_edit, insertion_edits, render_text
+from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
@@ -207,6 +208,11 @@ def _conclude(
     findings += more
     accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])
     findings += more
+    motion = plan.motion
+    limits, more = check_corrected(
+        model.robot, motion.trajectory, motion.samples, plan.exact.q, plan.curve, plan.transitions, sources[0]
+    )
+    findings += more
     changed = [s for s in sources if edits[s.path]]
     outputs = {}
     for s in sources:
@@ -220,7 +226,7 @@ def _conclude(
                 "before_mm": f"{1e3 * before_m:.3f}",
                 "after_mm": f"{1e3 * after_m:.3f}",
                 "added": len(plan.insertions),
-                "indent": "    ",
+                "indent": indent_after(s.data, head),
             }
             edits[s.path].append(header_edit(env, s, head, values))
         outputs[s.path] = render_text(env, s.data, edits[s.path])
@@ -237,7 +243,8 @@ def _conclude(
         "tolerance_mm": _mm(options.tolerance_m),
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "added_targets": len(plan.insertions),
-        "cycle_time_s": round(float(plan.motion.trajectory.t[-1]), 3),
+        "cycle_time_s": round(limits.slower, 3),
+        "cycle_time_before_s": round(limits.cycle_time, 3),
         "diagnostics": [d.as_json() for d in findings],
     }
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)

@@ -50,7 +50,9 @@ def draw(name: str) -> None:
         axis.plot(trajectory.t[seam], np.degrees(values[seam]), lw=0.9)
         axis.set_ylabel(label)
     axes[2].set_xlabel("time [s]")
-    axes[0].legend([f"axis {j}" for j in range(1, 7)], ncol=6, fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axes[0].legend(
+        [f"axis {j}" for j in range(1, 7)], ncol=6, fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0)
+    )
     save(figure, f"motion_{name}.svg")
 
     space = ~samples.curves.joint[samples.move] & (samples.goal > samples.start)[samples.move]

@@ -71,6 +71,22 @@ def _greedy(
     return vertices, reached
 
 
+def _fewest(
+    deviation: Callable[[int, int], float], allowed: Flags, last: int, tolerance: float
+) -> tuple[list[int], bool]:
+    """The fewest vertices, and of those with the same number the ones with the smallest largest deviation."""
+    best, reached = _greedy(deviation, allowed, last, tolerance)
+    low, high = 0.0, tolerance
+    for _ in range(_ROUNDS if best and reached else 0):
+        middle = 0.5 * (low + high)
+        tighter, also = _greedy(deviation, allowed, last, middle)
+        if also and len(tighter) <= len(best):
+            best, high = tighter, middle
+        else:
+            low = middle
+    return best, reached
+
+
 def place_vertices(
     u: Array, shift: Array, direction: Array, allowed: Flags, tolerance: float, weight: Array | None = None
 ) -> tuple[list[int], bool]:
@@ -91,53 +107,50 @@ def place_vertices(
     def deviation(a: int, b: int) -> float:
         return chord_gaps(u, across, counts, a, b)
 
-    best, reached = _greedy(deviation, allowed, last, tolerance)
-    # The same number of targets with the smallest largest deviation: spreads them along the move.
-    low, high = 0.0, tolerance
-    for _ in range(_ROUNDS if best and reached else 0):
-        middle = 0.5 * (low + high)
-        tighter, also = _greedy(deviation, allowed, last, middle)
-        if also and len(tighter) <= len(best):
-            best, high = tighter, middle
-        else:
-            low = middle
-    return best, reached
+    return _fewest(deviation, allowed, last, tolerance)
 
 
-def circle_deviation(points: Array, a: Array, via: Array, b: Array) -> float:
-    """Largest distance [m] of (k, 3) points from the circle through a, via and b."""
+def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
+    """Distances (k,) [m] of (k, 3) points from the circle through a, via and b."""
     ab, av = b - a, via - a
     normal = np.cross(av, ab)
     size = float(normal @ normal)
     if size < 1e-24:
-        return float(np.linalg.norm(perpendicular(points - a, ab / np.linalg.norm(ab)), axis=1).max())
+        straight: Array = np.linalg.norm(perpendicular(points - a, ab / np.linalg.norm(ab)), axis=1)
+        return straight
     center = a + (np.cross(normal, av) * (ab @ ab) + np.cross(ab, normal) * (av @ av)) / (2 * size)
     radius = float(np.linalg.norm(a - center))
     axis = normal / np.sqrt(size)
     height = (points - center) @ axis
     radial = np.linalg.norm(points - center - height[:, None] * axis, axis=1) - radius
-    return float(np.hypot(height, radial).max())
+    gaps: Array = np.hypot(height, radial)
+    return gaps
 
 
-def place_arcs(commanded: Array, tolerance: float, most: int) -> tuple[list[tuple[int, int]], bool]:
+def place_arcs(
+    commanded: Array, tolerance: float, shortest: int, weight: Array | None = None
+) -> tuple[list[tuple[int, int]], bool]:
     """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
 
     Args:
-        commanded: (k, 3) exact commanded TCP positions at even fractions [m], k odd.
-        tolerance: [m]; most: largest number of arcs that MoveC's limits on length and angle permit.
+        commanded: (k, 3) exact commanded TCP positions along the arc [m].
+        tolerance: [m]; shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
+        weight: (k,) how much a deviation counts, 1 where nothing is said.
 
     Returns:
-        (via, goal) sample indices of each arc, and whether the tolerance is met.
+        (via, goal) sample indices of each arc, and whether the tolerance is met everywhere.
     """
     last = len(commanded) - 1
-    arcs: list[tuple[int, int]] = []
-    for count in range(1, max(1, most) + 1):
-        edges = np.round(np.linspace(0, last, count + 1)).astype(int)
-        arcs = [(int((a + b) // 2), int(b)) for a, b in pairwise(edges)]
-        worst = max(
-            circle_deviation(commanded[a : b + 1], commanded[a], commanded[v], commanded[b])
-            for a, (v, b) in zip(edges[:-1], arcs, strict=True)
-        )
-        if worst <= tolerance:
-            return arcs, True
-    return arcs, False
+    counts = np.ones(len(commanded)) if weight is None else weight
+
+    def deviation(a: int, b: int) -> float:
+        if b - a < 2:
+            return 0.0
+        gaps = circle_gaps(commanded[a : b + 1], commanded[a], commanded[(a + b) // 2], commanded[b])
+        return float((counts[a : b + 1] * gaps).max())
+
+    allowed = np.arange(last + 1) % shortest == 0
+    allowed[max(0, last - shortest + 1) :] = False
+    goals, reached = _fewest(deviation, allowed, last, tolerance)
+    edges = [0, *goals, last]
+    return [((a + b) // 2, b) for a, b in pairwise(edges)], reached

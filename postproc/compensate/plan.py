@@ -61,7 +61,7 @@ class Plan:
 
     Args:
         indivisible: moves before which nothing can be added, and why; left: moves whose targets are not corrected for
-            themselves.
+            themselves; curve: (n, 4, 4) commanded poses at the samples.
     """
 
     motion: Motion
@@ -72,6 +72,7 @@ class Plan:
     transitions: tuple[Transition, ...]
     indivisible: Mapping[int, str]
     left: frozenset[int]
+    curve: Array
 
 
 def read_samples(
@@ -144,7 +145,15 @@ def plan_changes(
         left = now_left | left
         indivisible.update(clashing)
     return Plan(
-        motion, written, decisions, tuple(insertions), tuple(pieces), tuple(transitions), indivisible, frozenset(left)
+        motion,
+        written,
+        decisions,
+        tuple(insertions),
+        tuple(pieces),
+        tuple(transitions),
+        indivisible,
+        frozenset(left),
+        curve,
     )
 
 

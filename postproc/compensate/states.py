@@ -30,7 +30,7 @@ def build_state(
     loaded = burning(samples) if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
     wrench[loaded] = np.array([*options.force, *options.moment])
     where = rows + samples.u if place is None else place
-    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, settled_acceleration(trajectory), trajectory.t))
+    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
     keeps_speed = options.inertia or any("v" in effect.reads for effect in model.effects)
     return State(
@@ -44,21 +44,6 @@ def build_state(
         wrench=wrench,
         T_flange_tcp=samples.curves.T_flange_tcp[rows],
     )
-
-
-def settled_acceleration(trajectory: Trajectory) -> Array:
-    """Joint accelerations (k, 6) that a correction follows [rad/s^2].
-
-    At constant speed all of it: it comes from the shape of the path and lasts. Where the speed changes, what lasts
-    longer than the first natural period. Fast corners are bridged from their ends: their target is not passed, and a
-    correction for the load in the corner would bend the lines on both sides of it instead.
-    """
-    corner = _fast_corner(trajectory)
-    a = np.where((_restless(trajectory) | trajectory.path.blend)[:, None], trajectory.a_sustained, trajectory.a)
-    if corner.all() or not corner.any():
-        return a
-    rows = np.arange(len(corner))
-    return np.stack([np.interp(rows, rows[~corner], column[~corner]) for column in a.T], axis=1)
 
 
 def _restless(trajectory: Trajectory) -> Flags:

@@ -55,8 +55,10 @@ def divide_moves(
         rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
         begin = int(samples.start[i])
         if curves.arc[i]:
-            most = int(min(length[i] / SHORTEST_PIECE, curves.angle[i] / SMALLEST_PIECE)) if divisible[int(i)] else 1
-            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, most)
+            intervals = int(samples.goal[i]) - begin
+            part = max(SHORTEST_PIECE / length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
+            shortest = int(np.ceil(part * intervals - 1e-9)) if divisible[int(i)] else intervals
+            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, weight[rows])
             goals = tuple(begin + b for _, b in arcs[:-1])
             result.append(Pieces(int(i), goals, tuple(begin + v for v, _ in arcs), reached))
         elif worst[i] > limit and not curves.joint[i]:

@@ -22,8 +22,8 @@ class LimitReport:
     Args:
         speed, acceleration, jerk: (6,) largest ratios to the limits, 1 = at the limit.
         at: (3,) sample nearest to the largest ratio of each kind.
-        stretch: factor by which the motion has to take longer so that all limits hold, 1 if they do.
-        cycle_time: [s] as planned; ``stretch * cycle_time`` with the limits kept.
+        stretch: largest factor by which a run between two stops has to take longer so that all limits hold, or 1.
+        cycle_time: [s] as planned; slower: [s] with every run stretched as far as its own worst place asks for.
     """
 
     speed: Array
@@ -32,6 +32,7 @@ class LimitReport:
     at: Index
     stretch: float
     cycle_time: float
+    slower: float
 
 
 def check_limits(robot: Robot, trajectory: Trajectory, q_corrected: Array) -> LimitReport:
@@ -44,6 +45,7 @@ def check_limits(robot: Robot, trajectory: Trajectory, q_corrected: Array) -> Li
     t = trajectory.t
     worst, at = np.zeros((3, 6)), np.zeros(3, dtype=np.int64)
     cycle_time = float(t[-1]) if len(t) else 0.0
+    needed = np.ones(max(1, profile.runs.count))
     if profile.runs.count:
         curve = fit_spline(profile.runs.s, q_corrected[profile.runs.sample], profile.runs.run)
         law = profile.law
@@ -51,14 +53,17 @@ def check_limits(robot: Robot, trajectory: Trajectory, q_corrected: Array) -> Li
         moments = np.unique(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
         for k in range(0, len(moments), _BLOCK):
             part = moments[k : k + _BLOCK]
-            ratios = _ratios(robot, joint_motion(profile.runs, law, *profile.at(part), curve=curve))
+            run, inner = profile.at(part)
+            ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve=curve))
+            for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
+                np.maximum.at(needed, run, ratio.max(axis=1) ** power)
             for kind, ratio in enumerate(ratios):
                 if ratio.max() > worst[kind].max():
                     moment = part[int(np.argmax(ratio.max(axis=1)))]
                     at[kind] = min(int(np.searchsorted(t, moment)), len(t) - 1)
                 worst[kind] = np.maximum(worst[kind], ratio.max(axis=0))
-    needed = max(worst[0].max(), np.sqrt(worst[1].max()), np.cbrt(worst[2].max()))
-    return LimitReport(worst[0], worst[1], worst[2], at, max(1.0, float(needed)), cycle_time)
+    extra = float(np.sum(profile.law.duration * (needed - 1.0))) if profile.runs.count else 0.0
+    return LimitReport(worst[0], worst[1], worst[2], at, float(needed.max()), cycle_time, cycle_time + extra)
 
 
 def _ratios(robot: Robot, m: JointMotion) -> tuple[Array, Array, Array]:

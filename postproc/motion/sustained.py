@@ -1,9 +1,11 @@
 """Acceleration that lasts: what a quasi-static correction may follow.
 
-Joint acceleration shorter than the period T1 of the arm's first natural frequency shakes the arm instead of bending it.
-The morphological opening in time with a flat window of length T1 removes such bursts and keeps what lasts longer:
+Joint acceleration has two parts, qdd = q'' sd^2 + q' sdd. The first comes from the shape of the path and lasts as long
+as the curve does. The second comes from speeding up and slowing down; where it is shorter than the period T1 of the
+arm's first natural frequency it shakes the arm instead of bending it. The morphological opening in time with a flat
+window of length T1 removes such bursts and keeps what lasts longer:
 
-    a_sustained = open(max(a, 0)) - open(max(-a, 0)),  open(f) = dilate(erode(f)).
+    kept = open(max(a, 0)) - open(max(-a, 0)),  open(f) = dilate(erode(f)).
 """
 
 from __future__ import annotations

@@ -49,14 +49,15 @@ class JointMotion:
 
     Args:
         place: (k,) path parameter, path_speed: (k,) [m/s].
-        v, a: (k, 6) [rad/s], [rad/s^2]; jerk_bend, jerk_slope: (k, 6) [rad/s^3], from the shape of the path and from
-            the change of path acceleration.
+        v, a: (k, 6) [rad/s], [rad/s^2]; a_slope: (k, 6) the part of a that changes the speed along the path;
+        jerk_bend, jerk_slope: (k, 6) [rad/s^3], from the shape of the path and from the change of path acceleration.
     """
 
     place: Array
     path_speed: Array
     v: Array
     a: Array
+    a_slope: Array
     jerk_bend: Array
     jerk_slope: Array
 
@@ -71,7 +72,8 @@ def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array, curve: PPoly | 
     place = _place(runs, run, s[:, 0])
     q1, q2, q3 = derivatives(runs.curve if curve is None else curve, place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
-    return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + q1 * sdd, bend, q1 * sddd)
+    slope = q1 * sdd
+    return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
 
 
 def _place(runs: Runs, run: Index, s: Array) -> Array:

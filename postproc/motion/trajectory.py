@@ -12,7 +12,7 @@ from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained
 from postproc.motion.timelaw import times_at
 from postproc.motion.timing import Profile, joint_motion, limited_law
-from postproc.motion.values import Path, Trajectory
+from postproc.motion.values import Flags, Path, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
@@ -49,24 +49,36 @@ def retime(
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
     profile = Profile(runs, law, start)
 
-    t, v, a = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6))
+    t, v, a, slope = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
     if runs.count:
         base = runs.s[np.flatnonzero(np.diff(runs.run, prepend=-1))]
         inner = times_at(law, runs.run, runs.s - base[runs.run])
         t[runs.sample] = start[runs.run] + inner
         motion = joint_motion(runs, law, runs.run, inner)
-        v[runs.sample], a[runs.sample] = motion.v, motion.a
+        v[runs.sample], a[runs.sample], slope[runs.sample] = motion.v, motion.a, motion.a_slope
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
-    a_sustained = np.zeros_like(a)
+    a_sustained = a
     if runs.count:
-        at = sustained(lambda x: joint_motion(runs, law, *profile.at(x)).a, float(start[-1]), t, T1)
-        a_sustained = np.clip(at, np.minimum(a, 0.0), np.maximum(a, 0.0))
+        kept = sustained(lambda x: joint_motion(runs, law, *profile.at(x)).a_slope, float(start[-1]), t, T1)
+        kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
+        a_sustained = _bridged(a - slope + kept, path.blend)
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
     tcp_speed = np.linalg.norm(point_velocity(robot, body_poses(robot, path.q), v, path.T_base_tcp[:, :3, 3]), axis=1)
     return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed, profile)
+
+
+def _bridged(a: Array, blend: Flags) -> Array:
+    """Accelerations (n, 6) with zone corners bridged from their ends.
+
+    The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides.
+    """
+    if blend.all() or not blend.any():
+        return a
+    rows = np.arange(len(a))
+    return np.stack([np.interp(rows, rows[~blend], column[~blend]) for column in a.T], axis=1)
 
 
 def _held(path: Path) -> tuple[Array, Array, Array]:

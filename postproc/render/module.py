@@ -9,7 +9,6 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc.compensate.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.rapid.edits import Edit
-from postproc.rapid.events import MotionStatement
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
@@ -126,6 +125,14 @@ def header_edit(env: SandboxedEnvironment, source: Source, head_end: int, values
     lines = [line.encode("latin-1", "replace") for line in fill(load_template(env, "header.j2"), values).split("\n")]
     block = b"".join(line + newline for line in lines if line.strip())
     return Edit(offset, offset, block if alone else newline + block)
+
+
+def indent_after(data: bytes, offset: int) -> str:
+    """Indentation of the first line with text on it after the line of a byte offset."""
+    for line in data[offset : offset + 4096].split(b"\n")[1:]:
+        if line.strip():
+            return line[: len(line) - len(line.lstrip())].decode("latin-1")
+    return "  "
 
 
 def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from postproc.compensate.placement import chord_gaps, circle_deviation, perpendicular, place_arcs, place_vertices
+from postproc.compensate.placement import chord_gaps, circle_gaps, perpendicular, place_arcs, place_vertices
 
 X = np.array([1.0, 0.0, 0.0])
 
@@ -55,16 +55,16 @@ def test_no_target_inside_a_zone() -> None:
 def test_circle_through_three_points() -> None:
     angle = np.linspace(0, 2, 41)
     circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    assert circle_deviation(circle, circle[0], circle[20], circle[40]) < 1e-14
+    assert circle_gaps(circle, circle[0], circle[20], circle[40]).max() < 1e-14
     lifted = circle + np.array([0, 0, 1e-3]) * np.sin(angle * np.pi)[:, None]
     # The plane through the three chosen points stays (all have zero lift at 0, 1, 2 rad), so the lift is the distance.
-    assert circle_deviation(lifted, circle[0], circle[20], circle[40]) == pytest.approx(1e-3, rel=1e-3)
+    assert circle_gaps(lifted, circle[0], circle[20], circle[40]).max() == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_arc_is_split_until_it_fits() -> None:
     angle = np.linspace(0, 3, 201)
     bent = np.stack([(1 + 1e-3 * np.cos(4 * angle)) * np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    arcs, reached = place_arcs(bent, 1e-5, 30)
+    arcs, reached = place_arcs(bent, 1e-5, 2)
     assert reached and len(arcs) > 1 and arcs[-1][1] == 200
-    few, reached = place_arcs(bent, 1e-5, 2)
-    assert not reached and len(few) == 2
+    few, reached = place_arcs(bent, 1e-5, 100)
+    assert not reached and 1 <= len(few) <= 2

@@ -1,0 +1,56 @@
+"""Whether the joints can run the corrected motion, and what that costs in cycle time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.correction import Transition
+from postproc.compensate.samples import Samples
+from postproc.diagnostics import Diagnostic, Source
+from postproc.motion.limits import LimitReport, check_limits
+from postproc.motion.values import Trajectory
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import jacobian
+from postproc.robot.pose import pose_error
+
+_LONGER = 1.002  # factor on the cycle time worth a word
+
+
+def check_corrected(
+    robot: Robot,
+    trajectory: Trajectory,
+    samples: Samples,
+    q_exact: Array,
+    curve: Array,
+    transitions: tuple[Transition, ...],
+    source: Source,
+) -> tuple[LimitReport, list[Diagnostic]]:
+    """Speed, acceleration and jerk of the corrected joint motion on the timing of the programmed one.
+
+    Args:
+        q_exact: (n, 6) exact commanded joint angles at the samples [rad]; curve: (n, 4, 4) commanded poses.
+
+    Returns:
+        The report, and CMP012 where the motion has to take longer.
+    """
+    shift = q_exact - samples.q
+    for t in transitions:
+        rows = np.arange(samples.start[t.move], samples.goal[t.move] + 1)
+        J = jacobian(robot, samples.q[rows], samples.moves[t.move].T_flange_tcp)
+        twist = pose_error(samples.T_base_tcp[rows], curve[rows])
+        shift[rows] = (np.linalg.pinv(J, rcond=1e-3) @ twist[:, :, None])[:, :, 0]
+    path = trajectory.path
+    place, first = np.unique(samples.move + samples.u, return_index=True)
+    at_path = np.stack([np.interp(path.move + path.u, place, column[first]) for column in shift.T], axis=1)
+    report = check_limits(robot, trajectory, path.q + at_path)
+    if report.slower <= _LONGER * report.cycle_time:
+        return report, []
+    kinds = {"speed": report.speed, "acceleration": report.acceleration, "jerk": report.jerk}
+    kind = max(kinds, key=lambda k: float(kinds[k].max()))
+    joint = int(np.argmax(kinds[kind])) + 1
+    text = (
+        f"the corrected motion asks for {100 * float(kinds[kind].max()):.0f} % of the {kind} limit of joint {joint}:"
+        f" the controller will slow down, by at most {report.slower - report.cycle_time:.1f} s over the program"
+    )
+    return report, [Diagnostic("CMP012", "info", text, source)]
