@@ -129,7 +129,10 @@ def add_effects(
 
 
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
-    """A fit with one more effect, in the form that the data prefers; with a penalty chosen on held-out rows for free functions."""
+    """A fit with one more effect, in the form that the data prefers.
+
+    With a penalty chosen on held-out rows for free functions.
+    """
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
         message = f"`{cls.key}` reads {', '.join(missing)}, and the measurements have no such channel"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.identify.fit import Fit, rms
@@ -21,9 +22,11 @@ WIDTH = 0.3
 def nonparametric_bound(fit: Fit, named: Mapping[str, Array]) -> float:
     """Held-out rms per axis [m] of a Gaussian process on the residual, and never more than the residual's own.
 
-    Every joint, and the instrument's frame, moves by a free function of all channels: covariance J(x) k(x, x') J(x')^T with
+    Every joint, and the instrument's frame, moves by a free function of all channels: covariance J(x) k(x, x') J(x')^T
+    with
     k = mean over channels of exp(-d_c^2 / 2 w^2) + exp(-mean of d_c^2 / 2 w^2). Blocks are left out in closed form,
-    e_B = ((C^-1)_BB)^-1 (C^-1 y)_B. Source: Rasmussen and Williams (2006), Sec. 5.4.2; the largest of four amplitudes by held-out error.
+    e_B = ((C^-1)_BB)^-1 (C^-1 y)_B. Source: Rasmussen and Williams (2006), Sec. 5.4.2; the largest of four amplitudes
+    by held-out error.
     """
     error = fit.problem.error[:, :3]
     rows = np.flatnonzero(np.isfinite(error).all(axis=1) & fit.problem.weights.used[:, :3].all(axis=1))
@@ -53,7 +56,7 @@ def nonparametric_bound(fit: Fit, named: Mapping[str, Array]) -> float:
     return float(best * typical)
 
 
-def _kernel(named: Mapping[str, Array], rows: Array) -> Array:
+def _kernel(named: Mapping[str, Array], rows: NDArray[np.int_]) -> Array:
     alone, together = np.zeros((len(rows), len(rows))), np.zeros((len(rows), len(rows)))
     for values in named.values():
         x = values[rows] / max(float(np.ptp(values)), 1e-300) / WIDTH

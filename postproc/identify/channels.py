@@ -27,7 +27,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
 
 
 def channels(state: State, position: Array) -> dict[str, Array]:
-    """Channels that vary: q1 .. q6, v1 .. v6, dir1 .. dir6, load1 .. load6, temperature, time, payload, x, y, z, session, others.
+    """Channels that vary, by name: those of the arm with a joint number (``q1``, ``load6``), and all others.
 
     Args:
         state: with loads filled in; position: (n, 3) TCP in the base frame [m].

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.identify.bound import nonparametric_bound
@@ -27,7 +28,8 @@ class Trend:
     Args:
         channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
             less what as many bins would explain of noise.
-        centre, mean, spread: per bin: channel, mean residual (mm along its main direction, or mrad at the joint), its standard error.
+        centre, mean, spread: per bin: channel, mean residual (mm along its main direction, or mrad at the joint), its
+            standard error.
     """
 
     channel: str
@@ -123,7 +125,7 @@ class Comparison:
         lines = [
             f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
-            f"Any function of the channels could bring it to about {j['bound_mm']:.3f} mm per axis on rows it has not seen.",
+            f"Any function of the channels could bring it to about {j['bound_mm']:.3f} mm on rows it has not seen.",
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
@@ -142,7 +144,8 @@ class Comparison:
 def compare(model: Model, data: Measurements, *, noise: float | None = None) -> Comparison:
     """Compare a model, as it is, with measurements.
 
-    Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used, so that the
+    Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
+    so that the
     figures speak of the arm.
     """
     fit = evaluate(model, data, noise=noise)
@@ -181,7 +184,7 @@ def _trends(error: Array, joint: Array, named: Mapping[str, Array]) -> tuple[Tre
     return tuple(sorted(found, key=lambda t: -t.share))
 
 
-def _bins(values: Array) -> tuple[Array, Array]:
+def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
     distinct = np.unique(values)
     if len(distinct) <= BINS:
         member = np.searchsorted(distinct, values)
@@ -192,7 +195,7 @@ def _bins(values: Array) -> tuple[Array, Array]:
     return member, centre
 
 
-def _trend(name: str, where: str, values: Array, member: Array, centre: Array) -> Trend:
+def _trend(name: str, where: str, values: Array, member: NDArray[np.int_], centre: Array) -> Trend:
     values = values - values.mean(axis=0)
     _, _, turn = np.linalg.svd(values, full_matrices=False)
     main = values @ turn[0]

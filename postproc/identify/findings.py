@@ -12,7 +12,10 @@ RARE = 1e-3
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Rows that were set aside, and rows that stand out of the residual of the rest (chi-square, corrected for their number)."""
+    """Rows that were set aside, and rows that stand out of the residual of the rest (chi-square.
+
+    Corrected for their number).
+    """
     from scipy.special import chdtrc
 
     found = []

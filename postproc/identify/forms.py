@@ -63,7 +63,8 @@ class Gain:
 
     Args:
         fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
-        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the same.
+        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the
+            same.
         evidence: 2 log of the odds against nothing, before counting how many forms were tried.
     """
 
@@ -101,7 +102,8 @@ def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flex
     """What projected columns, each for an ordinary size of its parameter, would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T C,  b = C^T r:
-    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free. Directions that the
+    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free.
+    Directions that the
     data cannot see cost and bring nothing; absurdly large parameters cost much.
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
     """
@@ -141,7 +143,10 @@ def as_rows(linear: Linear, columns: Array) -> Array:
 
 
 def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:
-    """nu log(S / (S - fall)) - m log(nu) - 2 log(tried): the same for parameters whose ordinary size nobody knows, Schwarz (1978)."""
+    """Nu log(S / (S - fall)) - m log(nu) - 2 log(tried).
+
+    The same for parameters whose ordinary size nobody knows, Schwarz (1978).
+    """
     if count == 0 or freedom - count < 1:
         return -np.inf
     after = max(before - fall, 1e-12 * before)

@@ -32,7 +32,7 @@ class Linear:
     @property
     def freedom(self) -> int:
         """Entries minus fitted parameters."""
-        return len(self.residual) - self.nuisance.shape[1]
+        return len(self.residual) - int(self.nuisance.shape[1])
 
     @cached_property
     def rest(self) -> Array:
@@ -52,7 +52,7 @@ class Linear:
 
 
 def orthonormal(columns: Array, length: Array, rank: float = 1e-5) -> tuple[Array, Array]:
-    """Orthonormal basis of projected columns, and its singular values relative to the columns' length before projection.
+    """Orthonormal basis of projected columns, and its singular values relative to the length before projection.
 
     Args:
         columns: (N, m) projected columns; length: (m,) their lengths before the projection.
@@ -104,7 +104,7 @@ def fall(rest: Array, columns: Array, length: Array) -> tuple[float, int]:
 
 
 def f_test(before: float, after: float, added: int, freedom: float) -> float:
-    """p value of the fall of a sum of squares by ``added`` parameters, ``freedom`` degrees of freedom left after."""
+    """P value of the fall of a sum of squares by ``added`` parameters, ``freedom`` degrees of freedom left after."""
     from scipy.special import betainc
 
     if added == 0 or freedom <= 0 or before <= after:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -33,7 +34,8 @@ class Plan:
     Args:
         state: (n) joints, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will be.
         between: the two effects to be told apart, or None.
-        before, after: how many standard deviations the difference of the two effects stands out without and with these poses; or the
+        before, after: how many standard deviations the difference of the two effects stands out without and with these
+            poses; or the
             largest standard deviation of a parameter in ordinary sizes.
         worst: names of the parameters that are determined worst.
     """
@@ -80,16 +82,19 @@ class Plan:
             a, b = self.between
             if self.after < 3.0:
                 return (
-                    f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only {self.after:.1f} standard "
-                    f"deviations: standing still, on positions, they do nearly the same. `postproc effects show {a}` says what tells them apart."
+                    f"Even with these {n} poses the difference between `{a}` and `{b}` stands out by only "
+                    f"{self.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
+                    f"`postproc effects show {a}` says what tells them apart."
                 )
             return (
-                f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard deviations "
-                f"(now {self.before:.1f}); five or more tell them apart. Approach every joint from the stated side and wait a second."
+                f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard "
+                f"deviations (now {self.before:.1f}); five or more tell them apart. Approach every joint from the "
+                "stated side and wait a second."
             )
         worst = ", ".join(self.worst) or "none"
         return (
-            f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes (now {self.before:.2g}). "
+            f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes "
+            f"(now {self.before:.2g}). "
             f"Worst now: {worst}."
         )
 
@@ -105,8 +110,10 @@ def plan_poses(
 ) -> Plan:
     """Choose n poses one after another from random reachable ones.
 
-    Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all fitted
-    parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the parameters'
+    Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
+        fitted
+    parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
+    parameters'
     covariance most (D-optimal), counted in ordinary sizes.
 
     Raises:
@@ -122,14 +129,17 @@ def plan_poses(
         library.update({cls.key: cls for cls in extra_effects})
         pair = [find_effect(key, library) for key in between]
         chosen, before, after = _separate(fit, pool, pair, n)
-        worst = ()
+        worst = []
     picked = pool.data.rows(np.array(chosen)).state
     T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
     return Plan(picked, T, between, before, after, tuple(worst))
 
 
 def _candidates(fit: Fit) -> State:
-    """Random states: joints inside the limits (inside the measured span where it is wide), free of the floor, sides and payloads mixed."""
+    """Random states.
+
+    Joints inside the limits (inside the measured span where it is wide), free of the floor, sides and payloads mixed.
+    """
     g = np.random.default_rng(SEED)
     robot, seen = fit.model.robot, fit.data.state
     margin = np.deg2rad(5.0)
@@ -147,18 +157,29 @@ def _candidates(fit: Fit) -> State:
             if seen.payload_center is None
             else np.tile(seen.payload_center[0], (CANDIDATES, 1))
         )
-    typical = {
-        name: None if values is None else np.full(CANDIDATES, float(np.median(values)))
-        for name, values in (("temperature", seen.temperature), ("time", seen.time))
-    }
     tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
     tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
-    state = State(q, approach=approach, payload_mass=mass, payload_center=center, T_flange_tcp=tool, **typical)
+    state = State(
+        q,
+        approach=approach,
+        payload_mass=mass,
+        payload_center=center,
+        T_flange_tcp=tool,
+        temperature=_median(seen.temperature),
+        time=_median(seen.time),
+    )
     return state
 
 
+def _median(values: Array | None) -> Array | None:
+    return None if values is None else np.full(CANDIDATES, float(np.median(values)))
+
+
 def _pool(fit: Fit, state: State) -> Problem:
-    """The candidates as a problem with every position measured; poses with a body or the TCP below the base are dropped."""
+    """The candidates as a problem with every position measured.
+
+    Poses with a body or the TCP below the base are dropped.
+    """
     nowhere = np.zeros((len(state), 3))
     ids = tuple(str(i) for i in range(len(state)))
     data = Measurements(
@@ -175,10 +196,15 @@ def _pool(fit: Fit, state: State) -> Problem:
     return Problem(fit.model, some, make_weights(some, fit.noise))
 
 
-def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
-    """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes; their prior precision."""
+def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
+    """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes.
+
+    Their prior precision.
+    """
     old, new, tied = [], [], []
     for effect in fit.model.effects:
+        if effect.key in without:
+            continue
         mask = np.asarray(fit.free[effect.key], dtype=bool)
         size = ordinary(effect, mask)
         old.append(fit.problem.columns(effect, mask) * size)
@@ -190,7 +216,7 @@ def _columns(fit: Fit, pool: Problem) -> tuple[Array, Array, Array]:
 
 def _sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[str]]:
     A, Z, tied = _columns(fit, pool)
-    P = np.linalg.inv(A.T @ A + np.diag(tied))
+    P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
     names = [f"{e.key}.{e.names()[i]}" for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
     arm = np.array([not name.startswith(("instrument_frame", "tool_frame")) for name in names])
     width = np.sqrt(np.diag(P))
@@ -211,7 +237,7 @@ def _sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, 
 
 def _separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
     """Greedy T-optimal choice for two effects, each at the size that the data suggests (or an ordinary one)."""
-    A, Z, tied = _columns(fit, pool)
+    A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
     sides: list[_Side] = []
     forms = []
@@ -250,7 +276,10 @@ def _separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tupl
 
 @dataclass
 class _Side:
-    """One effect's signal against everything else: regressors Z (c, 3, p) and signal s (c, 3) on the pool, P = (Z'Z)^-1 so far."""
+    """One effect's signal against everything else.
+
+    Regressors Z (c, 3, p) and signal s (c, 3) on the pool, P = (Z'Z)^-1 so far.
+    """
 
     Z: Array
     s: Array
@@ -275,7 +304,7 @@ class _Side:
 
     def distance(self) -> float:
         """What is left of the signal, in standard deviations of the noise of all data."""
-        return float(np.sqrt(max(self.total - self.cross @ self.P @ self.cross, 0.0)))
+        return float(np.sqrt(max(self.total - float(self.cross @ self.P @ self.cross), 0.0)))
 
 
 def _updated(P: Array, z: Array) -> Array:
@@ -284,7 +313,10 @@ def _updated(P: Array, z: Array) -> Array:
     return np.asarray(P - Pz @ np.linalg.solve(np.eye(len(z)) + z @ Pz, Pz.T))
 
 
-def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, Array]:
+def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[Effect, NDArray[np.bool_]]:
+    held = fit.model.effect(cls.key)
+    if held is not None:
+        return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
         return candidate.effect, candidate.free & candidate.effect.amplitudes()
@@ -295,7 +327,10 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
 
 
 def _size(fit: Fit, columns: Array) -> Array:
-    """Amplitudes in ordinary sizes: those of the data with a pull towards ordinary ones, at least an ordinary one in all."""
+    """Amplitudes in ordinary sizes.
+
+    Those of the data with a pull towards ordinary ones, at least an ordinary one in all.
+    """
     linear = fit.linear
     columns = np.vstack([columns, np.zeros((len(linear.residual) - len(columns), columns.shape[1]))])
     projected = linear.project(columns)

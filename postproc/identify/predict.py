@@ -1,4 +1,7 @@
-"""Predicted poses for the rows of a table, with their standard deviation and a word about the range that was measured."""
+"""Predicted poses for the rows of a table.
+
+With their standard deviation and a word about the range that was measured.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,8 @@ class Prediction:
     """One predicted position per row of the table, in the instrument's frame.
 
     Args:
-        pose_id: (n,) labels; position: (n, 3) [m], NaN where the row has no commanded joints; sigma: (n,) per axis [m], NaN
+        pose_id: (n,) labels; position: (n, 3) [m], NaN where the row has no commanded joints; sigma: (n,) per axis
+            [m], NaN
             where the model file has no covariance; diagnostics: channels beyond the measured range.
     """
 
@@ -40,7 +44,7 @@ class Prediction:
 
 def predict_rows(model: Model, data: Measurements) -> Prediction:
     """Predict where the real TCP is for every row of a table."""
-    good = np.isfinite(data.state.q).all(axis=1)
+    good = np.asarray(np.isfinite(data.state.q).all(axis=1))
     some = data.rows(good)
     state = some.state if data.tool_known else some.state.with_(T_flange_tcp=model.T_flange_tcp)
     position, sigma = np.full((len(data), 3), np.nan), np.full(len(data), np.nan)
@@ -49,6 +53,9 @@ def predict_rows(model: Model, data: Measurements) -> Prediction:
     found = []
     for beyond in beyond_range(model, state):
         low, high, reached = (shown(beyond.channel, v) for v in (beyond.low, beyond.high, beyond.reached))
-        message = f"{int(beyond.rows.sum())} rows leave the range in which the model was measured: {beyond.channel} reaches {reached}, measured {low} to {high}"
+        message = (
+            f"{int(beyond.rows.sum())} rows leave the range in which the model was measured: "
+            f"{beyond.channel} reaches {reached}, measured {low} to {high}"
+        )
         found.append(Diagnostic("DAT023", "warning", message, data.source, help="measure there before relying on it"))
     return Prediction(data.pose_id, position, sigma, tuple(found))

@@ -23,7 +23,8 @@ from postproc.robot.pose import displace
 class Weights:
     """One over the standard deviation of every measured number, 0 where it was not measured or is set aside, (n, r).
 
-    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then the joint
+    The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then
+    the joint
     angles (6) where they were measured on the output side.
     """
 
@@ -39,7 +40,8 @@ def make_weights(
 ) -> Weights:
     """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
 
-    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend on it are
+    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend on
+    it are
     scaled by the residual in the end.
     """
     sigma = noise.position or 3e-5
@@ -49,7 +51,7 @@ def make_weights(
         own = own / np.sqrt(np.mean(own**2))
     parts = [np.isfinite(data.position) / (sigma * own)[:, None]]
     if data.rotation is not None:
-        measured = np.isfinite(data.rotation).all(axis=(1, 2))
+        measured = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
         parts.append(np.repeat(measured[:, None], 3, axis=1) / (rotation or noise.rotation or sigma))
     if data.joint is not None:
         parts.append(np.isfinite(data.joint) / (joint or sigma))

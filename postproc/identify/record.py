@@ -17,7 +17,8 @@ from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_tab
 def unexplained(fit: Fit) -> float:
     """Standard deviation per axis [m] of what the model leaves of the true pose.
 
-    The residual variance less that of the noise, where the difference is significant (F test, 1 %); all of the residual where
+    The residual variance less that of the noise, where the difference is significant (F test, 1 %); all of the
+    residual where
     the noise is not known.
     """
     total = fit.problem.error[fit.problem.weights.used[:, 0], :3]

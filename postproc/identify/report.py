@@ -87,7 +87,7 @@ def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
 def diagnosis_text(d: Diagnosis) -> str:
     """The verdict in sentences, then the ladder, the ranking and what was seen."""
     lines = [_headline(d), ""]
-    lines += _ladder(d) + ["", "Ranking on the model as it came (error if this effect alone were added):"]
+    lines += [*_ladder(d), "", "Ranking on the model as it came (error if this effect alone were added):"]
     for c in d.candidates[:8]:
         row = _candidate(d, c)
         lines.append(f"  {c.key:24s} {row['rms_mm_after']:8.3f} mm   p {c.p_value:8.1e}   {c.label}")
@@ -146,8 +146,8 @@ def fit_text(fit: Fit) -> str:
     """A fit in sentences, then its parameters with 95 % intervals."""
     noise = "unknown" if fit.noise.position is None else f"{1e3 * fit.noise.position:.3f} mm ({fit.noise.origin})"
     lines = [
-        f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit has not seen; "
-        f"the noise is {noise}.",
+        f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit "
+        f"has not seen; the noise is {noise}.",
         "",
     ]
     for effect in fit.model.effects:

@@ -36,9 +36,11 @@ class Candidate:
 
     Args:
         key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
-        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of the number of
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
+            the number of
             forms tried.
-        visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was tried.
+        visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
+            tried.
         starts: itself and its next best forms, where parameters that form the effect must be found by full fits.
     """
 
@@ -80,7 +82,10 @@ class Screen:
 
 
 def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
-    """Three lines in the spectrum of one joint, or one more line of a mapped joint, are a map of its errors, not an eccentric gear."""
+    """Three lines in the spectrum of one joint, or one more line of a mapped joint, are a map of its errors.
+
+    Not an eccentric gear.
+    """
     joint = getattr(effect, "joint", ())
     return bool(np.max(np.bincount(joint, minlength=1)) > 2) or bool(set(joint) & set(mapped))
 
@@ -164,7 +169,10 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
 
 
 def _columns(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Columns of the amplitudes of a mask for their ordinary sizes; what forms the effect has none while they are null."""
+    """Columns of the amplitudes of a mask for their ordinary sizes.
+
+    What forms the effect has none while they are null.
+    """
     linear_part = _linear(effect, mask)
     return as_rows(linear, screen.problem.columns(effect, linear_part) * ordinary(effect, linear_part))
 

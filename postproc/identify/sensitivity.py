@@ -1,6 +1,7 @@
 """How the measured pose answers to every place where an effect can move the arm, and to every parameter of an effect.
 
-Places are joints (6), far ends of bodies (7 x 6), tool (6) and instrument (6): 60 columns a pose. One such matrix serves
+Places are joints (6), far ends of bodies (7 x 6), tool (6) and instrument (6): 60 columns a pose. One such matrix
+    serves
 every effect: its columns by parameter are these columns times the derivative of its displacement.
 """
 
@@ -58,7 +59,10 @@ class Sensitivity:
         return result
 
     def displacement_by_parameter(self, effect: Effect, index: NDArray[np.int_]) -> Array:
-        """(n, 60, p) derivative of the displacement of all places by parameters of an effect, its load on the springs included."""
+        """(n, 60, p) derivative of the displacement of all places by parameters of an effect.
+
+        Its load on the springs included.
+        """
         state, n = self.state, len(self.state)
         result = np.zeros((n, PLACES, len(index)))
         if effect.missing(state):
@@ -88,8 +92,8 @@ class Sensitivity:
         every = np.empty((n, 48))
         every[:, self.column] = spread(self.along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
         loaded = state.with_(
-            joint_load=state.joint_load + torques + every[:, :6],
-            body_load=state.body_load + every[:, 6:].reshape(n, 7, 6),
+            joint_load=np.asarray(state.joint_load) + torques + every[:, :6],
+            body_load=np.asarray(state.body_load) + every[:, 6:].reshape(n, 7, 6),
         )
         change = np.zeros((n, PLACES))
         for spring in self.springs:
@@ -125,7 +129,10 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
 
 
 def _at_least_ordinary(model: Model, spring: Effect) -> Effect:
-    """A joint compliance that a missing load has pushed towards zero would hide that load: half the stated one is taken."""
+    """A joint compliance that a missing load has pushed towards zero would hide that load.
+
+    Half the stated one is taken.
+    """
     stated = model.robot.joint_compliance
     if spring.key != "joint_compliance" or stated is None:
         return spring
@@ -158,9 +165,10 @@ def _instrument(rest: Equilibrium, n: int) -> Array:
 
 
 def _turning(displacement: Array | None, n: int) -> Array:
-    """(n, 3, 3) left Jacobian of the rotation vector: what a change of the vector turns, in the axes before the rotation.
+    """(n, 3, 3) left Jacobian of the rotation vector: what a change of it turns, in the axes before the rotation.
 
-    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any angle.
+    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any
+    angle.
     """
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
     vector = np.broadcast_to(vector, (n, 3))

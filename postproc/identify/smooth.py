@@ -13,15 +13,17 @@ STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 def choose_strength(fit: Fit, key: str) -> float:
     """The penalty's strength for one effect of a fit with the smallest held-out error, without refitting the model.
 
-    The fit is linear in the amplitudes near its solution: with y = r + A x the penalised problem min |y - A x|^2 + |w x|^2 is
+    The fit is linear in the amplitudes near its solution: with y = r + A x the penalised problem min |y - A x|^2 + |w
+        x|^2 is
     solved for every strength by one QR, and its held-out residuals are exact.
     """
     effect = fit.model.effect(key)
-    if effect is None or effect.roughness() is None:
+    rough = None if effect is None else effect.roughness()
+    if effect is None or rough is None:
         return 0.0
     A, row = fit.columns, fit.problem.row
     values = np.array([_value(fit, k, i) for k, i in fit.parameters])
-    weights = effect.roughness() / effect.scale()
+    weights = rough / effect.scale()
     own = [(c, i) for c, (k, i) in enumerate(fit.parameters) if k == key]
     scale = np.sqrt(max(fit.variance, 1e-12))
     y = fit.problem.residual + A @ values

@@ -1,4 +1,7 @@
-"""Where the instrument stands and what the tool is, before the first step of a fit: closed form, no guess from the user."""
+"""Where the instrument stands and what the tool is, before the first step of a fit.
+
+Closed form, no guess from the user.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the remaining structure follows when no effect of the library explains it: free patterns of channels at places of the arm."""
+"""What the remaining structure follows when no effect of the library explains it.
+
+Free patterns of channels at places of the arm.
+"""
 
 from __future__ import annotations
 
@@ -117,7 +120,10 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
 
 
 def places(problem: Problem) -> dict[str, Array]:
-    """(n, r, m) derivative of the prediction by a move at each place: joints (turn), instrument and tool (translation)."""
+    """(n, r, m) derivative of the prediction by a move at each place.
+
+    Joints (turn), instrument and tool (translation).
+    """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
     found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
@@ -133,7 +139,10 @@ def _scaling(problem: Problem) -> Array:
 
 
 def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: int = 40) -> list[Suspect]:
-    """The patterns that would bring the residual down most, strongest first, with the fitted parameters projected out."""
+    """The patterns that would bring the residual down most, strongest first.
+
+    With the fitted parameters projected out.
+    """
     used = problem.weights.used
     rows = problem.row
     weights = problem.weights.values[used]
@@ -151,11 +160,11 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
             found.append((worth, float(fall[k]), where, int(k)))
     every = list(every)
     scale = problem.whiten(_scaling(problem))
-    fall = float(_falls(linear, scale, np.ones((len(scale), 1)))[0][0])
+    scaled = float(_falls(linear, scale, np.ones((len(scale), 1)))[0][0])
     every.append(Pattern(("x", "y", "z"), "proportional: the instrument's scale", np.ones(len(problem.error))))
     places_["scale of the instrument"] = _scaling(problem)
     found.append(
-        (schwarz(before, fall, 1, linear.freedom, tried) - ODDS, fall, "scale of the instrument", len(every) - 1)
+        (schwarz(before, scaled, 1, linear.freedom, tried) - ODDS, scaled, "scale of the instrument", len(every) - 1)
     )
     found.sort(key=lambda item: -item[0])
     found, every = _sharpened(problem, linear, found[:top], every, places_, tried)

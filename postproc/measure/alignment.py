@@ -31,9 +31,10 @@ class Alignment:
 
 
 def align(T_base_flange: Array, position: Array, tool: bool = True) -> Alignment:
-    """Fit y = T_instrument_base (p + R t): first the linear problem p = A y - c - R t, then Gauss-Newton with Huber weights.
+    """Fit y = T_instrument_base (p + R t): first linearly as p = A y - c - R t, then Gauss-Newton with Huber weights.
 
-    The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values give the scale.
+    The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values
+    give the scale.
 
     Args:
         T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
@@ -60,9 +61,11 @@ def align(T_base_flange: Array, position: Array, tool: bool = True) -> Alignment
     mirrored = bool(np.linalg.det(A) < 0)
     scale = 1.0 / max(float(np.exp(np.mean(np.log(np.maximum(singular, 1e-12))))), 1e-12)
     if not 0.2 < scale < 5:
-        return Alignment(np.eye(4), solution[12:], scale, mirrored, np.full((n, 3), np.nan), np.inf)
+        return Alignment(
+            np.eye(4), np.asarray(solution[12:], dtype=float), scale, mirrored, np.full((n, 3), np.nan), np.inf
+        )
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
-    point = solution[12:]
+    point = np.asarray(solution[12:], dtype=float)
     shift = y_mean - np.median((p + R @ point) @ rotation.T, axis=0)
     return _refine(R if tool else np.zeros_like(R), p, y, rotation, shift, point, scale, mirrored)
 
@@ -87,7 +90,7 @@ def _refine(
         step, *_ = np.linalg.lstsq(
             (design * root[:, :, None]).reshape(-1, 9), (residual * root).reshape(-1), rcond=1e-10
         )
-        rotation = _turn(step[3:6]) @ rotation
+        rotation = _turn(np.asarray(step[3:6], dtype=float)) @ rotation
         shift, tool = shift + step[:3], tool + step[6:]
         if np.linalg.norm(step) < 1e-10:
             break

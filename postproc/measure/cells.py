@@ -43,7 +43,10 @@ class Cells:
         return [row[at] for row in self.rows]
 
     def numbers(self, name: str, diagnostics: list[Diagnostic]) -> Array:
-        """One column as numbers, NaN where a cell is empty; a cell that is no number is reported as DAT003 and becomes NaN."""
+        """One column as numbers, NaN where a cell is empty.
+
+        A cell that is no number is reported as DAT003 and becomes NaN.
+        """
         cells = self.text(name)
         if self.decimal == ",":
             cells = [cell.replace(",", ".") for cell in cells]
@@ -110,7 +113,10 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
 
 
 def _find_separator(sample: Sequence[str]) -> str:
-    """The separator that splits the header into most cells; a comma is the decimal sign where semicolons or tabs do better."""
+    """The separator that splits the header into most cells.
+
+    A comma is the decimal sign where semicolons or tabs do better.
+    """
     head = sample[0]
     best = max((";", "\t", ","), key=lambda mark: (head.count(mark), mark == ","))
     return best if head.count(best) else "whitespace"

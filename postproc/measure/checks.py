@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
@@ -66,21 +67,26 @@ def _check_rounding(cells: Cells) -> list[Diagnostic]:
     if digits > 2:
         return []
     step = 10.0**-digits
-    # A rounding error is uniform: its standard deviation is step / sqrt(12); 1.5 m is the lever arm of a middle-sized arm.
+    # A rounding error is uniform: its standard deviation is step / sqrt(12); 1.5 m is the lever of a middle-sized arm.
     error = np.deg2rad(step) / np.sqrt(12) * 1.5e3
-    message = f"all joint angles are multiples of {step:g} deg; if they were rounded, that alone is an error of {error:.2f} mm"
+    message = f"all joint angles are multiples of {step:g} deg; if rounded, that alone is an error of {error:.2f} mm"
     help_ = "export the angles with four decimals; ignore this if the poses were commanded with these round angles"
     return [Diagnostic("DAT010", "warning", message, cells.source, cells.span(0), help_)]
 
 
-def _check_readings(data: Measurements, robot: Robot, rows: Array, cells: Cells) -> list[Diagnostic]:
-    """Radians for degrees, metres or inches for millimetres, swapped columns: whichever reading makes the points fit."""
+def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
+    """Radians for degrees, metres or inches for millimetres, swapped columns.
+
+    Whichever reading makes the points fit.
+    """
     some = rows[:: max(1, len(rows) // 120)]
     q, y = data.state.q[some], data.position[some]
     as_read = align(forward(robot, q), y)
     for factor, unit in ((1e-3, "metres"), (1e3, "micrometres"), (1 / 25.4, "inches")):
         if abs(as_read.scale / factor - 1) < 0.05:
-            message = f"the measured positions are {factor:.4g} times as large as the arm: they look like {unit}, not millimetres"
+            message = (
+                f"the positions are {factor:.4g} times as large as the arm: they look like {unit}, not millimetres"
+            )
             return [_reading(cells, message, "give the unit in a column map: x_mm = {name = ..., unit = ...}")]
     if as_read.typical < SUSPICIOUS_M and not as_read.mirrored and abs(as_read.scale - 1) < 0.05:
         return []
@@ -167,7 +173,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
     return found
 
 
-def _check_points(data: Measurements, robot: Robot, rows: Array, cells: Cells) -> list[Diagnostic]:
+def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
     """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
     aligned: Alignment = align(forward(robot, data.state.q[rows]), data.position[rows])
     error = np.linalg.norm(aligned.residual, axis=1)
@@ -184,7 +190,10 @@ def _check_points(data: Measurements, robot: Robot, rows: Array, cells: Cells) -
             if alone
             else "another point, or a wrong joint angle?"
         )
-        message = f"row {i + 1} lies {1e3 * error[k]:.1f} mm from where the arm should be (others {1e3 * aligned.typical:.2f} mm); {cause}"
+        message = (
+            f"row {i + 1} lies {1e3 * error[k]:.1f} mm from where the arm should be "
+            f"(others {1e3 * aligned.typical:.2f} mm); {cause}"
+        )
         help_ = "correct the row; until then the fit sets it aside and says so"
         found.append(Diagnostic("DAT007", "warning", message, cells.source, cells.span(i), help_))
     return found

@@ -1,6 +1,7 @@
 """The columns of a measurement table, their units, and maps from other layouts.
 
-Units stand in the column names of the standard layout; a column map names the columns of another layout and their units.
+Units stand in the column names of the standard layout; a column map names the columns of another layout and their
+units.
 """
 
 from __future__ import annotations
@@ -117,7 +118,8 @@ class ColumnMap:
 def read_column_map(source: Source | Mapping[str, Any] | None) -> ColumnMap:
     """The column map in a TOML file (``separator``, ``decimal``, ``comment``, ``header``, ``[columns]``).
 
-    ``[columns]`` maps a standard name to ``"their name"`` (same unit) or to ``{name = "J1", unit = "rad", sign = -1, offset = 90}``.
+    ``[columns]`` maps a standard name to ``"their name"`` (same unit) or to ``{name = "J1", unit = "rad", sign = -1,
+    offset = 90}``.
 
     Raises:
         PostprocError: DAT002 for an unknown key, column or unit.

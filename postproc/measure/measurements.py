@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
@@ -21,7 +23,8 @@ class Measurements:
         state: what was commanded, and the channels.
         position: (n, 3) measured TCP in the instrument's frame [m]; NaN where not measured.
         rotation: (n, 3, 3) measured orientation, NaN where not measured; None where the file has none.
-        joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has none.
+        joint: (n, 6) joint angles measured on the output side [rad], NaN where not measured; None where the file has
+            none.
         sigma: (n,) the instrument's own standard deviation [m], None where not stated.
         pose_id: (n,) labels; rows with the same label and the same state are repeats.
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
@@ -48,16 +51,16 @@ class Measurements:
         return len(self.state.q)
 
     @cached_property
-    def usable(self) -> Array:
+    def usable(self) -> NDArray[np.bool_]:
         """(n,) bool: rows with a commanded state and something measured."""
-        measured = np.isfinite(self.position).any(axis=1)
+        measured = np.asarray(np.isfinite(self.position).any(axis=1))
         if self.rotation is not None:
             measured |= np.isfinite(self.rotation).all(axis=(1, 2))
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
-        return measured & np.isfinite(self.state.q).all(axis=1)
+        return np.asarray(measured & np.isfinite(self.state.q).all(axis=1))
 
-    def rows(self, index: Array | Sequence[int]) -> Measurements:
+    def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """The rows of an index or of a mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
         return replace(
@@ -73,8 +76,11 @@ class Measurements:
         )
 
     @cached_property
-    def repeats(self) -> Array:
-        """(n,) number of the group of repeats each row belongs to: the same label, commanded joints, payload and approach."""
+    def repeats(self) -> NDArray[np.int_]:
+        """(n,) number of the group of repeats each row belongs to.
+
+        The same label, commanded joints, payload and approach.
+        """
         keys: dict[tuple[object, ...], int] = {}
         parts = [np.round(self.state.q, 9)]
         for channel in (self.state.approach, self.state.payload_mass, self.state.v):
@@ -90,7 +96,7 @@ class Measurements:
         return groups
 
 
-def state_rows(state: State, picked: Array) -> State:
+def state_rows(state: State, picked: NDArray[np.int_]) -> State:
     """The rows of a state."""
     n = len(state)
     changes: dict[str, object] = {}

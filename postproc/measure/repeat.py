@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.measure.measurements import Measurements
@@ -29,7 +30,10 @@ class Noise:
 
 
 def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
-    """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group), else from column ``sigma_mm``."""
+    """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
+
+    Else from column ``sigma_mm``.
+    """
     groups = data.repeats
     rotation, rotation_dof = _rotation_scatter(data, groups)
     if stated is not None:
@@ -42,8 +46,11 @@ def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
     return Noise(None, 0.0, rotation, rotation_dof, "none")
 
 
-def pooled_scatter(values: Array, groups: Array) -> tuple[float, float]:
-    """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom; rows with NaN do not count."""
+def pooled_scatter(values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+    """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom.
+
+    Rows with NaN do not count.
+    """
     good = np.isfinite(values).all(axis=1)
     if not good.any():
         return 0.0, 0.0
@@ -56,12 +63,12 @@ def pooled_scatter(values: Array, groups: Array) -> tuple[float, float]:
     return (float(np.sum((values - means[index]) ** 2)) / dof if dof else 0.0), dof
 
 
-def _rotation_scatter(data: Measurements, groups: Array) -> tuple[float | None, float]:
+def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> tuple[float | None, float]:
     if data.rotation is None:
         return None, 0.0
     from scipy.spatial.transform import Rotation
 
-    good = np.isfinite(data.rotation).all(axis=(1, 2))
+    good = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
     if not good.any():
         return None, 0.0
     first = {int(g): i for i, g in reversed(list(enumerate(groups))) if good[i]}
@@ -77,8 +84,10 @@ class Iso9283:
     """Pose figures of ISO 9283 in mm.
 
     Args:
-        accuracy: AP, distance of the mean of the attained positions from the commanded one: mean and maximum over the poses.
-        repeatability: RP = mean distance from the barycentre + 3 standard deviations of that distance, None without repeats:
+        accuracy: AP, distance of the mean of the attained positions from the commanded one: mean and maximum over the
+            poses.
+        repeatability: RP = mean distance from the barycentre + 3 standard deviations of that distance, None without
+            repeats:
             median and maximum over the poses measured at least three times.
         poses: number of poses behind the repeatability.
     """
@@ -90,8 +99,11 @@ class Iso9283:
     poses: int
 
 
-def iso9283(error: Array, groups: Array) -> Iso9283:
-    """ISO 9283 figures from (n, 3) position errors (measured minus commanded) [m] and the group of repeats of each row."""
+def iso9283(error: Array, groups: NDArray[np.int_]) -> Iso9283:
+    """ISO 9283 figures from (n.
+
+    3) position errors (measured minus commanded) [m] and the group of repeats of each row.
+    """
     good = np.isfinite(error).all(axis=1)
     accuracy, repeatability = [], []
     for group in np.unique(groups[good]):

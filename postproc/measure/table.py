@@ -125,7 +125,8 @@ class _Table:
             return None
         value = float(np.median(values[~gaps])) if fill == "median" else float(fill)
         first = int(np.flatnonzero(gaps)[0])
-        message = f"column `{mapped.name}` is empty in {gaps.sum()} of {len(values)} rows; {value / UNITS[mapped.unit]:g} is taken there"
+        taken = f"{value / UNITS[mapped.unit]:g} is taken there"
+        message = f"column `{mapped.name}` is empty in {gaps.sum()} of {len(values)} rows; {taken}"
         span = self.cells.span(first)
         self.diagnostics.append(
             Diagnostic("DAT005", "warning", message, self.cells.source, span, "fill in the cells, or remove the column")
@@ -167,7 +168,10 @@ class _Table:
 
 
 def _rotation(quaternion: Array, cells: Cells, diagnostics: list[Diagnostic]) -> Array:
-    """(n, 4) quaternions, scalar first -> (n, 3, 3); a norm that is not 1 is reported as DAT008, the row then has no orientation."""
+    """(n, 4) quaternions, scalar first -> (n, 3, 3).
+
+    A norm that is not 1 is reported as DAT008, the row then has no orientation.
+    """
     from scipy.spatial.transform import Rotation
 
     norm = np.linalg.norm(quaternion, axis=1)

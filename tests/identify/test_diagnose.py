@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,11 +76,7 @@ def test_shuffled_channels_win_nothing():
     data, _ = cell(kinds.frame_drift, seed=241)
     order = np.random.default_rng(1).permutation(len(data))
     state = data.state
-    shuffled = state.with_(
-        time=state.time[order], temperature=state.temperature[order], approach=state.approach[order]
-    )
-    from dataclasses import replace
-
+    shuffled = state.with_(time=state.time[order], temperature=state.temperature[order], approach=state.approach[order])
     found = diagnose(base_fit(data).model, replace(data, state=shuffled, pose_id=()))
     assert not {"frame_drift", "backlash", "thermal_growth", "thermal_joint_drift"} & {
         m.candidate.key for m in found.missing
@@ -91,13 +88,25 @@ def test_json_keeps_its_contract_and_text_speaks_first():
     found = diagnose(base_fit(data).model, data)
     j = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert j["schema"] == "postproc/diagnose/1"
-    keys = {"verdict", "noise_mm", "rms_mm", "held_out_rms_mm", "missing", "candidates", "suspects", "floor_mm", "bound_mm"}
+    keys = {
+        "verdict",
+        "noise_mm",
+        "rms_mm",
+        "held_out_rms_mm",
+        "missing",
+        "candidates",
+        "suspects",
+        "floor_mm",
+        "bound_mm",
+    }
     assert keys | {"blind_to", "diagnostics"} <= set(j)
     assert {"effect", "held_out_rms_mm_after", "p_value", "not_separable_from", "parameters"} <= set(j["missing"][0])
     assert {"effect", "rms_mm_after", "p_value", "testable", "why_not"} <= set(j["candidates"][0])
     assert len(j["missing"][0]["parameters"]["half_gap_rad"]) == 6
     assert {"effect": "servo_lag", "why": "no joint speed channel"} in j["blind_to"]
-    assert found.text().startswith("The model lacks `backlash`. With it, the error on rows the fit has not seen falls from")
+    assert found.text().startswith(
+        "The model lacks `backlash`. With it, the error on rows the fit has not seen falls from"
+    )
 
 
 def test_adding_prints_the_ladder_down_to_the_floor():
@@ -131,12 +140,12 @@ def test_predictions_keep_the_rows_and_carry_their_deviation():
 
 
 def test_planned_poses_separate_what_the_data_could_not():
-    data, _ = cell(kinds.arm_load, seed=251, poses=300)
-    still = np.abs(data.state.q[:, 4]) < 0.6  # the wrist always stretched: what hangs on the flange looks like a load on the arm
-    few = data.rows(still)
-    fit = base_fit(few)
-    plan = plan_poses(fit.model, few, 12, ("payload_error", "arm_load"))
-    assert plan.before < 5.0 < plan.after
+    data, _ = cell(seed=101)
+    one_side = replace(data, state=data.state.with_(approach=np.ones((len(data), 6))))  # lost motion is then an offset
+    fit = base_fit(one_side)
+    few = one_side
+    plan = plan_poses(fit.model, few, 12, ("backlash", "joint_offset"))
+    assert plan.before < 1.0 and plan.after > 5.0
     robot = fit.model.robot
     assert ((plan.state.q > robot.lower) & (plan.state.q < robot.upper)).all()
     assert set(np.unique(plan.state.approach)) <= {-1.0, 1.0}

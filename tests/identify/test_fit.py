@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
 from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
@@ -17,7 +17,6 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model, render_model
 from postproc.model.uncertainty import predict_sigma
-from postproc.diagnostics import Source
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 
@@ -59,7 +58,12 @@ def test_columns_are_the_derivatives_of_the_prediction(key):
         step = np.zeros(len(free))
         step[i] = 1e-2 * effect.scale()[i]
         ends = [
-            predict(problem.at([*(e for e in fit.model.effects if e.key != key), effect.with_vector(effect.vector() + s)]).model, state)
+            predict(
+                problem.at(
+                    [*(e for e in fit.model.effects if e.key != key), effect.with_vector(effect.vector() + s)]
+                ).model,
+                state,
+            )
             for s in (step, -step)
         ]
         slope = (ends[0] - ends[1])[:, :3, 3] / (2 * step[i])

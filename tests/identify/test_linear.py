@@ -28,7 +28,9 @@ def test_rows_of_a_penalty_are_never_left_out():
     blocks = np.concatenate([np.arange(60) // 6, np.full(7, -1)])
     inside = blocks == 2
     x, *_ = np.linalg.lstsq(soft[~inside], linear.residual[~inside], rcond=None)
-    np.testing.assert_allclose(hold_out(linear, (), blocks)[inside], linear.residual[inside] - soft[inside] @ x, atol=1e-10)
+    np.testing.assert_allclose(
+        hold_out(linear, (), blocks)[inside], linear.residual[inside] - soft[inside] @ x, atol=1e-10
+    )
 
 
 def test_extending_equals_fitting_all_columns():

@@ -1,0 +1,196 @@
+"""The search for missing effects: forward with full refits, rivals without a name, and back again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.identify.fit import Fit, fit_model
+from postproc.identify.forms import Form, as_rows
+from postproc.identify.linear import Linear
+from postproc.identify.selection import MATERIAL, Candidate, Screen, compose, confusable, convincing, judged, refit
+from postproc.identify.suspects import Pattern, Suspect, find_suspects
+
+MOST = 6
+"""Effects that are added one after another at most."""
+ENOUGH = 3000
+"""Measured numbers beyond which the search takes every second, third .. pose."""
+
+
+@dataclass(frozen=True)
+class Missing:
+    """An effect that the model lacks.
+
+    Args:
+        candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
+        not_separable: effects that explain this data nearly as well.
+    """
+
+    candidate: Candidate
+    held_out_after: float
+    not_separable: tuple[str, ...]
+
+
+@dataclass
+class Search:
+    """The state of the search: the fit so far, what was added, and patterns outside the library."""
+
+    fit: Fit
+    classes: Mapping[str, type[Effect]]
+    patterns: list[Pattern]
+    outside: list[Suspect]
+    cache: dict[bytes, dict[str, list[Form]]] = field(default_factory=dict)
+
+    def screen(self) -> Screen:
+        """Forms are made once for the whole search.
+
+        Refits move their columns by no more than a few parts in a thousand.
+        """
+        used = self.fit.problem.weights.used.tobytes()
+        made = self.cache.setdefault(used, {})
+        fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
+        screen = Screen(self.fit.problem, self.classes, fresh)
+        return screen
+
+    def remember(self, screen: Screen) -> None:
+        made = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), {})
+        made.update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
+
+    def linear(self) -> Linear:
+        linear = self.fit.linear
+        for suspect in self.outside:
+            linear = linear.extended(as_rows(linear, suspect.columns))
+        return linear
+
+
+def ranking(search: Search) -> list[Candidate]:
+    """Every testable effect at its best on the present fit, best first.
+
+    Those with forming parameters after a full refit.
+    """
+    screen, linear = search.screen(), search.linear()
+    found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
+    search.remember(screen)
+    found.sort(key=lambda c: -c.evidence)
+    best = found[0].evidence if found else 0.0
+    for i, candidate in enumerate(found):
+        if candidate.starts and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
+            fitted = [(s, f) for s in candidate.starts if (f := refit(search.fit, screen, linear, s)) is not None]
+            if fitted:
+                found[i] = max((judged(search.fit, f, s) for s, f in fitted), key=lambda c: c.evidence)
+    return sorted(found, key=lambda c: -c.evidence)
+
+
+def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
+    """Effects of the library one after another; patterns without a name where they explain the data better than that.
+
+    Where a pattern beat a named effect on the way, the search is run once more with the pattern taken, and the whole
+    that is
+    worth more is kept: early on, a pattern may only look better because other effects are still missing.
+    """
+    named = replace(search, outside=[])
+    missing, worth, contested = _select(named, first, False)
+    if contested:
+        free = replace(search, outside=[])
+        other, value, _ = _select(free, first, True)
+        if value > worth:
+            named, missing = free, other
+    search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
+    return missing
+
+
+def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[Missing], float, bool]:
+    missing: list[Missing] = []
+    ranked, worth, contested = first, 0.0, False
+    for _ in range(MOST):
+        best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
+        suspects = find_suspects(search.fit.problem, search.linear(), search.patterns)
+        outside = suspects[0] if suspects and clear(suspects[0], search.linear()) else None
+        beaten = best is not None and outside is not None and outside.evidence > best.evidence
+        contested |= beaten
+        if best is not None and not (beaten and rivals):
+            taken = _take(search, best, ranked)
+            if taken is None:
+                search.classes = {k: c for k, c in search.classes.items() if k != best.key}
+            else:
+                missing = [m for m in missing if m.candidate.key != best.key] + [taken]
+                worth += best.evidence
+        elif outside is not None and len(search.outside) < 3:
+            search.outside = [*search.outside, outside]
+            worth += outside.evidence
+        else:
+            break
+        ranked = ranking(search)
+    return missing, worth, contested
+
+
+def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
+    """The effect in the model, everything refitted.
+
+    None where rows that the fit has not seen are not predicted better.
+    """
+    screen = search.screen()
+    after = refit(search.fit, screen, search.linear(), best)
+    if after is None or after.held_out_rms >= search.fit.held_out_rms:
+        return None
+    before, search.fit = search.fit, after
+    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best))
+
+
+def clear(suspect: Suspect, linear: Linear) -> bool:
+    before = float(linear.rest @ linear.rest)
+    return suspect.evidence > 0 and suspect.fall > 3 * MATERIAL * before
+
+
+def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
+    """Each effect that was added must still be needed beside the others, and be the best for its part."""
+    at = 0
+    while len(missing) > 1 and at < len(missing):
+        one = missing[at].candidate
+        others = [m.candidate for m in missing if m.candidate.key != one.key]
+        without = refit_all(base, search.fit, others, noise)
+        trial = replace(search, fit=without)
+        ranked = ranking(trial)
+        mine = next((c for c in ranked if c.key == one.key), None)
+        taken = {c.key for c in others}
+        rivals = [c for c in ranked if c.key not in taken]
+        if mine is None or not convincing(mine, without, len(search.classes)):
+            missing = [m for m in missing if m.candidate.key != one.key]
+            search.fit, at = without, 0
+            continue
+        better = rivals[0]
+        if better.key != one.key and better.evidence > mine.evidence + 6.0 and at < len(missing) - 1:
+            after = refit(without, trial.screen(), trial.linear(), better)
+            if after is not None and after.held_out_rms < search.fit.held_out_rms:
+                new = Missing(judged(without, after, better), after.held_out_rms, confusable(rivals, better))
+                missing = [*missing[:at], new, *missing[at + 1 :]]
+                search.fit = after
+                at += 1
+                continue
+        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine))
+        at += 1
+    return missing
+
+
+def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:
+    keys = {c.key for c in candidates}
+    effects = [e for e in fitted.model.effects if e.key in keys]
+    free = {**base.free, **{c.key: fitted.free[c.key] for c in candidates}}
+    strength = {k: v for k, v in fitted.strength.items() if base.model.effect(k) is not None or k in keys}
+    return fit_model(base.model, base.data, effects, free=free, noise=noise, penalty=strength)
+
+
+def thinned(base: Fit, noise: float | None) -> Fit:
+    """The base on every k-th pose where there are more than the search needs.
+
+    The full data then gives the final fit.
+    """
+    step = int(base.problem.weights.used.sum() // ENOUGH)
+    if step < 2:
+        return base
+    groups = base.data.repeats
+    kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
+    return fit_model(base.model, base.data.rows(kept), free=base.free, noise=noise, penalty=base.strength)
