@@ -122,7 +122,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     for changed, edit in change_edits(env, plan.decisions.changes) + insertion_edits(env, plan.insertions):
         edits[changed.path].append(edit)
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    before, after, more = _prove(model, plan, events, sources, edits, drafts, options)
+    before, after, more = _prove(model, plan, program, events, drafts, options)
     findings += more
     if after is None:
         return _failed(findings, 1)
@@ -141,9 +141,8 @@ def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
 def _prove(
     model: Model,
     plan: Plan,
+    program: Program,
     events: Sequence[MotionEvent],
-    sources: Sequence[Source],
-    edits: Mapping[str, Sequence[Edit]],
     drafts: Mapping[str, bytes],
     options: Options,
 ) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
@@ -153,16 +152,18 @@ def _prove(
     place = motion.samples.move + motion.samples.u
     still = steady(motion.trajectory, options, place)
     before = measure_deviation(model, motion.samples, motion.samples, own, motion.state, still)
-    written = read_program([Source(s.path, drafts[s.path]) for s in sources])
+    written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
     ran_events = walk(written, options.entry)
     ran, findings = read_samples(model, ran_events, options, joint_ways=True)
     findings = [d for d in findings if d.severity == "error"]
-    owners = owners_of(events, ran_events, edits) if ran is not None else None
-    if ran is None or owners is None:
-        text = "the corrected program cannot be run by the arm, so nothing is written"
-        return before, None, [*findings, Diagnostic("CMP004", "error", text, sources[0], help="see the findings above")]
+    owners = owners_of(program, written, plan.insertions, events, ran_events) if ran is not None else None
     index = {move.event: i for i, move in enumerate(motion.moves)}
-    owner = np.array([index[owners[move.event]] for move in ran.moves])
+    of = [index.get(owners[move.event], -1) for move in ran.moves] if ran is not None and owners is not None else []
+    if ran is None or set(of) != set(index.values()):
+        text = "the corrected program cannot be run by the arm, so nothing is written"
+        failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
+        return before, None, [*findings, failed]
+    owner = np.array(of)
     place = places_of(motion.samples, ran, owner, plan.pieces)
     state = build_state(model, ran, motion.trajectory, options, place)
     still = steady(motion.trajectory, options, place)

@@ -13,6 +13,11 @@ from postproc.rapid.program import Program
 _ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
 _PLAIN = re.compile(r"(Move|Trigg|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync|IOs)?$")
 
+_NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
+_OPENS = re.compile(
+    rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
+)
+
 
 def added_instruction(instruction: str) -> str | None:
     """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
@@ -34,6 +39,8 @@ def why_indivisible(event: MotionEvent) -> str | None:
     statement = event.statement
     if added_instruction(statement.instruction) is None:
         return f"nothing may be added before {statement.instruction}"
+    if event.detached:
+        return "the arm may come here from more than one place"
     if statement.argument("\\id") is not None:
         return "`\\ID` coordinates it with another task"
     if statement.argument("\\t") is not None:
@@ -46,15 +53,22 @@ def why_indivisible(event: MotionEvent) -> str | None:
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:
-    """Whether a statement may be put in front: what comes before on the line ends a statement or opens a block."""
-    before = data[data.rfind(b"\n", 0, offset) + 1 : offset].strip().upper()
-    opens_routine = before.startswith((b"PROC", b"LOCAL PROC", b"TRAP"))
-    return not before or opens_routine or before.endswith((b";", b"THEN", b"ELSE", b"DO", b":"))
+    """Whether a statement may be put in front: the code before it ends a statement or opens a block or a routine."""
+    end = offset
+    while end > 0:
+        start = data.rfind(b"\n", 0, end) + 1
+        code = _NO_CODE.sub(b"", data[start:end]).strip()
+        if code:
+            return _OPENS.search(code) is not None
+        end = start - 1
+    return True
 
 
 def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
     name = added_instruction(event.statement.instruction)
     assert name is not None
+    if event.statement.argument("\\on") is not None:  # the older form of ArcLStart
+        name = "Move" + name[3]
     return Insertion(event.statement, name, to, via, zone)
 
 

@@ -11,13 +11,13 @@ from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.values import Outcome, StatementKey, key_of
+from postproc.compensate.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, StatementKey, key_of
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program
+from postproc.robot.pose import pose_error
 
 MM = 1e3
-UNCHANGED_MM = 0.0005  # below the last decimal that is written
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -85,7 +85,8 @@ def _outcome(
     T_goal = plan.exact.T_base_flange[rows] @ samples.curves.T_flange_tcp[rows]
     shifts = np.linalg.norm(T_goal[:, :3, 3] - samples.T_base_tcp[samples.goal[rows], :3, 3], axis=1)
     shift = MM * float(shifts.max())
-    if shift < UNCHANGED_MM:
+    angles = np.linalg.norm(pose_error(samples.T_base_tcp[samples.goal[rows]], T_goal)[:, 3:], axis=1)
+    if shift < UNCHANGED_MM and angles.max() < UNCHANGED_RAD:
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from postproc.compensate.samples import Samples, sample_moves
 from postproc.compensate.sharing import Users
 from postproc.compensate.states import SWIFT, along, build_state, steady
 from postproc.compensate.targets import Pieces, divide_moves
-from postproc.compensate.values import Insertion, TargetValue, key_of
+from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.effects.contract import State
 from postproc.model.arm import Model
@@ -129,6 +129,7 @@ def plan_changes(
     settled = steady(motion.trajectory, options, place)
     exact = invert_model(model, samples, motion.state)
     indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
+    refused: dict[StatementKey, str] = {}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     while True:
         written = place_targets(model, samples, exact, left)
@@ -138,6 +139,7 @@ def plan_changes(
         values = _Values(model.robot, motion, events, written, curve)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces)
         decisions = decide_changes(events, wishes, users)
+        refused |= decisions.refused
         insertions, clashing = values.insertions(pieces, zone_name)
         now_left = _left_targets(motion, events, exact, wishes, decisions)
         if now_left.keys() <= left.keys() and not clashing:
@@ -147,7 +149,7 @@ def plan_changes(
     return Plan(
         motion,
         written,
-        decisions,
+        replace(decisions, refused=refused),
         tuple(insertions),
         tuple(pieces),
         tuple(transitions),

@@ -2,42 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
 from postproc.compensate.targets import Pieces
+from postproc.compensate.values import Insertion, key_of
 from postproc.motion.values import Index
-from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.program import Program
 
 
 def owners_of(
-    events: Sequence[MotionEvent], ran: Sequence[MotionEvent], edits: Mapping[str, Sequence[Edit]]
+    program: Program,
+    written: Program,
+    insertions: Sequence[Insertion],
+    events: Sequence[MotionEvent],
+    ran: Sequence[MotionEvent],
 ) -> list[int] | None:
-    """Original event of every event of the corrected program; added statements belong to the one behind them."""
-    places: dict[str, dict[int, int]] = {}
-    for path, changes in edits.items():
-        starts = sorted({e.statement.span[0] for e in events if e.statement.source.path == path})
-        ordered = sorted(changes, key=lambda e: (e.start, e.end))
-        shift, k = 0, 0
-        places[path] = {}
-        for start in starts:
-            while k < len(ordered) and ordered[k].end <= start:
-                shift += len(ordered[k].text) - (ordered[k].end - ordered[k].start)
-                k += 1
-            places[path][start + shift] = start
+    """Original event of every event of the written program; added statements belong to the one behind them.
+
+    Statements are told apart by their order in the text: before each original stand as many added ones as were planned.
+    None where the written program does not run the same statements.
+    """
+    added = Counter(key_of(i.statement) for i in insertions)
+    planned = [key for s in program.statements for key in [None] * added[key_of(s)] + [key_of(s)]]
+    if len(planned) != len(written.statements):
+        return None
+    original = dict(zip(map(key_of, written.statements), planned, strict=True))
     owners: list[int] = []
     at = 0
     for event in ran:
-        original = places[event.statement.source.path].get(event.statement.span[0])
         if at >= len(events):
             return None
         owners.append(at)
-        if original is not None:
-            if original != events[at].statement.span[0]:
+        key = original[key_of(event.statement)]
+        if key is not None:
+            if key != key_of(events[at].statement):
                 return None
             at += 1
     return owners if at == len(events) else None

@@ -89,9 +89,9 @@ def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
     """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
     here, before = samples.moves[i], samples.moves[i - 1]
     length = samples.curves.length[i]
-    # A corner zone of the whole half move is already reduced; nothing may be added then but in the middle.
-    near = 0.0 if before.fine else min(2 * before.zone, length / 2)
-    far = 0.0 if here.fine else min(2 * here.zone, length / 2)
+    # A zone of half the move or more leaves no room: any target between would shrink it.
+    near = 0.0 if before.fine else min(2 * before.zone, length)
+    far = 0.0 if here.fine else min(2 * here.zone, length)
     inside = (u > 0) & (u < 1)
     outside: Flags = inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
     return outside

@@ -11,6 +11,9 @@ from postproc.rapid.records import Ax6, Pose
 StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
 
+UNCHANGED_MM = 0.0005  # below the last decimal that is written
+UNCHANGED_RAD = 1e-7
+
 
 def key_of(statement: MotionStatement) -> StatementKey:
     return statement.source.path, statement.span[0]

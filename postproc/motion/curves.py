@@ -163,8 +163,9 @@ def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Ar
     here = Rotation.from_matrix(R_start)
     away = [(Rotation.from_matrix(R_via).inv() * here * Rotation.from_rotvec(t * fraction[:, None])).magnitude()
             for t in (turn, long_way)]  # fmt: skip
-    # A turn of next to nothing has no axis whose long way round could be meant.
-    other = (away[1] < away[0] - 1e-6) & (size > np.radians(5.0))
+    # A turn of next to nothing has no axis whose long way round could be meant, and many circle points are taught
+    # without care for their orientation: only one that clearly stands on the long way asks for it.
+    other = (away[1] < 0.5 * away[0] - 1e-6) & (size > np.radians(5.0))
     return np.where(other[:, None], long_way, turn)
 
 

@@ -11,7 +11,6 @@ window of length T1 removes such bursts and keeps what lasts longer:
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import grey_opening
@@ -19,7 +18,7 @@ from scipy.ndimage import grey_opening
 from postproc.arrays import Array
 
 _STEPS = 8  # time steps per natural period
-_BLOCK = 4096  # time steps taken together
+_BLOCK = 2000  # instants taken together
 _LEVELS = np.log(1.1)  # periods within 10 % share a window
 
 
@@ -34,18 +33,17 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
         (n, 6) between 0 and the acceleration.
     """
     result = np.zeros((len(t), 6))
+    if not len(t):
+        return result
     step = float(period.min()) / _STEPS
-    # A long program is taken in pieces: its memory does not grow with its time.
-    cuts = np.searchsorted(t, np.arange(0.0, duration, _BLOCK * step))
-    for first, end in pairwise([*cuts, len(t)]):
-        if first == end:
-            continue
-        rows = np.arange(first, end)
-        reach = float(period[rows].max()) + step
-        count = int(np.ceil((t[rows[-1]] - t[rows[0]] + 2 * reach) / step)) + 1
-        even = t[rows[0]] - reach + step * np.arange(count)
+    # Only the surroundings of the instants are looked at, in blocks: memory does not grow with the program.
+    for first in range(0, len(t), _BLOCK):
+        rows = np.arange(first, min(first + _BLOCK, len(t)))
+        reach = int(np.ceil(period[rows].max() / step)) + 2
+        near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
+        even = near * step
         inside = (even >= 0.0) & (even <= duration)
-        a = np.zeros((count, 6))
+        a = np.zeros((len(even), 6))
         a[inside] = acceleration(even[inside])
         level = np.round(np.log(period[rows]) / _LEVELS).astype(int)
         for n in np.unique(level):

@@ -62,7 +62,11 @@ def retime(
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = a
     if runs.count:
-        kept = sustained(lambda x: joint_motion(runs, law, *profile.at(x)).a_slope, float(start[-1]), t, T1)
+        rows = slope.any(axis=1)  # where nothing acts nothing lasts
+        kept = np.zeros((n, 6))
+        kept[rows] = sustained(
+            lambda x: joint_motion(runs, law, *profile.at(x)).a_slope, float(start[-1]), t[rows], T1[rows]
+        )
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
         a_sustained = _bridged(a - slope + kept, path.blend)
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from jinja2.sandbox import SandboxedEnvironment
@@ -14,7 +15,7 @@ from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
-_DROPPED_ROLES = frozenset({"\\inpos", "\\z"})  # belong to the original's stop point or zone
+_DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the original's stop point or zone
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[tuple[Source, Edit]]:
@@ -29,7 +30,7 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[t
         argument = change.statement.argument(change.role)
         assert argument is not None
         text = fill(target, {"target": change.value})
-        edits.append((change.statement.source, Edit(*argument.span, text.encode("latin-1"))))
+        edits.append((change.statement.source, Edit(*argument.span, text.encode("latin-1", "replace"))))
     return edits
 
 
@@ -48,9 +49,22 @@ def _number_edits(change: Change) -> list[Edit]:
 
     return [
         *rewritten(spans.trans, value.pose.trans, MM_DECIMALS),
-        *rewritten(spans.rot, value.pose.rot, QUATERNION_DECIMALS),
+        *(
+            []
+            if _same_rotation(data, spans.rot, value.pose.rot)
+            else rewritten(spans.rot, value.pose.rot, QUATERNION_DECIMALS)
+        ),
         *rewritten(spans.robconf, value.robconf, 0),
     ]
+
+
+def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
+    """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
+    before = [float(data[start:end]) for start, end in places]
+    size = math.hypot(*before)
+    return size > 0 and all(
+        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)
+    )
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
@@ -75,7 +89,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
             if insertion.duration is not None:
                 replaced["\\t"] = "\\T:=" + rapid_number(insertion.duration, 4)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
-            lines.append(fill(template, {"statement": values}).encode("latin-1") + newline + lead)
+            lines.append(fill(template, {"statement": values}).encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
     return edits
 
@@ -143,4 +157,4 @@ def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -
         parts += [data[at : edit.start].decode("latin-1"), edit.text.decode("latin-1")]
         at = edit.end
     parts.append(data[at:].decode("latin-1"))
-    return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1")
+    return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1", "replace")

@@ -32,5 +32,5 @@ def number_like(original: str, value: float, least_decimals: int) -> str:
     decimals = max(least_decimals, written)
     if abs(float(original) - value) < 0.5 * 10.0**-decimals:
         return original
-    text = f"{value:.{decimals}f}"
+    text = f"{round(value, decimals) + 0.0:.{decimals}f}"
     return text if written >= decimals else rapid_number(value, decimals)

@@ -19,6 +19,7 @@ TANGENT, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
 SPEED = "speed_mm_s"
 
 NEAREST_MM = 0.1  # the shortest move a controller makes (RAPID reference, MoveC)
+LARGEST = 1e6  # no arm reaches a kilometre
 UNIT = 0.01  # a quaternion this far from length one is a mistake, not rounding
 PARALLEL = math.radians(5.0)  # a normal this close to the tangent does not say how the torch stands
 
@@ -55,7 +56,8 @@ class _Table:
     def numbers(self, names: Sequence[str]) -> Array:
         """Columns as numbers (n, len(names)); a cell that is none is a finding and becomes NaN."""
         places = [self.header.index(name) for name in names]
-        return np.array([[self._number(row, at) for at in places] for row in range(len(self.rows))])
+        values = [[self._number(row, at) for at in places] for row in range(len(self.rows))]
+        return np.array(values, dtype=float).reshape(-1, len(names))
 
     def _number(self, row: int, at: int) -> float:
         span = self.cells[row][at]
@@ -64,8 +66,9 @@ class _Table:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not abs(value) < LARGEST:
             what = f"`{text}` is not a number" if text else "nothing stands here"
+            what = f"`{text}` is too large" if LARGEST <= abs(value) < math.inf else what
             self.wrong("SEA002", row, at, what, "a point needs all its numbers: take the row out or measure it again")
             return math.nan
         return value

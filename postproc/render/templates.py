@@ -62,7 +62,7 @@ def load_template(env: SandboxedEnvironment, name: str) -> Template:
     """
     try:
         return env.get_template(name)
-    except TemplateError as error:
+    except (TemplateError, UnicodeDecodeError) as error:
         raise PostprocError(_template_diagnostic(name, error)) from error
 
 
@@ -74,11 +74,11 @@ def fill(template: Template, values: Mapping[str, object]) -> str:
     """
     try:
         return template.render(values)
-    except TemplateError as error:
+    except Exception as error:  # a template is the user's code: anything may go wrong in it
         raise PostprocError(_template_diagnostic(template.name or "template", error)) from error
 
 
-def _template_diagnostic(name: str, error: TemplateError) -> Diagnostic:
+def _template_diagnostic(name: str, error: Exception) -> Diagnostic:
     line = getattr(error, "lineno", None)
     where = f" line {line}" if line else ""
     return Diagnostic(
