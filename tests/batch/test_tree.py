@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from postproc.batch.discover import discover
 from postproc.batch.jobsfile import read_plan
@@ -249,3 +251,29 @@ def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, text: str, place: str
         read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
     found = caught.value.diagnostics[0]
     assert (found.code, found.place) == ("BAT009", f"{tmp_path}/jobs.toml:{place}")
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    text=st.text(st.sampled_from('[]job="\n./*folder files\x00é0:,-#{}'), max_size=80),
+    name=st.sampled_from(["sys", "moc", "jobs", "pgf"]),
+)
+def test_any_text_around_programs_is_read_or_refused(tmp_path: Path, text: str, name: str) -> None:
+    files: dict[str, str | bytes] = {
+        "RAPID/TASK1/PROGMOD/a.mod": "MODULE a\nENDMODULE\n",
+        "P/b.mod": "MODULE b\nENDMODULE\n",
+    }
+    files["BACKINFO/backinfo.txt"] = BACKINFO
+    data = text.encode("utf-8", "replace")
+    files |= {
+        "SYSPAR/SYS.cfg": SYS[:60].encode() + data + SYS[60:].encode() if name == "sys" else SYS,
+        "SYSPAR/MOC.cfg": MOC[:60].encode() + data if name == "moc" else MOC,
+        "P/P.pgf": b"<Module>" + data + b"</Module>" if name == "pgf" else "",
+        "jobs.toml": b'[[job]]\nfolder = "P"\n' + data if name == "jobs" else '[[job]]\nfolder = "P"\n',
+    }
+    write(tmp_path, files)
+    assert discover(tmp_path).tasks
+    try:
+        assert read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out").tasks
+    except PostprocError as error:
+        assert {d.code for d in error.diagnostics} <= {"BAT001", "BAT009"}

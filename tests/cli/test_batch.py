@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
 import pytest
+
+from postproc.batch.summary import sum_line, table_lines
+from postproc.batch.values import Batch, Outcome, Task
+from postproc.cli.progress import reporting
 
 from .conftest import Call
 
@@ -58,3 +63,38 @@ def test_usage(call: Call, folder: Path, tmp_path: Path, arguments: list[str], c
     outcome = call("batch", *filled)
     assert outcome.code == 2 and code in outcome.err, outcome.err
     assert not (tmp_path / "out").exists()
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Terminal()
+    monkeypatch.setattr("sys.stderr", screen)
+    found = {"code": "RAP001", "severity": "error", "message": "the file [bold] is empty", "help": None}
+    found |= {"path": "a[0].mod", "line": 3, "column": 7}
+    with reporting(2) as shown:
+        shown.outcome(Outcome(Task("a[0].mod", ()), "failed", False, {}, (found,)))
+        shown.outcome(Outcome(Task("b.mod", ()), "unchanged", False, {}, ()))
+    text = screen.getvalue()
+    assert "2/2" in text and "/min" in text and "0:00:0" in text
+    assert "a[0].mod:3:7: error[RAP001]: the file [bold] is empty" in text
+    assert "b.mod" not in text
+
+
+def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
+    figures = {"added_targets": 1, "statements": {"skipped": 2}, "max_error_before_mm": 1.0}
+    good = [
+        Outcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
+        for i in range(100)
+    ]
+    bad = Outcome(Task("zzz.mod", ()), "failed", False, {}, ())
+    lines = list(table_lines(Batch((*good, bad), 3, ())))
+    assert len(lines) == 42 and lines[-1] == "and 61 more; --json lists all"
+    assert lines[1].split() == ["061.mod", "compensated", "1.000", "0.006", "1", "2"]
+    assert lines[-2].split() == ["zzz.mod", "failed"]
+    assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
+        "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"
+    )

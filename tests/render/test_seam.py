@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from postproc.cli.app import build
 from postproc.cli.run import run
@@ -63,6 +65,7 @@ def test_quaternions_are_taken_as_they_are(mark: str) -> None:
         ("x,50,0,0,1,0,0,0,1,8", "SEA002", "row 3, column `x_mm`: `x` is not a number"),
         ("0,nan,0,0,1,0,0,0,1,8", "SEA002", "row 3, column `y_mm`: `nan` is not a number"),
         ("0,50,0,0,inf,0,0,0,1,8", "SEA002", "row 3, column `ty`: `inf` is not a number"),
+        ("0,5e7,0,0,1,0,0,0,1,8", "SEA002", "row 3, column `y_mm`: `5e7` is too large"),
         ("0,50,0,0,,0,0,0,1,8", "SEA002", "row 3, column `ty`: nothing stands here"),
         ("0,0.05,0,0,1,0,0,0,1,8", "SEA004", "only 0.050 mm from the point before"),
         ("0,50,0,0,0,0,0,0,1,8", "SEA003", "row 3, column `tx`: the tangent has no length"),
@@ -170,3 +173,53 @@ def test_the_command_writes_nothing_if_a_row_is_wrong(tmp_path: Path, capsys: py
     assert run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Seam.mod"]) == 2
     assert "SEA002" in capsys.readouterr().err
     assert not (tmp_path / "Seam.mod").exists()
+
+
+CELL = st.sampled_from(
+    [
+        "0",
+        "1",
+        "-50",
+        "1e9",
+        "nan",
+        "inf",
+        "-inf",
+        "",
+        " ",
+        "x",
+        "1,5",
+        '"3"',
+        "\u00e9",
+        "1e400",
+        "1e300",
+        "-1e7",
+        "0x10",
+        "1_0",
+    ]
+)
+
+
+@settings(max_examples=150)
+@given(
+    head=st.sampled_from(
+        [HEAD, "x_mm;y_mm;z_mm;qw;qx;qy;qz", f"{HEAD},speed_mm_s", "x_mm", HEAD.upper(), HEAD + ",x_mm"]
+    ),
+    rows=st.lists(st.lists(CELL, min_size=5, max_size=11), max_size=6),
+    mark=st.sampled_from(["\n", "\r\n", "\r", "\n\n"]),
+    codec=st.sampled_from(["utf-8", "utf-8-sig", "latin-1", "utf-16"]),
+)
+def test_any_table_is_read_or_refused(head: str, rows: list[list[str]], mark: str, codec: str) -> None:
+    text = mark.join([head, *(";".join(row) if ";" in head else ",".join(row) for row in rows)])
+    try:
+        points = read_seam_points(Source("points.csv", text.encode(codec)))
+    except PostprocError as error:
+        assert all(d.code.startswith("SEA") and d.render() for d in error.diagnostics)
+    else:
+        assert np.isfinite(points.place_mm).all() and np.isfinite(points.rotation).all()
+
+
+@settings(max_examples=100)
+@given(st.binary(max_size=200))
+def test_any_bytes_are_refused(data: bytes) -> None:
+    with pytest.raises(PostprocError):
+        read_seam_points(Source("points.csv", data))
