@@ -141,14 +141,9 @@ def _readings_of_joints(q: Array) -> list[tuple[Array, str, str]]:
 
 
 def _readings_of_points(y: Array) -> list[tuple[Array, str, str]]:
-    rename = "rename the columns, or give the right ones in a column map"
-    other: list[tuple[Array, str, str]] = []
-    for i, j in combinations(range(3), 2):
-        order = list(range(3))
-        order[i], order[j] = j, i
-        text = f"columns `{'xyz'[i]}_mm` and `{'xyz'[j]}_mm` look swapped (or one of x, y, z has the wrong sign)"
-        other.append((y[:, order], text, rename))
-    return other
+    # The instrument may stand anyhow, so every swap and every sign gives the same mirror image.
+    text = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
+    return [(y[:, [1, 0, 2]], text, "rename the columns, or give `sign = -1` in a column map")]
 
 
 def _reading(cells: Cells, message: str, help_: str) -> Diagnostic:

@@ -55,7 +55,7 @@ def test_frame_and_tool_are_found_without_a_guess():
         (lambda t: edited(t, ANGLES, np.radians), "radians"),
         (lambda t: edited(t, PLACES, lambda x: x / 1e3), "metres"),
         (lambda t: edited(t, PLACES, lambda x: x / 25.4), "inches"),
-        (lambda t: [t[0].replace("x_mm,y_mm", "y_mm,x_mm"), *t[1:]], "`x_mm` and `y_mm` look swapped"),
+        (lambda t: [t[0].replace("x_mm,y_mm", "y_mm,x_mm"), *t[1:]], "two of `x_mm`, `y_mm`, `z_mm` are swapped"),
         (lambda t: [t[0].replace("q2_deg,q3_deg", "q3_deg,q2_deg"), *t[1:]], "`q2_deg` and `q3_deg` look swapped"),
         (lambda t: edited(t, [5], lambda x: -x), "`q5_deg` looks negated"),
     ],
