@@ -6,6 +6,7 @@ Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> t
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -159,7 +160,8 @@ def _prove(
     owners = owners_of(program, written, plan.insertions, events, ran_events) if ran is not None else None
     index = {move.event: i for i, move in enumerate(motion.moves)}
     of = [index.get(owners[move.event], -1) for move in ran.moves] if ran is not None and owners is not None else []
-    if ran is None or set(of) != set(index.values()):
+    parts = {i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces}
+    if ran is None or Counter(of) != parts:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
         return before, None, [*findings, failed]

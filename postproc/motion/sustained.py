@@ -39,7 +39,7 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
     # Only the surroundings of the instants are looked at, in blocks: memory does not grow with the program.
     for first in range(0, len(t), _BLOCK):
         rows = np.arange(first, min(first + _BLOCK, len(t)))
-        reach = int(np.ceil(period[rows].max() / step)) + 2
+        reach = int(np.ceil(1.05 * period[rows].max() / step)) + 2  # a window is rounded up
         near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
         even = near * step
         inside = (even >= 0.0) & (even <= duration)

@@ -315,3 +315,30 @@ def test_a_parameter_with_one_value_is_followed_to_its_declaration() -> None:
     found = convert(text)
     assert [o.status for o in found.outcomes] == ["compensated"] * 2
     accurate(text, found)
+
+
+def test_a_parameter_with_two_values_is_left_alone_and_said() -> None:
+    """One statement runs with two targets handed over: no text could hold both corrections."""
+    text = module(
+        f"CONST robtarget p1:={A};\nCONST robtarget p2:={B};",
+        f"MoveJ {C},v200,fine,tT;\ngo p1;\ngo p2;",
+        "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n",
+    )
+    found = convert(text)
+    left = outcome(found, 1)
+    assert left.status == "skipped" and "several times" in (left.reason or "")
+    assert "CMP005" in codes(found)
+    assert found.report["max_error_after_mm"] > 0.5
+    assert body_of(written(found))[1:] == body_of(text)[1:]
+
+
+@pytest.mark.parametrize("condition", ["IF on", "IF on ! if it is", "IF (on)", "IF on AND TRUE"])
+def test_an_if_whose_statement_stands_on_the_next_line(condition: str) -> None:
+    """A target between the condition and its statement would take the statement's place."""
+    text = module(
+        f"VAR bool on:=TRUE;\nCONST robtarget far:={target(1350, -20)};",
+        f"MoveJ {A},v200,fine,tT;\n{condition}\nMoveL far,v50,fine,tT;",
+    )
+    found = convert(text)
+    assert body_of(written(found))[-2:] == [condition, "MoveL far,v50,fine,tT;"]
+    assert found.report["added_targets"] == 0

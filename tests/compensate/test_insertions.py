@@ -200,3 +200,71 @@ def test_longer_seams_need_proportionally_many() -> None:
         counts.append(1 + convert(text, tolerance_m=2e-6).report["added_targets"])
     for a, b in pairwise(counts):
         assert b == pytest.approx(2 * a, abs=2)
+
+
+@pytest.mark.parametrize("zone", ["z1", "z20", "z50", "z80", "z150"])
+def test_added_targets_leave_the_zones_of_their_neighbours_alone(zone: str) -> None:
+    """The controller halves a zone to the nearest target: one that is added too near would move the whole corner."""
+    text = module(
+        "",
+        f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -20)},v50,{zone},tT;\n"
+        f"MoveL {target(1100, -20)},v50,fine,tT;",
+    )
+    found = convert(text, tolerance_m=5e-6)
+    assert added(text, found)
+    report = independent(text, found)
+    assert report.violations == []
+    assert report.cut_after <= 0.05
+    assert body_of(written(found))[-1].endswith("v50,fine,tT;")
+
+
+def test_a_move_that_is_all_zone_gets_nothing() -> None:
+    text = module(
+        "",
+        f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -300)},v50,z200,tT;\n"
+        f"MoveL {target(1350, -100)},v50,z200,tT;\nMoveL {target(1100, -100)},v50,fine,tT;",
+    )
+    found = convert(text, tolerance_m=1e-6)
+    assert all(k != 2 for k, _ in added(text, found))
+
+
+ELSEWHERE = {
+    "IF with ELSE": "IF DOutput(do1)=1 THEN\nMoveL {b},v50,fine,tT;\nELSE\nMoveL {c},v50,fine,tT;\nENDIF\nMoveL {far},v50,fine,tT;",
+    "IF": "IF DOutput(do1)=1 THEN\nMoveL {c},v50,fine,tT;\nENDIF\nMoveL {far},v50,fine,tT;",
+    "IF on one line": "IF DOutput(do1)=1 MoveL {c},v50,fine,tT;\nMoveL {far},v50,fine,tT;",
+    "WHILE": "WHILE DOutput(do1)=1 DO\nMoveL {c},v50,fine,tT;\nENDWHILE\nMoveL {far},v50,fine,tT;",
+    "the body of WHILE": "WHILE DOutput(do1)=1 DO\nMoveL {far},v50,fine,tT;\nMoveJ {c},v50,fine,tT;\nENDWHILE",
+    "TEST": "TEST GInput(g)\nCASE 1:\nMoveL {c},v50,fine,tT;\nCASE 2:\nMoveL {b},v50,fine,tT;\nENDTEST\nMoveL {far},v50,fine,tT;",
+    "GOTO back": "again:\nMoveL {far},v50,fine,tT;\nMoveJ {c},v50,fine,tT;\nGOTO again;",
+    "GOTO over": "IF DOutput(do1)=1 GOTO skip;\nMoveL {c},v50,fine,tT;\nskip:\nMoveL {far},v50,fine,tT;",
+    "a call by name": '%"other"%;\nMoveL {far},v50,fine,tT;',
+}
+
+
+@pytest.mark.parametrize("way", ELSEWHERE)
+def test_nothing_is_added_where_the_arm_may_come_from_elsewhere(way: str) -> None:
+    """Targets on the line from one place would lead the arm astray that comes from the other."""
+    b, c, far = target(1350, -380), target(1270, -380, 760), target(1350, -20)
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\n" + ELSEWHERE[way].format(b=b, c=c, far=far))
+    found = convert(text)
+    assert found.plan is not None
+    ends = {i.statement.line for i in found.plan.insertions}
+    assert not ends & {o.statement.line for o in found.outcomes if f"{far}" in o.statement.argument("to").text}  # type: ignore[union-attr]
+    assert found.outcomes[-1].status == "compensated"
+
+
+def test_the_old_form_of_the_arc_statements() -> None:
+    """`\\On` and `\\Off` light the arc and put it out at that statement's own target, not at an added one."""
+    data = "v100,sm,wd,wv"
+    text = module(
+        "",
+        f"MoveJ {target(1150, -500, 960)},v200,fine,tT;\nArcL\\On,{target(1350, -480)},{data},fine,tT;\n"
+        f"ArcL {target(1350, -380)},{data},z1,tT;\nArcL\\Off,{target(1350, -20)},{data},fine,tT;",
+    )
+    found = convert(text, tolerance_m=5e-6)
+    steps = body_of(written(found))
+    lit, out = (next(i for i, s in enumerate(steps) if s.startswith(f"ArcL\\{word}")) for word in ("On", "Off"))
+    assert found.report["added_targets"] >= 3
+    assert {s.split()[0] for s in steps[1:lit]} == {"MoveL"}
+    assert {s.split()[0] for s in steps[lit + 1 : out]} == {"ArcL"}
+    assert out == len(steps) - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
+from postproc.rapid.records import RobTarget
 from postproc.robot.kinematics import jacobian
-from tests.compensate.build import arm, body_of, convert, module, places, target, written
+from tests.compensate.build import arm, body_of, convert, events, module, places, target, written
 
 TEXT = module(
     f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",
@@ -77,6 +79,28 @@ def test_a_moment_turns_the_tool() -> None:
     none, turned = (convert(TEXT, force=NO_FORCE, moment=m) for m in ((0.0, 0.0, 0.0), (0.0, 60.0, 0.0)))
     assert np.abs(shifts(turned) - shifts(none)).max() > 0.02
     assert turned.report["max_error_after_mm"] <= 0.01
+
+
+@pytest.mark.parametrize("how", [lambda m: m.with_effects(), lambda m: model('robot = "irb4600_60_205"\n')])
+def test_a_rigid_arm_needs_no_correction(how: Callable[[Model], Model]) -> None:
+    """Nothing deflects: nothing is added, no target changes, and the file is the one that came in."""
+    found = convert(TEXT, how(arm()), force_on="arc")
+    assert [o.status for o in found.outcomes] == ["unchanged"] * 2
+    assert all(o.reason for o in found.outcomes)
+    assert found.report["added_targets"] == 0
+    assert found.report["max_error_before_mm"] == found.report["max_error_after_mm"] == 0.0
+    assert written(found) == TEXT
+
+
+def test_a_correction_of_the_orientation_alone_is_a_correction() -> None:
+    """Axis 6 stands 0.2 deg off and the torch lies on its axis: the TCP stays where it is, the torch turns."""
+    text = 'robot = "irb4600_60_205"\n[effects.joint_offset]\noffset_rad = [0, 0, 0, 0, 0, 0.0035]\n'
+    found = convert(TEXT, model(text), force=NO_FORCE)
+    assert np.abs(shifts(found)).max() < 1e-3
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    rotations = [np.array(e.target.rot) for e in events(written(found)) if isinstance(e.target, RobTarget)]
+    before = np.array(events(TEXT)[0].target.rot)  # type: ignore[union-attr]
+    assert 2 * np.arccos(min(1.0, abs(rotations[0] @ before))) == pytest.approx(0.0035, rel=1e-2)
 
 
 @pytest.mark.parametrize("name", ["irb4600_60_205", "irb4600_60_205_seed"])

@@ -72,3 +72,8 @@ def test_filters() -> None:
     assert mm((1200.00049, -0.0001, 3.14159)) == ["1200", "0", "3.142"]
     assert quaternion((1.0, 0.0, -0.123456789, 1e-9)) == ["1", "0", "-0.1234568", "0"]
     assert axes((9e9, 0.0, 123.4567891, -9e9)) == ["9E9", "0", "123.456789", "-9000000000"]
+
+
+@given(st.floats(-4000, 4000), st.integers(0, 9), st.floats(-0.002, 0.002))
+def test_no_negative_zero(old: float, count: int, value: float) -> None:
+    assert not re.fullmatch(r"-0(\.0*)?", number_like(f"{old + 1e4:.{count}f}", value, MM_DECIMALS))

@@ -81,6 +81,19 @@ def test_a_broken_template(tmp_path: Path, name: str, text: str) -> None:
     assert name in found.message and found.help
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{{ 1 / 0 }}",
+        "{{ target.pose.trans + 1 }}{{ statement + 1 }}{{ version + 1 }}{{ parts + 1 }}",
+        "{{ '%d' | format('x') }}",
+    ],
+)
+def test_an_error_while_a_template_runs(tmp_path: Path, text: str) -> None:
+    (tmp_path / "target.j2").write_text(text)
+    assert fails(tmp_path).diagnostics[0].code == "REN002"
+
+
 def test_a_template_cannot_reach_beyond_its_values(tmp_path: Path) -> None:
     (tmp_path / "header.j2").write_text("{{ version.__class__.__mro__[1].__subclasses__() }}")
     assert fails(tmp_path).diagnostics[0].code == "REN002"
@@ -94,7 +107,7 @@ def test_letters_that_rapid_does_not_have(tmp_path: Path) -> None:
     assert not [d for d in read_program([Source("m.mod", text.encode("latin-1"))]).diagnostics if d.severity == "error"]
 
 
-@pytest.mark.parametrize("where", ["last"])
+@pytest.mark.parametrize("where", ["first", "last"])
 def test_a_module_template_may_add_lines(tmp_path: Path, where: str) -> None:
     note = {"first": "! Shipyard 7\n{P}", "last": "{P}! Shipyard 7\n"}[where]
     (tmp_path / "module.j2").write_text(note.replace("{P}", "{% for part in parts %}{{ part }}{% endfor %}"))
@@ -102,3 +115,16 @@ def test_a_module_template_may_add_lines(tmp_path: Path, where: str) -> None:
     assert found.exit_code == 0
     assert "! Shipyard 7" in written(found)
     assert found.report["max_error_after_mm"] <= 0.01
+
+
+def test_letters_beyond_latin_1_in_an_added_statement(tmp_path: Path) -> None:
+    (tmp_path / "statement.j2").write_text(
+        "{{ statement.instruction }}{% for a in statement.arguments %}{{ a.lead }}{{ a.text }}{% endfor %}; ! → added",
+        encoding="utf-8",
+    )
+    assert convert(TEXT, template_dir=tmp_path).exit_code == 0
+
+
+def test_a_template_that_is_not_utf_8(tmp_path: Path) -> None:
+    (tmp_path / "header.j2").write_bytes("! postproc {{ version }}: compensated für Blech".encode("latin-1"))
+    assert fails(tmp_path).diagnostics[0].code == "REN002"
