@@ -66,6 +66,7 @@ def test_a_wrong_added_target_is_found(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new"),
     [
+        ("MoveL p2,", "MoveL pNowhere,"),  # another name
         ("MoveL p2,v50,z1,tT;", ""),  # a statement is lost
         ("MoveJ p1,v200,fine,tT;", "MoveJ p1,v200,fine,tT; MoveJ p1,v200,fine,tT;"),  # a statement too many
         ("[-1,0,-1,0]", "[1,0,-1,0]"),  # a configuration that the arm does not have there
