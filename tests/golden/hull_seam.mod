@@ -4,11 +4,11 @@
 %%%
 
 MODULE HullSeam
-    ! postproc 0.1.0: compensated for irb4600_60_205
-    ! model: joint_compliance
-    ! on the TCP: force 200, -200, -200 N, along the whole program
-    ! deviation along lines and arcs: 2.584 mm before, 0.008 mm after
-    ! 1 targets added; these lines prevent compensating twice
+  ! postproc 0.1.0: compensated for irb4600_60_205
+  ! model: joint_compliance
+  ! on the TCP: force 200, -200, -200 N, along the whole program
+  ! deviation along lines and arcs: 2.584 mm before, 0.008 mm after
+  ! 1 target added; these lines prevent compensating twice
   !***************************************************************
   ! Shell plate butt, frame 41 to 43, position PA
   ! IRB 4600-60/2.05, fixed pedestal, plate on the east jig
