@@ -2,8 +2,8 @@
 
     python docs/figures/case_study.py
 
-Reads ``samples/paper_case.mod``, converts it for both geometries with the force of the study, and writes SVG files beside
-this script. The figures it prints stand in ``docs/paper.md``.
+Reads ``samples/paper_case.mod``, converts it for both geometries with the force of the study, and writes SVG files
+beside this script. The figures it prints stand in ``docs/paper.md``.
 """
 
 from __future__ import annotations
