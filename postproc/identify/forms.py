@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ class Form:
         effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
         columns: (N, m) whitened columns of the screened entries; scale: (m,) their ordinary sizes.
         forming: how many parameters beyond the screened ones a full fit would move.
+        along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
     """
 
     key: str
@@ -32,6 +33,7 @@ class Form:
     columns: Array
     scale: Array
     forming: int = 0
+    along: Array | None = None
 
 
 WIDE = 3.0
@@ -54,7 +56,10 @@ def make_form(problem: Problem, v: Variant) -> Form | None:
     if not np.isfinite(columns).all() or not columns.any():
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
-    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), forming)
+    extra = v.refit & v.effect.amplitudes() & ~v.free
+    # Terms that the model already holds are free in its fit and need no second projection.
+    along = problem.columns(v.effect, extra) if extra.any() and not v.effect.vector()[extra].any() else None
+    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), forming, along)
 
 
 @dataclass(frozen=True)
@@ -82,7 +87,10 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
     result: list[Gain] = [NOTHING] * len(forms)
     by_width: dict[int, list[int]] = {}
     for i, form in enumerate(forms):
-        by_width.setdefault(form.columns.shape[1], []).append(i)
+        if form.along is None:
+            by_width.setdefault(form.columns.shape[1], []).append(i)
+        else:
+            result[i] = gains(linear.extended(as_rows(linear, form.along)), [replace(form, along=None)])[0]
     for width, members in by_width.items():
         chunk = max(1, int(4e7 / (len(linear.residual) * width)))
         for at in range(0, len(members), chunk):

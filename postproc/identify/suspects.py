@@ -19,7 +19,7 @@ from postproc.identify.linear import Linear
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import INSTRUMENT, TOOL
 
-STEPS, KINKS = 24, 9
+STEPS, KINKS, HARMONICS = 24, 9, (1, 2, 3)
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
 
@@ -96,6 +96,13 @@ def _of_one(name: str, values: Array) -> Iterator[Pattern]:
     knots = list(np.quantile(values, np.linspace(0.1, 0.9, KINKS))) + ([0.0] if values.min() < 0 < values.max() else [])
     for knot in knots:
         yield Pattern((name,), f"kink near {shown(name, float(knot))}", np.abs(values - knot) / half, values)
+    if name == "time":
+        since = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+        for share in (0.05, 0.1, 0.2, 0.4):
+            yield Pattern((name,), f"settling within {shown(name, share * 2 * half)}", np.exp(-since / share))
+        for k in range(1, 6):
+            for wave in (np.sin, np.cos):
+                yield Pattern((name,), f"swaying with a period of {shown(name, 2 * half / k)}", wave(2 * np.pi * k * since))
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4):
             if k + width < STEPS:
@@ -111,6 +118,11 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
     yield Pattern(names, text, raw / max(float(np.abs(raw).max()), 1e-300))
     middle = (a - a.mean()) * (b - b.mean())
     yield Pattern(names, text, middle / max(float(np.abs(middle).max()), 1e-300))
+    if first[0] == second[0] == "q":
+        for k in HARMONICS:
+            for j in HARMONICS:
+                for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
+                    yield Pattern(names, f"product of {k} {first} and {j} {second} waves", f(k * a) * g(j * b))
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = np.sign(sign) * np.abs(size)

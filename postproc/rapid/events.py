@@ -97,7 +97,10 @@ class MotionStatement:
     interpolation: Interpolation
 
     def argument(self, role: str) -> Argument | None:
-        return next((a for a in self.arguments if a.role == role), None)
+        for argument in self.arguments:
+            if argument.role == role:
+                return argument
+        return None
 
     @property
     def line(self) -> int:

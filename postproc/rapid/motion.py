@@ -35,6 +35,12 @@ def read_arguments(data: bytes, start: int, end: int) -> tuple[tuple[str, Span, 
             )
         elif expression[0] < expression[1]:
             found.append(("", expression, expression))
+        if patterns.PLAIN_REST.fullmatch(data, at, end):  # as most statements go on after their target
+            for word in data[at + 1 : end].split(b","):
+                span = (at + 1, at + 1 + len(word))
+                found.append(("", span, span))
+                at = span[1]
+            break
     return tuple(found)
 
 
@@ -54,7 +60,7 @@ def read_motion(source: Source, span: Span, word: str, module: str, routine: str
     start = span[0] + len(word)
     end = span[1] - 1 if data[span[1] - 1 : span[1]] == b";" else span[1]
     pieces = read_arguments(data, start, end)
-    roles = iter(positional_roles(signature, sum(not name for name, _, _ in pieces)))
+    roles = iter(positional_roles(signature, len([1 for name, _, _ in pieces if not name])))
     arguments = []
     for name, at, whole in pieces:
         role = intern(name) if name else next(roles, "extra")
@@ -65,5 +71,5 @@ def read_motion(source: Source, span: Span, word: str, module: str, routine: str
 
 def fits(statement: MotionStatement, signature: Signature) -> bool:
     """Whether the statement has exactly the positional arguments of its signature."""
-    count = sum(not a.role.startswith("\\") for a in statement.arguments)
+    count = len([1 for a in statement.arguments if a.role[0] != "\\"])
     return count == len(signature.roles) or (bool(signature.older) and count == len(signature.older))

@@ -120,6 +120,8 @@ PIECE = re.compile(
     + EXPRESSION
     + rb")"
 )
+# Arguments that are names, nothing else between them than commas.
+PLAIN_REST = re.compile(rb"(?:,[A-Za-z_]\w*+)++")
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.
 TOKEN = re.compile(rb"((?:" + BLANK + rb"++|" + COMMENT + rb"))|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
 PART = re.compile(rb"(?:[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED + rb")*+")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -37,6 +37,23 @@ UNKNOWN_SPEED = SpeedData(0.0)
 _KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
 
 
+# Roles of the arguments that Settings are made of.
+_SETTINGS = frozenset({"tool", "\\wobj", "speed", "zone", "\\v", "\\t", "\\z", "\\tload", "weld"})
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What one statement names beside its target."""
+
+    tool: ToolData
+    wobj: WobjData
+    speed: SpeedData
+    zone: ZoneData
+    duration: float | None
+    total: LoadData | None
+    weld: Weld | None
+
+
 class EventMaker:
     """Makes events; values of names that cannot change are read once."""
 
@@ -45,30 +62,19 @@ class EventMaker:
         self.diagnostics = diagnostics
         self.targets = Targets()
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
+        self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
         self.reported: set[str] = set()
-        self.options: dict[tuple[tuple[str, bool], ...], Mapping[str, bool]] = {}
+        self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool, detached: bool) -> MotionEvent:
         """The event of one execution."""
         signature = SIGNATURES[statement.instruction.lower()]
         found: list[Diagnostic] = []
         reasons: list[str] = []
-        arguments = {a.role: a for a in statement.arguments}
-
-        def known(role: str, convert: Callable[[str, Data], T], default: T) -> T:
-            argument = arguments.get(role)
-            if argument is None or not self.given(argument, memory):
-                return default
-            try:
-                return self.constant(argument, convert, memory)
-            except NotKnown as error:
-                reasons.append(self.explained(error, argument, statement.source, found))
-                return default
-
         target: RobTarget | JointTarget | NotKnown
         via: RobTarget | NotKnown | None = None
         target, origin, via_origin = NotKnown("it names no target"), Origin("runtime"), None
-        to = arguments.get("to")
+        to, circle = statement.argument("to"), statement.argument("via")
         if signature.why_not and not signature.roles:
             target = NotKnown(signature.why_not)
         elif signature.roles and not fits(statement, signature):
@@ -77,27 +83,17 @@ class EventMaker:
             target, origin = self.targets.jointtarget(statement.source, to.span, memory)
         elif to is not None:
             target, origin = self.targets.robtarget(statement.source, to.span, memory)
-            if "via" in arguments:
-                via, via_origin = self.targets.robtarget(statement.source, arguments["via"].span, memory)
+            if circle is not None:
+                via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
         if isinstance(target, NotKnown):
             reasons.append(self.explained(target, to, statement.source, found))
         if isinstance(via, NotKnown):
-            reasons.append(self.explained(via, arguments["via"], statement.source, found))
+            reasons.append(self.explained(via, circle, statement.source, found))
         if signature.why_not and signature.roles:
             reasons.append(signature.why_not)
 
-        tool = known("tool", to_tool, ToolData())
-        wobj = known("\\wobj", to_wobj, WobjData())
-        speed = known("speed", _speed, UNKNOWN_SPEED)
-        zone = known("zone", _zone, ZoneData(True))
-        v_tcp = known("\\v", _number, None)
-        duration = known("\\t", _number, None)
-        size = known("\\z", _number, None)
-        total = known("\\tload", _load, None)
-        if v_tcp is not None:
-            speed = replace(speed, v_tcp=v_tcp)
-        if size is not None:
-            zone = replace(zone, pzone_tcp=size)
+        settings = self.settings(statement, to, memory, reasons, found)
+        tool, wobj, total = settings.tool, settings.wobj, settings.total
         state = memory.changed
         payload = self.state(state, "@gripload", LoadData(), "the payload is not known", reasons)
         if total is not None and total.mass > NO_MASS:
@@ -117,10 +113,10 @@ class EventMaker:
             via_origin,
             tool,
             wobj,
-            speed,
-            zone,
-            self.weld(statement, memory),
-            duration,
+            settings.speed,
+            settings.zone,
+            settings.weld,
+            settings.duration,
             payload,
             displacement,
             conditional,
@@ -132,6 +128,50 @@ class EventMaker:
             limit,
             100.0 if isinstance(acceleration, NotKnown) else acceleration,
         )
+
+    def settings(
+        self,
+        statement: MotionStatement,
+        to: Argument | None,
+        memory: Memory,
+        reasons: list[str],
+        found: list[Diagnostic],
+    ) -> Settings:
+        """The data a statement names beside its target; remembered by their text if they cannot change."""
+        data, span, routine = statement.source.data, statement.span, memory.frame.routine
+        before, after = to.span if to is not None else (span[1], span[1])
+        key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
+        if key in self.settled and not memory.frame.bindings:
+            return self.settled[key]
+        arguments = {a.role: a for a in statement.arguments}
+        count = len(reasons)
+
+        def known(role: str, convert: Callable[[str, Data], T], default: T) -> T:
+            argument = arguments.get(role)
+            if argument is None or not self.given(argument, memory):
+                return default
+            try:
+                return self.constant(argument, convert, memory)
+            except NotKnown as error:
+                reasons.append(self.explained(error, argument, statement.source, found))
+                return default
+
+        speed, zone = known("speed", _speed, UNKNOWN_SPEED), known("zone", _zone, ZoneData(True))
+        v_tcp, size = known("\\v", _number, None), known("\\z", _number, None)
+        settings = Settings(
+            known("tool", to_tool, ToolData()),
+            known("\\wobj", to_wobj, WobjData()),
+            speed if v_tcp is None else replace(speed, v_tcp=v_tcp),
+            zone if size is None else replace(zone, pzone_tcp=size),
+            known("\\t", _number, None),
+            known("\\tload", _load, None),
+            self.weld(statement, memory),
+        )
+        used = [a for role, a in arguments.items() if role in _SETTINGS]
+        names = [(a.role, a.text, routine.module, routine.name) for a in used]
+        if len(reasons) == count and all(name in self.fixed for name in names) and not memory.frame.bindings:
+            self.settled[key] = settings
+        return settings
 
     def given(self, argument: Argument, memory: Memory) -> bool:
         r"""Whether an optional argument counts: ``\Opt?name`` only if the routine got that parameter."""
@@ -193,13 +233,13 @@ class EventMaker:
         return result
 
     def known_options(self, state: Mapping[str, Data]) -> Mapping[str, bool]:
-        pairs = tuple((k[1:], state[k]) for k in ("@conf_l", "@conf_j") if isinstance(state.get(k), bool))
-        singarea = state.get("@singarea")
-        if isinstance(singarea, str):
-            pairs += (("singarea_wrist", singarea == "wrist"),)
-        if pairs not in self.options:
-            self.options[pairs] = MappingProxyType(dict(pairs))
-        return self.options[pairs]
+        conf_l, conf_j, singarea = key = state.get("@conf_l"), state.get("@conf_j"), state.get("@singarea")
+        if key not in self.options:
+            found = {name: value for name, value in (("conf_l", conf_l), ("conf_j", conf_j)) if isinstance(value, bool)}
+            if isinstance(singarea, str):
+                found["singarea_wrist"] = singarea == "wrist"
+            self.options[key] = MappingProxyType(found)
+        return self.options[key]
 
     def weld(self, statement: MotionStatement, memory: Memory) -> Weld | None:
         """Phase of the seam and the speed while welding: the first number of welddata."""

@@ -108,6 +108,9 @@ def seam_module(
 
 def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], list[str]]:
     """Every data the module needs, and a note on each default."""
+    if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
+        text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
+        raise PostprocError(Diagnostic("SEA007", "error", text, help=help_))
     frame = matrix_pose(T_flange_tcp)
     numbers = [",".join(f"{v:.{d}f}" for v in part) for part, d in ((frame.trans, 3), (frame.rot, 7))]
     frame_text = f"[[{numbers[0]}],[{numbers[1]}]]"

@@ -139,7 +139,9 @@ def test_each_speed_has_its_weld_data() -> None:
         ({"tool": "9x:=[TRUE]"}, "SEA007"),
         ({"tool": "tTorch:=TRUE"}, "SEA007"),
         ({"wobj": "n" * 33 + ":=[1]"}, "SEA007"),
-        ({"wobj": "wobj0", "tool": None}, "SEA008"),
+        ({"tool": None}, "SEA007"),
+        ({"wobj": "wobj0"}, "SEA008"),
+        ({"wobj": "wUnknown"}, "RAP020"),
     ],
 )
 def test_data_that_cannot_be_used(options: dict[str, str | None], code: str) -> None:
