@@ -92,7 +92,7 @@ class EventMaker:
         if signature.why_not and signature.roles:
             reasons.append(signature.why_not)
 
-        settings = self.settings(statement, to, memory, reasons, found)
+        settings = self.settings(statement, memory, reasons, found)
         tool, wobj, total = settings.tool, settings.wobj, settings.total
         state = memory.changed
         payload = self.state(state, "@gripload", LoadData(), "the payload is not known", reasons)
@@ -130,18 +130,16 @@ class EventMaker:
         )
 
     def settings(
-        self,
-        statement: MotionStatement,
-        to: Argument | None,
-        memory: Memory,
-        reasons: list[str],
-        found: list[Diagnostic],
+        self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]
     ) -> Settings:
         """The data a statement names beside its target; remembered by their text if they cannot change."""
         data, span, routine = statement.source.data, statement.span, memory.frame.routine
-        before, after = to.span if to is not None else (span[1], span[1])
+        to = statement.argument("to")
+        first = statement.argument("via") or to
+        before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
         key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
-        if key in self.settled and not memory.frame.bindings:
+        lasting = not routine.parameters and not memory.frame.bindings
+        if lasting and key in self.settled:
             return self.settled[key]
         arguments = {a.role: a for a in statement.arguments}
         count = len(reasons)
@@ -156,20 +154,22 @@ class EventMaker:
                 reasons.append(self.explained(error, argument, statement.source, found))
                 return default
 
-        speed, zone = known("speed", _speed, UNKNOWN_SPEED), known("zone", _zone, ZoneData(True))
-        v_tcp, size = known("\\v", _number, None), known("\\z", _number, None)
-        settings = Settings(
-            known("tool", to_tool, ToolData()),
-            known("\\wobj", to_wobj, WobjData()),
-            speed if v_tcp is None else replace(speed, v_tcp=v_tcp),
-            zone if size is None else replace(zone, pzone_tcp=size),
-            known("\\t", _number, None),
-            known("\\tload", _load, None),
-            self.weld(statement, memory),
-        )
+        tool = known("tool", to_tool, ToolData())
+        wobj = known("\\wobj", to_wobj, WobjData())
+        speed = known("speed", _speed, UNKNOWN_SPEED)
+        zone = known("zone", _zone, ZoneData(True))
+        v_tcp = known("\\v", _number, None)
+        duration = known("\\t", _number, None)
+        size = known("\\z", _number, None)
+        total = known("\\tload", _load, None)
+        if v_tcp is not None:
+            speed = replace(speed, v_tcp=v_tcp)
+        if size is not None:
+            zone = replace(zone, pzone_tcp=size)
+        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory))
         used = [a for role, a in arguments.items() if role in _SETTINGS]
         names = [(a.role, a.text, routine.module, routine.name) for a in used]
-        if len(reasons) == count and all(name in self.fixed for name in names) and not memory.frame.bindings:
+        if lasting and len(reasons) == count and all(name in self.fixed for name in names):
             self.settled[key] = settings
         return settings
 
