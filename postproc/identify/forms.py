@@ -21,7 +21,8 @@ class Form:
     Args:
         key: of the effect; label: which form.
         effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
-        columns: (N, m) whitened columns of the screened entries; scale: (m,) their ordinary sizes.
+        columns: (N, m) whitened columns of the screened entries; scale: (m,) their ordinary sizes; screened: (q,) which
+            entries they are.
         forming: how many parameters beyond the screened ones a full fit would move.
         along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
     """
@@ -32,6 +33,7 @@ class Form:
     refit: NDArray[np.bool_]
     columns: Array
     scale: Array
+    screened: NDArray[np.bool_]
     forming: int = 0
     along: Array | None = None
 
@@ -44,22 +46,27 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None)
     found: list[Form] = []
     state = problem.sensitivity.state
     for v in cls.variants(state, current):
-        form = make_form(problem, v)
+        form = make_form(problem, v, current is None)
         if form is not None:
             found.append(form)
     return found
 
 
-def make_form(problem: Problem, v: Variant) -> Form | None:
-    """The whitened columns of a variant, None where they vanish on this data."""
+def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
+    """The whitened columns of a variant, None where they vanish on this data.
+
+    Args:
+        fresh: the model holds nothing of this effect (terms that it holds are free in its fit already).
+    """
     columns = problem.columns(v.effect, v.free)
     if not np.isfinite(columns).all() or not columns.any():
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
     extra = v.refit & v.effect.amplitudes() & ~v.free
-    # Terms that the model already holds are free in its fit and need no second projection.
-    along = problem.columns(v.effect, extra) if extra.any() and not v.effect.vector()[extra].any() else None
-    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), forming, along)
+    along = problem.columns(v.effect, extra) if fresh and extra.any() else None
+    return Form(
+        type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), v.free, forming, along
+    )
 
 
 @dataclass(frozen=True)
@@ -137,7 +144,8 @@ def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flex
     bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(
         np.sum(np.log1p(strength * WIDE**2 / s2))
     )
-    worth = bayes - forming * float(np.log(freedom))
+    # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
+    worth = bayes - 0.5 * forming * float(np.log(freedom))
     if flexible:
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
         worth = min(worth, schwarz(before, fall, count, freedom, 1.0))

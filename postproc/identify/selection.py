@@ -127,6 +127,11 @@ def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -> Candidate:
+    total = float(linear.rest @ linear.rest)
+    beside = np.zeros(len(form.refit), dtype=bool)
+    if form.along is not None:
+        linear = linear.extended(as_rows(linear, form.along))
+        beside = form.refit & form.effect.amplitudes() & ~form.screened
     before = float(linear.rest @ linear.rest)
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = 2 * float(np.log(forms)) + UNLIKELY.get(form.key, 0.0)
@@ -142,7 +147,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
             break
         new = options[k].effect
         mask = options[k].refit | free if _structure(new) == _structure(effect) else options[k].refit
-        columns = _columns(screen, linear, new, mask)
+        counted = mask & ~beside if len(mask) == len(beside) else mask
+        columns = _columns(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
         trial = gain(linear, linear.project(columns), np.linalg.norm(columns, axis=0), forming, flexible)
@@ -152,7 +158,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         searched += cost
         labels.append(options[k].label)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
-    corrected = float(np.exp(min(0.0, np.log(max(p, 1e-300)) + searched / 2))) if p > 0 else 0.0
+    corrected = _corrected(p, searched)
     label = "; ".join(text for text in labels if text)
     return Candidate(
         form.key,
@@ -160,7 +166,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         free,
         label,
         whole.evidence - searched,
-        whole.fall,
+        whole.fall + total - before,
         whole.count,
         searched,
         whole.visible,
@@ -222,11 +228,19 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     rest = min(float(after.linear.rest @ after.linear.rest), before)
     freedom = base.linear.freedom
     linear = max(before - candidate.fall, 1e-12 * before)
-    worth = candidate.evidence + freedom * float(np.log(linear / max(rest, 1e-12 * before)))
-    p = f_test(before, rest, candidate.count, freedom - candidate.count)
-    corrected = float(np.exp(min(0.0, np.log(p) + candidate.searched / 2))) if p > 0 else 0.0
+    gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
-    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=corrected)
+    p = candidate.p_value
+    if gained > 0:
+        # F statistics of the linear test, with the residual that the full refit reaches.
+        p = min(p, _corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
+    if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
+        p = candidate.p_value
+    return replace(candidate, effect=effect, evidence=candidate.evidence + gained, fall=before - rest, p_value=p)
+
+
+def _corrected(p: float, searched: float) -> float:
+    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

@@ -102,7 +102,9 @@ def _of_one(name: str, values: Array) -> Iterator[Pattern]:
             yield Pattern((name,), f"settling within {shown(name, share * 2 * half)}", np.exp(-since / share))
         for k in range(1, 6):
             for wave in (np.sin, np.cos):
-                yield Pattern((name,), f"swaying with a period of {shown(name, 2 * half / k)}", wave(2 * np.pi * k * since))
+                yield Pattern(
+                    (name,), f"swaying with a period of {shown(name, 2 * half / k)}", wave(2 * np.pi * k * since)
+                )
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4):
             if k + width < STEPS:
