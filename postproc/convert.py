@@ -207,7 +207,7 @@ def _conclude(
     passing = in_transition(plan, after)
     before_m = before.largest(before.space & before.steady)
     after_m = after.largest(after.space & after.steady & ~passing)
-    outcomes, more = judge_statements(program, events, plan, before, after, options)
+    outcomes, more = judge_statements(program, events, plan, after, options)
     findings += more
     accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])
     findings += more

@@ -83,7 +83,9 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
     while True:
         refused, edited = _refuse(places, arguments, editable, bases)
         # A declaration stays as it is when a statement that uses it does.
-        kept = {key for key in editable if not any(key_of(events[w.event].statement) in refused for w in places[key])}
+        kept = editable
+        if refused:
+            kept = {k for k in editable if not any(key_of(events[w.event].statement) in refused for w in places[k])}
         if kept == editable:
             break
         editable = kept

@@ -26,7 +26,6 @@ def judge_statements(
     program: Program,
     events: Sequence[MotionEvent],
     plan: Plan,
-    before: Deviation,
     after: Deviation,
     options: Options,
 ) -> tuple[list[Outcome], list[Diagnostic]]:
@@ -35,12 +34,12 @@ def judge_statements(
     runs: dict[tuple[str, int], list[int]] = {}
     for index, event in enumerate(events):
         runs.setdefault(key_of(event.statement), []).append(index)
-    worst = _worst_of_moves(plan, after)
+    worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
         indices = runs.get(key_of(statement), [])
-        outcome = _outcome(statement, indices, events, moves, plan, before, after)
+        outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
         outcomes.append(outcome)
         if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
             findings.append(_finding("CMP005", "warning", statement, f"left as it is: {outcome.reason}",
@@ -66,8 +65,8 @@ def _outcome(
     events: Sequence[MotionEvent],
     moves: dict[int, int],
     plan: Plan,
-    before: Deviation,
     after: Deviation,
+    shifts: np.ndarray,
 ) -> Outcome:
     if statement.interpolation == "none":
         return Outcome(statement, "skipped", BESIDE_ARM)
@@ -81,18 +80,22 @@ def _outcome(
     refused = plan.decisions.refused.get(key_of(statement))
     if refused is not None:
         return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
-    samples = plan.motion.samples
-    T_goal = plan.exact.T_base_flange[rows] @ samples.curves.T_flange_tcp[rows]
-    shifts = np.linalg.norm(T_goal[:, :3, 3] - samples.T_base_tcp[samples.goal[rows], :3, 3], axis=1)
-    shift = MM * float(shifts.max())
-    angles = np.linalg.norm(pose_error(samples.T_base_tcp[samples.goal[rows]], T_goal)[:, 3:], axis=1)
-    if shift < UNCHANGED_MM and angles.max() < UNCHANGED_RAD:
+    shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
+    if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
     if key_of(statement) in plan.decisions.following:
         reason = FOLLOWS
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
+
+
+def _shifts(plan: Plan) -> np.ndarray:
+    """(m, 2) how far the goal of every move is corrected [m], [rad]."""
+    samples = plan.motion.samples
+    T_goal = plan.exact.T_base_flange @ samples.curves.T_flange_tcp
+    error = pose_error(samples.T_base_tcp[samples.goal], T_goal)
+    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
 
 
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
@@ -107,12 +110,15 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     """(n,) samples at which the correction passes over from one state to another."""
     samples = plan.motion.samples
     inside = np.zeros(len(after.distance), dtype=bool)
+    order = np.argsort(after.owner, kind="stable")
+    first = np.searchsorted(after.owner[order], np.arange(len(samples.goal) + 1))
     for t in plan.transitions:
         if t.target in plan.left:
             continue  # not a jump of the load: a target that could not be corrected
         low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
         margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
-        inside |= (after.owner == t.move) & (after.u >= low - margin) & (after.u <= high + margin)
+        rows = order[first[t.move] : first[t.move + 1]]
+        inside[rows] |= (after.u[rows] >= low - margin) & (after.u[rows] <= high + margin)
     return inside
 
 
