@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.compensate.correction import Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
@@ -46,7 +47,7 @@ def judge_statements(
                                      "the neighbours are corrected; check the path around this statement"))  # fmt: skip
             continue
         rows = [moves[i] for i in indices if i in moves]
-        largest = max((worst[i] for i in rows), default=0.0)
+        largest = max((max(worst[i], after.goal_distance[i]) for i in rows), default=0.0)
         if outcome.status != "skipped" and largest > options.tolerance_m:
             why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
             why = FOLLOWS if key_of(statement) in plan.decisions.following else why
@@ -66,7 +67,7 @@ def _outcome(
     moves: dict[int, int],
     plan: Plan,
     after: Deviation,
-    shifts: np.ndarray,
+    shifts: Array,
 ) -> Outcome:
     if statement.interpolation == "none":
         return Outcome(statement, "skipped", BESIDE_ARM)
@@ -90,12 +91,13 @@ def _outcome(
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
 
 
-def _shifts(plan: Plan) -> np.ndarray:
+def _shifts(plan: Plan) -> Array:
     """(m, 2) how far the goal of every move is corrected [m], [rad]."""
     samples = plan.motion.samples
     T_goal = plan.exact.T_base_flange @ samples.curves.T_flange_tcp
     error = pose_error(samples.T_base_tcp[samples.goal], T_goal)
-    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
+    length: Array = np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
+    return length
 
 
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:

@@ -42,6 +42,7 @@ class Execution(ABC):
         self.only_new = False
         self.conditional = 0
         self.detached = True
+        self.left_early = 0  # how often a routine may have been left where a condition is not known
         self.maker = EventMaker(program, self.diagnostics)
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
@@ -128,6 +129,7 @@ class Execution(ABC):
             self.count(word, pieces, memory)
         elif word not in READ_ONLY:
             forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
+            self.detached = True  # taken not to move the arm, but nothing may be added to the way from here
             self.report_once(
                 "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
                 (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
@@ -165,7 +167,9 @@ class Execution(ABC):
             return NotKnown(f"`{routine.name}` is not followed here")
         frame = bound_frame(routine, pieces, memory, self.tree)
         inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
+        left_early = self.left_early
         result = self.enter(routine, inner)
+        self.detached |= self.left_early > left_early
         memory.changed = inner.changed
         return result
 

@@ -88,6 +88,8 @@ class Flow(Execution):
             self.conditional += 1
             if self.body(branch.body, memory):
                 ends.append(memory.changed)
+            else:
+                self.left_early += 1
             self.conditional -= 1
             memory.changed, memory.frame.bindings = dict(changed), dict(bindings)
             self.detached = detached or len(self.events) > events

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from typing import Literal
 
@@ -48,6 +48,7 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
     """All uses of every declared data, by the declaration's key; unused data is missing."""
     found: dict[str, list[Use]] = {}
     changes = Changes(program)
+    declared = {name for _, _, name in program.names}
     for declaration in program.declarations:
         for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
             if not _numbers_only(declaration.source, span):
@@ -57,7 +58,7 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
     for routine in program.all_routines():
         for body in bodies(routine):
             for statement in statements_in(body):
-                for name, use in _of_statement(program, changes, routine, statement):
+                for name, use in _of_statement(program, changes, routine, statement, declared):
                     _add(found, program.declaration(name, routine.module, routine.name), use)
     return {key: tuple(uses) for key, uses in found.items()}
 
@@ -68,7 +69,7 @@ def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use)
 
 
 def _of_statement(
-    program: Program, changes: Changes, routine: Routine, statement: Statement
+    program: Program, changes: Changes, routine: Routine, statement: Statement, declared: Set[str]
 ) -> Iterator[tuple[str, Use]]:
     source = routine.source
     own = {p.name for p in routine.parameters}
@@ -76,6 +77,8 @@ def _of_statement(
     if motion is not None:
         for argument in motion.arguments:
             if argument.text[:1] == "[" and _NUMBERS_ONLY.fullmatch(argument.text):
+                continue
+            if argument.text.isidentifier() and argument.text.lower() not in declared:
                 continue
             for at, (name, span) in enumerate(_names(source, argument.span)):
                 kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
