@@ -47,7 +47,7 @@ def judge_statements(
                                      "the neighbours are corrected; check the path around this statement"))  # fmt: skip
             continue
         rows = [moves[i] for i in indices if i in moves]
-        largest = max((max(worst[i], after.goal_distance[i]) for i in rows), default=0.0)
+        largest = max((max(worst[i], at_goal[i]) for i in rows), default=0.0)
         if outcome.status != "skipped" and largest > options.tolerance_m:
             why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
             why = FOLLOWS if key_of(statement) in plan.decisions.following else why

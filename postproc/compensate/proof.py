@@ -25,7 +25,8 @@ class Deviation:
         u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
-        goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad].
+        goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad];
+        goal_steady: (m,) as ``steady``, at the targets.
     """
 
     distance: Array
@@ -35,6 +36,7 @@ class Deviation:
     steady: Flags
     goal_distance: Array
     goal_angle: Array
+    goal_steady: Flags
 
     def largest(self, rows: Flags) -> float:
         """Largest distance [m] over the chosen samples, 0 where there are none."""
@@ -66,7 +68,7 @@ def measure_deviation(
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
     goal_distance = np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle)
+    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle, steady[last])
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:

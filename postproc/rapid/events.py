@@ -36,6 +36,11 @@ class TargetSpans:
     robconf: tuple[Span, ...]
     whole: Span
 
+    @property
+    def numbers(self) -> tuple[Span, ...]:
+        """All eleven in the order of the text."""
+        return (*self.trans, *self.rot, *self.robconf)
+
 
 @dataclass(frozen=True, slots=True)
 class Origin:

@@ -50,6 +50,10 @@ class LiteralSpans(TargetSpans):
     def robconf(self) -> tuple[Span, ...]:
         return self._groups(8, 12)
 
+    @property
+    def numbers(self) -> tuple[Span, ...]:
+        return self._groups(1, 12)
+
     def __reduce__(self) -> tuple[type[LiteralSpans], tuple[Source, Span]]:
         return LiteralSpans, (self.source, self.whole)
 

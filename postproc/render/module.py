@@ -17,6 +17,8 @@ from postproc.render.templates import fill, load_template
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
 _DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the original's stop point or zone
 
+_DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
+
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[tuple[Source, Edit]]:
     """Edits that write corrected targets: numbers in place, or an inline aggregate for an argument."""
@@ -36,35 +38,15 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[t
 
 def _number_edits(change: Change) -> list[Edit]:
     assert change.spans is not None
-    spans, value, data = change.spans, change.value, change.spans.source.data
-
-    def rewritten(places: Sequence[Span], numbers: Sequence[float], decimals: int) -> list[Edit]:
-        found = []
-        for (start, end), number in zip(places, numbers, strict=True):
-            before = data[start:end].decode("latin-1")
-            after = number_like(before, number, decimals)
-            if after != before:
-                found.append(Edit(start, end, after.encode("latin-1")))
-        return found
-
-    return [
-        *rewritten(spans.trans, value.pose.trans, MM_DECIMALS),
-        *(
-            []
-            if _same_rotation(data, spans.rot, value.pose.rot)
-            else rewritten(spans.rot, value.pose.rot, QUATERNION_DECIMALS)
-        ),
-        *rewritten(spans.robconf, value.robconf, 0),
-    ]
-
-
-def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
-    """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    before = [float(data[start:end]) for start, end in places]
-    size = math.hypot(*before)
-    return size > 0 and all(
-        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)
-    )
+    value, data = change.value, change.spans.source.data
+    numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
+    found = []
+    for (start, end), number, decimals in zip(change.spans.numbers, numbers, _DECIMALS, strict=True):
+        before = data[start:end].decode("latin-1")
+        after = number_like(before, number, decimals)
+        if after != before:
+            found.append(Edit(start, end, after.encode("latin-1")))
+    return found
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
