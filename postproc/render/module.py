@@ -38,15 +38,25 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[t
 
 def _number_edits(change: Change) -> list[Edit]:
     assert change.spans is not None
-    value, data = change.value, change.spans.source.data
+    value, data, places = change.value, change.spans.source.data, change.spans.numbers
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
+    kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     found = []
-    for (start, end), number, decimals in zip(change.spans.numbers, numbers, _DECIMALS, strict=True):
-        before = data[start:end].decode("latin-1")
+    for place, number, decimals in zip(places, numbers, _DECIMALS, strict=True):
+        before = data[slice(*place)].decode("latin-1")
         after = number_like(before, number, decimals)
-        if after != before:
-            found.append(Edit(start, end, after.encode("latin-1")))
+        if after != before and place not in kept:
+            found.append(Edit(*place, after.encode("latin-1")))
     return found
+
+
+def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
+    """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
+    before = [float(data[start:end]) for start, end in places]
+    size = math.hypot(*before)
+    return size > 0 and all(
+        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)
+    )
 
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
