@@ -36,6 +36,7 @@ def judge_statements(
     for index, event in enumerate(events):
         runs.setdefault(key_of(event.statement), []).append(index)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
+    at_goal = np.where(after.goal_steady, after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
