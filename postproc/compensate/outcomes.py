@@ -104,7 +104,6 @@ def _shifts(plan: Plan) -> Array:
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
     """(m,) largest deviation along each move in space at steady speed, transitions left out [m]."""
     worst = np.zeros(len(plan.motion.moves))
-    at_goal = np.where(after.goal_steady, after.goal_distance, 0.0)
     rows = after.space & after.steady & ~in_transition(plan, after)
     np.maximum.at(worst, after.owner[rows], after.distance[rows])
     return worst
