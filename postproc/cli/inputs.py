@@ -57,7 +57,9 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
 
-def load_measurements(data: str, robot: Robot, program: str | None = None, columns: str | None = None) -> Measurements:
+def load_measurements(
+    data: str, robot: Robot, program: str | None = None, columns: str | None = None, measured: bool = True
+) -> Measurements:
     """The table of measured poses, its findings printed.
 
     Args:
@@ -65,6 +67,7 @@ def load_measurements(data: str, robot: Robot, program: str | None = None, colum
         robot: the arm that was measured.
         program: RAPID module that was run, for tables that name targets.
         columns: TOML file that maps the columns of another layout.
+        measured: False where the table need not say what was measured.
 
     Raises:
         PostprocError: what is wrong with one of the files.
@@ -73,7 +76,7 @@ def load_measurements(data: str, robot: Robot, program: str | None = None, colum
 
     run = read_source(program) if program else None
     layout = read_source(columns) if columns else None
-    table = read_measurements(read_source(data), robot, run, layout)
+    table = read_measurements(read_source(data), robot, run, layout, measured)
     show(table.diagnostics)
     return table
 

@@ -33,7 +33,7 @@ def run(
     """
     target = output_path(data, output, in_place=False)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, load_measurements(data, arm.robot, program, columns))
+    found = predict_rows(arm, load_measurements(data, arm.robot, program, columns, measured=False))
     show(found.diagnostics)
     write(target, found.as_csv().encode())
     return 0

@@ -25,6 +25,7 @@ def read_measurements(
     robot: Robot,
     program: Source | None = None,
     column_map: Source | Mapping[str, Any] | None = None,
+    measured: bool = True,
 ) -> Measurements:
     """Read a measurement table and check it against the arm.
 
@@ -33,6 +34,7 @@ def read_measurements(
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
         program: the RAPID program that was run, for tables with a ``target`` column.
         column_map: how another layout writes its columns, see ``read_column_map``.
+        measured: False for poses that are only asked about, or have yet to be measured.
 
     Raises:
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
@@ -46,7 +48,7 @@ def read_measurements(
     position = table.vector(names.POSITION)
     if position is None:
         position = np.full((n, 3), np.nan)
-        if rotation is None and measured_joints is None:
+        if measured and rotation is None and measured_joints is None:
             message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
             raise PostprocError(Diagnostic("DAT002", "error", message, source, help=_help(table.cells)))
     q, T_flange_tcp = _commanded(table, robot, program)

@@ -177,3 +177,14 @@ def test_noise_and_iso_figures_from_repeats():
     assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
     spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
     assert spread.accuracy_mean == pytest.approx(0.0) and spread.repeatability_max == pytest.approx(1.0)
+
+
+def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
+    header = "pose_id," + ",".join(f"q{j}_deg" for j in range(1, 7))
+    source = Source("poses.csv", f"{header}\nA,0,10,20,30,40,50\nB,5,10,20,30,40,50\n".encode())
+    robot = load_robot("irb4600_60_205")
+    with pytest.raises(PostprocError):
+        read_measurements(source, robot)
+    asked = read_measurements(source, robot, measured=False)
+    assert np.degrees(asked.state.q[:, 0]) == pytest.approx([0.0, 5.0])
+    assert np.isnan(asked.position).all()
