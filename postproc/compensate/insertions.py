@@ -59,7 +59,7 @@ def _stands_alone(data: bytes, offset: int) -> bool:
         start = data.rfind(b"\n", 0, end) + 1
         code = _NO_CODE.sub(b"", data[start:end]).strip()
         if code:
-            return _OPENS.search(code) is not None
+            return code.endswith(b";") or _OPENS.search(code) is not None
         end = start - 1
     return True
 

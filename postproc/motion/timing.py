@@ -76,6 +76,16 @@ def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array, curve: PPoly | 
     return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
 
 
+def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
+    """``JointMotion.a_slope`` alone, (k, 6) [rad/s^2]."""
+    s, _, sdd, _ = evaluate(law, run, t)
+    result = np.zeros((len(t), runs.curve.c.shape[2]))
+    rows = np.flatnonzero(sdd)
+    q1, _, _ = derivatives(runs.curve, _place(runs, run[rows], s[rows]))
+    result[rows] = q1 * sdd[rows, None]
+    return result
+
+
 def _place(runs: Runs, run: Index, s: Array) -> Array:
     """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))

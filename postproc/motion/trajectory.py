@@ -11,7 +11,7 @@ from postproc.motion.inertia import inertial_torque, point_velocity
 from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained
 from postproc.motion.timelaw import times_at
-from postproc.motion.timing import Profile, joint_motion, limited_law
+from postproc.motion.timing import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.values import Flags, Path, Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
@@ -65,7 +65,7 @@ def retime(
         rows = slope.any(axis=1)  # where nothing acts nothing lasts
         kept = np.zeros((n, 6))
         kept[rows] = sustained(
-            lambda x: joint_motion(runs, law, *profile.at(x)).a_slope, float(start[-1]), t[rows], T1[rows]
+            lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
         )
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
         a_sustained = _bridged(a - slope + kept, path.blend)

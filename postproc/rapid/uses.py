@@ -78,7 +78,10 @@ def _of_statement(
         for argument in motion.arguments:
             if argument.text[:1] == "[" and _NUMBERS_ONLY.fullmatch(argument.text):
                 continue
-            if argument.text.isidentifier() and argument.text.lower() not in declared:
+            if argument.text.isidentifier() and argument.role != "found":
+                name = argument.text.lower()
+                if name in declared and name not in own:
+                    yield name, Use("motion", source, argument.span, routine.name, motion, argument.role)
                 continue
             for at, (name, span) in enumerate(_names(source, argument.span)):
                 kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
