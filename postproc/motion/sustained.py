@@ -41,7 +41,7 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
         rows = np.arange(first, min(first + _BLOCK, len(t)))
         reach = int(np.ceil(1.05 * period[rows].max() / step)) + 2  # a window is rounded up
         near = np.unique(np.rint(t[rows] / step).astype(int)[:, None] + np.arange(-reach, reach + 1))
-        even: Array = near * step
+        even = np.asarray(near * step, dtype=float)
         inside = (even >= 0.0) & (even <= duration)
         a = np.zeros((len(even), 6))
         a[inside] = acceleration(even[inside])
