@@ -3,41 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
+from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.units import tool_matrix
+from postproc.robot.pose import displace
 
-_SAME_TOOL = 1e-6  # [m], and of a rotation matrix
+SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; farther apart it is another tool
 
 
 def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model, list[Diagnostic]]:
-    """Leave out what moves the instrument's frame, and the error of the measured tool where the program has another.
+    """Leave out what moves the instrument's frame; carry the calibration error of the measured tool to the program's.
+
+    The measured TCP is the model's nominal tool moved by ``tool_frame``. A program whose tool has its TCP within
+    ``SAME_TOOL`` of that uses the measured tool; any other is taken as calibrated.
 
     Returns:
-        The model, and CMP011 where the measured tool's error was left out.
+        The model, and CMP011 that says what was done about the measured tool.
     """
     kept, findings = [], []
-    tools = {id(e.tool): e.tool for e in events if e.reason is None}
-    other = next(
-        (t.name for t in tools.values() if np.abs(tool_matrix(t) - model.T_flange_tcp).max() > _SAME_TOOL), None
-    )
     for effect in model.effects:
         if _moves_instrument(model, effect):
             continue
-        if effect.key == "tool_frame" and other is not None:
-            text = f"the error of the measured tool is left out: the program uses `{other}`, which is not that tool"
-            help_ = "give the measured tool as [tool] of the model where it is the same one"
-            findings.append(Diagnostic("CMP011", "info", text, events[0].statement.source, None, help_))
-            continue
+        if isinstance(effect, ToolFrame):
+            carried, finding = _carry_tool(model, effect, events)
+            findings.append(finding)
+            if carried is None:
+                continue
+            effect = carried
         kept.append(effect)
     return model.with_effects(*kept), findings
+
+
+def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) -> tuple[ToolFrame | None, Diagnostic]:
+    """The error of the measured tool as the error of the program's tool, None where the program has another."""
+    measured = model.T_flange_tcp @ displace(np.concatenate([effect.shift_m, effect.turn_rad]))
+    source = events[0].statement.source
+    tools = {e.tool.name: tool_matrix(e.tool) for e in events if e.reason is None}
+    far = {n: float(np.linalg.norm(T[:3, 3] - measured[:3, 3])) for n, T in tools.items()}
+    other = next((name for name, distance in far.items() if distance > SAME_TOOL), None)
+    if other is not None or not tools:
+        text = f"the calibration error of the measured tool is left out: the program uses `{other or 'no tool'}`"
+        return None, Diagnostic("CMP011", "info", text, source, None, "its TCP is taken as calibrated")
+    name, T_flange_tcp = next(iter(tools.items()))
+    shift = T_flange_tcp[:3, :3].T @ (measured[:3, 3] - T_flange_tcp[:3, 3])
+    text = (
+        f"`{name}` is taken for the tool that was measured: its TCP stands {1e3 * far[name]:.2f} mm from its tooldata"
+    )
+    finding = Diagnostic("CMP011", "info", text, source, None, "calibrate the tool anew and this correction vanishes")
+    return replace(effect, shift_m=shift, turn_rad=np.zeros(3)), finding
 
 
 def _moves_instrument(model: Model, effect: Effect) -> bool:

@@ -49,11 +49,17 @@ def test_the_error_of_another_tool_is_left_out_and_said() -> None:
     assert np.abs(shift(found) - shift(convert(TEXT, model(offset), force=NO_FORCE))).max() < 1e-9
 
 
-def test_the_error_of_the_measured_tool_is_corrected() -> None:
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[tool]\nxyz_mm = [0, 0, 350]\n[effects.tool_frame]\nshift_m = [0.001, 0, 0]\n",
+        "[effects.tool_frame]\nshift_m = [0.001, 0, 0.350]\n",  # fitted from tool0, as `fit` writes it
+    ],
+)
+def test_the_error_of_the_measured_tool_is_corrected(text: str) -> None:
     """The TCP lies 1 mm off along the tool's own x axis: the command moves by 1 mm against it."""
-    text = "[tool]\nxyz_mm = [0, 0, 350]\n[effects.tool_frame]\nshift_m = [0.001, 0, 0]\n"
     found = convert(TEXT, model(text), force=NO_FORCE)
-    assert "CMP011" not in codes(found)
+    assert "1.00 mm" in next(d.message for d in found.diagnostics if d.code == "CMP011")
     goal = events(TEXT)[0].target
     assert isinstance(goal, RobTarget)
     w, x, y, z = np.array(goal.rot) / np.linalg.norm(goal.rot)
