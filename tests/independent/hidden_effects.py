@@ -28,7 +28,7 @@ LIBRARY: list[Kind] = [
     K.base_compliance, K.bearing_tilt, K.link_compliance, K.nonlinear_tanh, K.nonlinear_cubic, K.servo_lag, K.wrist_coupling, K.frame_drift, K.session_step, K.link_geometry,
 ]  # fmt: skip
 OUTSIDE: list[Kind] = [
-    U.angle_step, U.kink, U.friction_load, U.quadratic_drift, U.warm_up, U.joint_product, U.payload_squared, U.floor_sway, U.tracker_scale, U.gap_by_angle, U.speed_squared,
+    U.angle_step, U.kink, U.friction_load, U.quadratic_drift, U.warm_up, U.joint_product, U.payload_squared, U.floor_sway, U.tracker_scale, U.gap_by_angle, U.speed_squared, U.hot_only, U.payload_by_angle, U.elbow_wave, U.gap_of_another, U.step_in_time, U.joint_sway, U.refraction,
 ]  # fmt: skip
 PAIRS: list[tuple[Kind, Kind]] = [
     (K.backlash, K.arm_load), (K.backlash, K.thermal_growth), (K.transmission_error, K.backlash), (K.wrist_coupling, K.backlash), (K.arm_load, K.frame_drift),

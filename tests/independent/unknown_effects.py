@@ -126,3 +126,49 @@ def speed_squared(g: np.random.Generator, arm: A.Arm) -> Hidden:
         return column(j, k * s.v[:, j] ** 2)
 
     return _unknown("speed_squared", (f"v{j + 1}",), note=f"joint {j + 1}", needs="moving", joint=joint)
+
+
+def hot_only(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, k = int(g.choice([0, 1, 2])), g.uniform(0.002, 0.004) * DEG
+    return _unknown(
+        "hot_only",
+        ("temperature", "time"),
+        note=f"joint {j + 1} above 32 degC",
+        joint=lambda s, tau: column(j, k * np.maximum(s.temperature - 32, 0)),
+    )
+
+
+def payload_by_angle(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k = g.uniform(0.015, 0.03) * DEG
+    return _unknown(
+        "payload_by_angle",
+        ("payload", "q1", "load1"),
+        joint=lambda s, tau: column(0, k * s.mass / 60 * np.sin(2 * s.q[:, 0])),
+    )
+
+
+def elbow_wave(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k = g.uniform(0.015, 0.025) * DEG
+    return _unknown("elbow_wave", ("q2", "q3"), joint=lambda s, tau: column(1, k * np.sin(3 * (s.q[:, 1] + s.q[:, 2]))))
+
+
+def gap_of_another(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k = g.uniform(0.008, 0.014) * DEG
+    return _unknown("gap_of_another", ("dir3",), joint=lambda s, tau: column(1, k * s.approach[:, 2]))
+
+
+def step_in_time(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, at, size = int(g.choice([0, 1, 2])), g.uniform(7000, 15000), g.uniform(0.01, 0.02) * DEG
+    return _unknown(
+        "step_in_time", ("time", "temperature"), ("session",), joint=lambda s, tau: column(j, size * (s.time > at))
+    )
+
+
+def joint_sway(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    j, period, size = int(g.choice([0, 1, 2])), g.uniform(4000, 8000), g.uniform(0.01, 0.02) * DEG
+    return _unknown("joint_sway", ("time",), joint=lambda s, tau: column(j, size * np.sin(2 * np.pi * s.time / period)))
+
+
+def refraction(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k = g.uniform(0.06, 0.12) * 1e-3
+    return _unknown("refraction", ("x", "y", "z"), world=lambda s, p: k * (p[:, :1] ** 2 + p[:, 1:2] ** 2) * [0, 0, 1])
