@@ -14,7 +14,7 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
-from postproc.identify.linear import Linear, contiguous_blocks, hold_out
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.solve import FRAMES, Masks, determined_columns, far_off, solve
 from postproc.identify.start import start_frames
@@ -69,19 +69,13 @@ class Fit:
 
     @cached_property
     def linear(self) -> Linear:
-        """The fit as a linear problem: residual and an orthonormal basis of its columns (penalties as extra rows)."""
-        A, r = self.columns, self.problem.residual
-        row = self.problem.row
-        if self.penalty.any():
-            soft = np.flatnonzero(self.penalty)
-            extra = np.zeros((len(soft), A.shape[1]))
-            extra[np.arange(len(soft)), soft] = self.penalty[soft]
-            values = self._vector()[soft]
-            A, r = np.vstack([A, extra]), np.concatenate([r, -self.penalty[soft] * values])
-            row = np.concatenate([row, np.full(len(soft), -1)])
-        length = np.linalg.norm(A, axis=0)
-        basis = np.linalg.qr(A / np.where(length > 0, length, 1.0))[0] if A.shape[1] else A
-        return Linear(r, basis, row)
+        """The fit as a linear problem: residual and a basis of its columns.
+
+        Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
+        """
+        soft = np.flatnonzero(self.penalty)
+        y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row)
 
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
@@ -90,8 +84,7 @@ class Fit:
     @cached_property
     def freedom(self) -> float:
         """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
-        entries = self.linear.row >= 0
-        return float(entries.sum() - np.sum(self.linear.nuisance[entries] ** 2))
+        return float(self.linear.freedom)
 
     @cached_property
     def variance(self) -> float:
@@ -138,8 +131,7 @@ class Fit:
         """
         blocks = contiguous_blocks(self.data.repeats)
         linear = self.linear
-        number = np.where(linear.row >= 0, blocks[np.maximum(linear.row, 0)], -1)
-        out = hold_out(linear, (), number)[linear.row >= 0]
+        out = hold_out(linear, (), blocks[linear.row])
         error = np.full(self.problem.weights.values.shape, np.nan)
         used = self.problem.weights.used
         error[used] = out / self.problem.weights.values[used]
@@ -197,7 +189,7 @@ def fit_model(
     data = data.rows(data.usable)
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
-    every.sort(key=lambda e: FIRST.index(e.key) if e.key in FIRST else 99 if e.key in LAST else 50)
+    every.sort(key=_place)
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
@@ -211,6 +203,12 @@ def fit_model(
 
     strength.update({key: choose_strength(fit, key) for key in rough})
     return _fitted(fit.problem, masks, figures, robust, strength)
+
+
+def _place(effect: Effect) -> int:
+    if effect.roughness() is not None:
+        return 100
+    return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50
 
 
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
-RANK = 1e-7
-"""Directions whose columns shrink below this share of their length are not determined by the data."""
+MANY = 150
+"""Columns beyond which the normal equations take the place of QR."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class Linear:
     nuisance: Array
     row: NDArray[np.int_]
 
-    @property
+    @cached_property
     def freedom(self) -> int:
-        """Entries minus fitted parameters."""
-        return len(self.residual) - int(self.nuisance.shape[1])
+        """Entries minus fitted parameters (the effective number, where a penalty holds them)."""
+        return len(self.residual) - round(float(np.sum(self.nuisance**2)))
 
     @cached_property
     def rest(self) -> Array:
@@ -73,34 +73,29 @@ def orthonormal(columns: Array, length: Array, rank: float = 1e-5) -> tuple[Arra
     return scaled @ (vector[:, keep] / singular[keep]), singular[keep]
 
 
-def undetermined(columns: Array, rank: float = RANK) -> tuple[NDArray[np.bool_], Array]:
-    """Which columns the others already determine: (m,) True where a parameter is held, and the singular values.
+def basis_of(columns: Array, penalty: Array) -> Array:
+    """(N, p) U with U U^T the hat matrix of a least-squares problem with penalty |w x|^2; orthonormal where w is zero.
 
-    QR with column pivoting of the columns scaled to unit length; the later column of a dependent set is held.
-
-    Source: Golub and Van Loan, Matrix Computations, 5.4.2. Columns that vanish are held as well.
+    Many columns go through the normal equations (five times as fast as QR, and a penalty keeps them well conditioned).
     """
-    from scipy.linalg import qr
+    from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
-    length = np.linalg.norm(columns, axis=0)
-    alive = length > 0
-    held = ~alive
-    if not alive.any():
-        return held, np.zeros(0)
-    scaled = columns[:, alive] / length[alive]
-    triangle, pivot = qr(scaled, mode="r", pivoting=True)
-    diagonal = np.abs(np.diag(triangle))
-    index = np.flatnonzero(alive)
-    held[index[pivot[: len(diagonal)][diagonal < rank * diagonal[0]]]] = True
-    held[index[pivot[len(diagonal) :]]] = True
-    return held, diagonal
-
-
-def fall(rest: Array, columns: Array, length: Array) -> tuple[float, int]:
-    """How much the sum of squares falls with projected columns, and how many of them count."""
-    basis, _ = orthonormal(columns, length)
-    along = basis.T @ rest
-    return float(along @ along), basis.shape[1]
+    p = columns.shape[1]
+    if not p:
+        return columns
+    length = np.sqrt(np.sum(columns**2, axis=0) + penalty**2)
+    length = np.where(length > 0, length, 1.0)
+    scaled = columns / length
+    if p > MANY:
+        try:
+            R = cholesky(scaled.T @ scaled + np.diag((penalty / length) ** 2))
+            return np.asarray(solve_triangular(R, scaled.T, trans="T").T)
+        except LinAlgError:
+            pass
+    soft = np.flatnonzero(penalty)
+    extra = np.zeros((len(soft), p))
+    extra[np.arange(len(soft)), soft] = (penalty / length)[soft]
+    return np.asarray(np.linalg.qr(np.vstack([scaled, extra]))[0][: len(columns)])
 
 
 def f_test(before: float, after: float, added: int, freedom: float) -> float:
@@ -140,11 +135,16 @@ def hold_out(linear: Linear, columns: Sequence[Array], blocks: NDArray[np.int_])
     return out
 
 
-def contiguous_blocks(groups: NDArray[np.int_], count: int = 10) -> NDArray[np.int_]:
-    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split."""
+def contiguous_blocks(groups: NDArray[np.int_], count: int = 0) -> NDArray[np.int_]:
+    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split.
+
+    Args:
+        count: number of blocks; 0 takes ten, and blocks of 25 poses on long records.
+    """
     _, first = np.unique(groups, return_index=True)
     order = np.argsort(first)
     rank = np.empty(len(order), dtype=int)
     rank[order] = np.arange(len(order))
     _, index = np.unique(groups, return_inverse=True)
+    count = count or max(10, len(order) // 25)
     return np.asarray(rank[index] * min(count, len(order)) // len(order))

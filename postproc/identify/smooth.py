@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.identify.fit import Fit, rms
-from postproc.identify.linear import Linear, contiguous_blocks, hold_out
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
 
 STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
@@ -15,7 +15,7 @@ def choose_strength(fit: Fit, key: str) -> float:
 
     The fit is linear in the amplitudes near its solution: with y = r + A x the penalised problem min |y - A x|^2 + |w
         x|^2 is
-    solved for every strength by one QR, and its held-out residuals are exact.
+    solved for every strength at once for all blocks, and its held-out residuals are exact.
     """
     effect = fit.model.effect(key)
     rough = None if effect is None else effect.roughness()
@@ -27,19 +27,13 @@ def choose_strength(fit: Fit, key: str) -> float:
     own = [(c, i) for c, (k, i) in enumerate(fit.parameters) if k == key]
     scale = np.sqrt(max(fit.variance, 1e-12))
     y = fit.problem.residual + A @ values
-    length = np.linalg.norm(A, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    blocks = contiguous_blocks(fit.data.repeats)
+    blocks = contiguous_blocks(fit.data.repeats)[row]
     best, smallest = 0.0, np.inf
     for strength in STRENGTHS:
-        extra = np.zeros((len(own), A.shape[1]))
-        for r, (c, i) in enumerate(own):
-            extra[r, c] = strength * scale * weights[i]
-        stacked = np.vstack([A, extra]) / length
-        basis = np.linalg.qr(stacked)[0]
-        number = np.concatenate([blocks[row], np.full(len(own), -1)])
-        linear = Linear(np.concatenate([y, np.zeros(len(own))]), basis, np.concatenate([row, np.full(len(own), -1)]))
-        error = rms(hold_out(linear, (), number)[: len(row)])
+        penalty = fit.penalty.copy()
+        for c, i in own:
+            penalty[c] = strength * scale * weights[i]
+        error = rms(hold_out(Linear(y, basis_of(A, penalty), row), (), blocks))
         if error < smallest:
             best, smallest = strength * scale, error
     return float(best)

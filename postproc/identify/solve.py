@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.identify.linear import MANY
 from postproc.identify.problem import Problem, Weights
 from postproc.measure.repeat import Noise
 
@@ -102,6 +103,12 @@ def determined_columns(
         columns = problem.columns(effect, mask)
         length = np.linalg.norm(columns, axis=0)
         alive = length > 0
+        if effect.roughness() is not None:
+            # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
+            kept.append(columns[:, alive])
+            parameters += [(effect.key, int(i)) for i in index[alive]]
+            held += [(effect.key, int(i)) for i in index[~alive]]
+            continue
         ordinary = 10 * effect.scale()[index]
         fresh = columns - basis @ (basis.T @ columns)
         fresh = fresh - basis @ (basis.T @ fresh)
@@ -109,16 +116,12 @@ def determined_columns(
         triangle, pivot = qr(unit, mode="r", pivoting=True)
         diagonal = np.zeros(len(index))
         diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
-        soft = np.zeros(len(index), dtype=bool) if effect.roughness() is None else np.ones(len(index), dtype=bool)
-        good = soft & alive | alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
+        good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
         held += [(effect.key, int(i)) for i in index[~good]]
         if good.any():
             kept.append(columns[:, good])
             parameters += [(effect.key, int(i)) for i in index[good]]
-            more = unit[:, good]
-            if soft.any():
-                more = more[:, diagonal[good] > 1e-7]
-            basis = np.hstack([basis, np.linalg.qr(more)[0]])
+            basis = np.hstack([basis, np.linalg.qr(unit[:, good])[0]])
     return np.hstack(kept) if kept else basis, parameters, tuple(held)
 
 
@@ -177,9 +180,8 @@ def _solve(
     b = np.concatenate([problem.residual, -anchor[tied] * x[tied]])
     step = np.zeros(len(x))
     free = np.ones(len(x), dtype=bool)
-    # One QR of the whole problem: every active set is then a small one.
-    Q, R = np.linalg.qr(A / length)
-    rhs = Q.T @ b
+    # One factor of the whole problem: every active set is then a small one.
+    R, rhs = _factor(A / length, b)
     for _ in range(len(x)):
         target = rhs - R[:, ~free] @ (step[~free] * length[~free])
         solution, *_ = np.linalg.lstsq(R[:, free], target, rcond=1e-12)
@@ -191,6 +193,20 @@ def _solve(
         free &= ~outside
     stopped = ~free & ((x + step <= bounded[0]) | (x + step >= bounded[1]))
     return step, {p for p, held in zip(parameters, stopped, strict=True) if held}
+
+
+def _factor(A: Array, b: Array) -> tuple[Array, Array]:
+    """R and R^-T A^T b of A = Q R; many columns through the normal equations, whose error the next step corrects."""
+    if A.shape[1] > MANY:
+        from scipy.linalg import LinAlgError, cholesky, solve_triangular
+
+        try:
+            R = cholesky(A.T @ A)
+            return np.asarray(R), np.asarray(solve_triangular(R, A.T @ b, trans="T"))
+        except LinAlgError:
+            pass
+    Q, R = np.linalg.qr(A)
+    return np.asarray(R), np.asarray(Q.T @ b)
 
 
 def _reach(problem: Problem, parameters: list[tuple[str, int]]) -> Array:

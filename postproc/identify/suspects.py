@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.identify.channels import shown
@@ -240,7 +239,6 @@ def _finer(kind: str, pattern: Pattern) -> list[Pattern]:
 def _falls(linear: Linear, whitened: Array, values: Array) -> tuple[Array, int]:
     """Fall of the sum of squares by place times each pattern, (P,)."""
     N, m = whitened.shape
-    extra = len(linear.residual) - N
     Q, rest = linear.nuisance[:N], linear.rest[:N]
     P = values.shape[1]
     fall = np.zeros(P)
@@ -264,7 +262,6 @@ def _falls(linear: Linear, whitened: Array, values: Array) -> tuple[Array, int]:
         ridge = 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
         solved = np.linalg.solve(gram + ridge, along[:, :, None])[:, :, 0]
         fall[at : at + chunk] = np.where(alive, np.einsum("ci,ci->c", along, solved), 0.0)
-    del extra
     return fall, m
 
 
@@ -274,8 +271,3 @@ def by_channel(suspects: list[Suspect], count: int = 5) -> list[Suspect]:
     for suspect in suspects:
         seen.setdefault(suspect.channel, suspect)
     return list(seen.values())[:count]
-
-
-def blocks_of(linear: Linear, per_row: NDArray[np.int_]) -> NDArray[np.int_]:
-    """(N,) block of each entry of a linear problem, -1 for the rows of a penalty."""
-    return np.asarray(np.where(linear.row >= 0, per_row[np.maximum(linear.row, 0)], -1))

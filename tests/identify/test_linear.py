@@ -62,3 +62,22 @@ def test_blocks_are_contiguous_and_keep_repeats_together():
     blocks = contiguous_blocks(groups, 5)
     assert (np.diff(blocks) >= 0).all() and len(np.unique(blocks)) == 5
     assert all(len(set(blocks[groups == k])) == 1 for k in range(25))
+
+
+def test_a_penalised_basis_gives_the_penalised_fit_and_its_hold_out():
+    from postproc.identify import linear as module
+
+    A, y, _ = problem()
+    w = np.array([0, 0, 1.0, 2.0, 3.0, 0.5, 0.1])
+    hat = A @ np.linalg.solve(A.T @ A + np.diag(w**2), A.T)
+    for many in (150, 3):  # QR, and the normal equations
+        module.MANY, before = many, module.MANY
+        U = module.basis_of(A, w)
+        module.MANY = before
+        np.testing.assert_allclose(U @ U.T, hat, atol=1e-10)
+    blocks = np.arange(60) // 6
+    inside = blocks == 4
+    rest = A[~inside]
+    x = np.linalg.solve(rest.T @ rest + np.diag(w**2), rest.T @ y[~inside])
+    out = hold_out(Linear(y, U, np.arange(60)), (), blocks)
+    np.testing.assert_allclose(out[inside], y[inside] - A[inside] @ x, atol=1e-10)
