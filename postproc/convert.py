@@ -28,6 +28,7 @@ from postproc.compensate.states import build_state, steady
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, Source, has_errors
 from postproc.model.arm import Model
+from postproc.motion.values import Flags
 from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
@@ -187,6 +188,11 @@ def _wrench_text(options: Options) -> str:
     return f"{'; '.join(parts)}, {where}" if parts else ""
 
 
+def _counted(space: Flags, steady: Flags) -> Flags:
+    """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
+    return space & steady if (space & steady).any() else space
+
+
 def _mm(value: float) -> float:
     return round(1e3 * value, 5)
 
@@ -205,8 +211,8 @@ def _conclude(
     sources: Sequence[Source],
 ) -> Conversion:
     passing = in_transition(plan, after)
-    before_m = before.largest(before.space & before.steady)
-    after_m = after.largest(after.space & after.steady & ~passing)
+    before_m = before.largest(_counted(before.space, before.steady))
+    after_m = after.largest(_counted(after.space & ~passing, after.steady))
     outcomes, more = judge_statements(program, events, plan, after, options)
     findings += more
     accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])

@@ -13,7 +13,8 @@ from postproc.motion.values import Flags, Trajectory
 
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
-_STANDSTILL = 1e-7  # joint travel between samples [rad] that does not count as an approach
+STANDSTILL = 1e-9  # [m/s]
+_NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
 def build_state(
@@ -47,10 +48,10 @@ def build_state(
 
 
 def _restless(trajectory: Trajectory) -> Flags:
-    """(k,) whether the TCP's speed changes."""
+    """(k,) whether the TCP's speed changes; at a stop nothing loads the arm but its weight."""
     speed = trajectory.tcp_speed
     change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
-    changing: Flags = np.maximum(change[:-1], change[1:]) > STEADY * speed
+    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * speed) & (speed > STANDSTILL)
     return changing
 
 
@@ -88,7 +89,7 @@ def approach_side(samples: Samples) -> Array:
     """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the start."""
     first = np.array([m.first for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])
-    side = np.where(np.abs(step) > _STANDSTILL, np.sign(step), 0.0)
+    side = np.where(np.abs(step) > _NO_TRAVEL, np.sign(step), 0.0)
     at_start = (samples.u == 0.0)[:-1]
     side[:-1][at_start] = np.where(side[1:][at_start] != 0, side[1:][at_start], side[:-1][at_start])
     side[first[samples.move]] = 0.0
