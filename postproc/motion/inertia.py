@@ -11,6 +11,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 
 NO_GRAVITY = np.zeros(3)
+_BLOCK = 5000  # states looked at together: long programs need little memory
 
 
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
@@ -29,9 +30,18 @@ def inertial_torque(
         q, v, a: (n, 6) [rad], [rad/s], [rad/s^2]; mass: (n,) payload [kg], a point mass at center (n, 3) in tool0 [m].
         gravity: (3,) in base axes [m/s^2].
     """
-    if len(q) == 0:
-        return np.zeros((0, 6))
-    links = Multibody(robot, gravity, ()).rnea(q, v, a)
+    arm = Multibody(robot, gravity, ())
+    result = np.empty((len(q), 6))
+    for start in range(0, len(q), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        result[rows] = _torque(robot, arm, q[rows], v[rows], a[rows], mass[rows], center[rows], gravity)
+    return result
+
+
+def _torque(
+    robot: Robot, arm: Multibody, q: Array, v: Array, a: Array, mass: Array, center: Array, gravity: Array
+) -> Array:
+    links = arm.rnea(q, v, a)
     T = body_poses(robot, q)
     flange = T[:, 6] @ robot.link[6]
     point = (flange[:, :3, :3] @ center[:, :, None])[..., 0] + flange[:, :3, 3]

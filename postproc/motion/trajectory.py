@@ -19,7 +19,7 @@ from postproc.robot.kinematics import body_poses
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
-_BLOCK = 100_000  # instants looked at together: keeps the memory of long programs flat
+_BLOCK = 5000  # samples looked at together: long programs need little memory
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
@@ -70,7 +70,11 @@ def retime(
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
         a_sustained = _bridged(a - slope + kept, path.blend)
     torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
-    tcp_speed = np.linalg.norm(point_velocity(robot, body_poses(robot, path.q), v, path.T_base_tcp[:, :3, 3]), axis=1)
+    tcp_speed = np.empty(n)
+    for first in range(0, n, _BLOCK):
+        part = slice(first, first + _BLOCK)
+        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], path.T_base_tcp[part, :3, 3])
+        tcp_speed[part] = np.linalg.norm(velocity, axis=1)
     return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed, profile)
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
 
+_BLOCK = 5000  # poses whose bodies are held at a time: long programs need little memory
+
 
 def skew(vector: Array) -> Array:
     """Cross-product matrices, (..., 3) -> (..., 3, 3)."""
@@ -42,7 +44,11 @@ def body_poses(robot: Robot, q: Array) -> Array:
 
 def forward(robot: Robot, q: Array) -> Array:
     """Flange poses link[0] Rot(axis[0], q1) .. Rot(axis[5], q6) link[6], (n, 6) [rad] -> T_base_flange (n, 4, 4)."""
-    T: Array = body_poses(robot, q)[:, 6] @ robot.link[6]
+    q = np.asarray(q, dtype=float).reshape(-1, 6)
+    T = np.empty((len(q), 4, 4))
+    for start in range(0, len(q), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        T[rows] = body_poses(robot, q[rows])[:, 6] @ robot.link[6]
     return T
 
 
