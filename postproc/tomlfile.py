@@ -51,6 +51,9 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
         raise PostprocError(
             Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)))
         ) from error
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
+        message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"
+        raise PostprocError(Diagnostic(code, "error", f"{message} to be read", source)) from error
 
 
 def _error_span(source: Source, message: str) -> Span:

@@ -151,8 +151,8 @@ def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
     from scipy.spatial.transform import Rotation
 
     def angles(table: str, R: Array) -> list[float]:
-        before: list[float] = list(document.get(table, {}).get("rpy_deg", [0.0, 0.0, 0.0]))
-        if np.allclose(rpy(np.radians(before)), R, atol=1e-12):
+        before: list[float] = list(_unwrapped(document.get(table, {})).get("rpy_deg", [0.0, 0.0, 0.0]))
+        if np.allclose(rpy(np.radians(np.array(before, float))), R, atol=1e-12):
             return before
         return [round(float(a), 9) + 0.0 for a in np.degrees(Rotation.from_matrix(R).as_euler("xyz"))]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import floor
+from math import floor, inf
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
@@ -129,15 +129,14 @@ class Flow(Execution):
         turns, step = MAX_TURNS + 1, 1.0
         if all(isinstance(bound, float) for bound in bounds):
             step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
-            turns = max(0, floor((bounds[1] - bounds[0]) / step + 1e-9) + 1) if step else MAX_TURNS + 1
-        reached = True
-        if turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
-            for turn in range(turns):
-                memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
-                if not self.body(loop.branches[0].body, memory):
-                    reached = False
-                    break
-        else:
+            count = (bounds[1] - bounds[0]) / step + 1e-9 if step else inf
+            turns = max(0, floor(count) + 1) if abs(count) <= MAX_TURNS else 0 if count < 0 else MAX_TURNS + 1
+        reached, turn = True, 0
+        while reached and turn < turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
+            memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
+            reached = self.body(loop.branches[0].body, memory)
+            turn += 1
+        if reached and turn < turns:
             index = NotKnown(f"the loop index `{loop.word}` is not known")
             self.unknown_turns(loop, memory, {loop.word: index})
         memory.frame.bindings.pop(loop.word, None)
