@@ -17,8 +17,18 @@ from postproc.identify.findings import data_findings
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import as_rows, schwarz
 from postproc.identify.linear import Linear
-from postproc.identify.search import Missing, Search, check_backward, clear, ranking, refit_all, select_forward, thinned
-from postproc.identify.selection import MATERIAL, Candidate
+from postproc.identify.search import (
+    Missing,
+    Search,
+    check_backward,
+    clear,
+    final_fit,
+    ranking,
+    select_forward,
+    thinned,
+    worth_saying,
+)
+from postproc.identify.selection import Candidate
 from postproc.identify.suspects import ODDS, Suspect, by_channel, find_suspects, patterns
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -73,10 +83,9 @@ def diagnose(
 ) -> Diagnosis:
     """Find which effects a model lacks on measurements, or what the remaining structure follows.
 
-    Forward selection by marginal likelihood with a full refit of every effect that is taken, a backward check, and
-    free patterns of
-    the channels as rivals: where a pattern without a name explains clearly more than the whole library, the verdict is
-        "unknown".
+    Forward selection by marginal likelihood with a full refit of every effect that is taken, a backward check, and free
+    patterns of the channels as rivals: where a pattern without a name explains clearly more than the whole library, the
+    verdict is "unknown".
 
     Args:
         extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
@@ -94,7 +103,7 @@ def diagnose(
     missing = select_forward(search, first)
     missing = check_backward(search, start, missing, noise)
     bound = min(nonparametric_bound(search.fit, named), search.fit.held_out_rms)
-    final = search.fit if start is base else refit_all(base, search.fit, [m.candidate for m in missing], noise)
+    final = search.fit if start is base else final_fit(base, search, missing, noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
     return _conclude(search, base, final, first, missing, untestable, bound)
@@ -110,12 +119,13 @@ def _conclude(
     bound: float,
 ) -> Diagnosis:
     linear = search.fit.linear
-    still = [s for s in search.outside if _still(s, linear)]
+    still = [s for s in search.outside if _still(s, linear, worth_saying(final))]
     strongest = find_suspects(search.fit.problem, linear, search.patterns)
     lacking = _lack_of_fit(final)
+    share = worth_saying(final)
     shown: list[Suspect] = []
     verdict: Verdict = "missing" if missing else "complete"
-    if still or lacking or (strongest and clear(strongest[0], linear)):
+    if still or lacking or (strongest and clear(strongest[0], linear, share)):
         verdict = "unknown"
         shown = by_channel(strongest)
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0}
@@ -141,13 +151,13 @@ def _conclude(
     )
 
 
-def _still(suspect: Suspect, linear: Linear) -> bool:
+def _still(suspect: Suspect, linear: Linear, share: float) -> bool:
     if len(suspect.columns) > len(linear.residual):
         return True
     rest = float(linear.rest @ linear.rest)
     after = linear.extended(as_rows(linear, suspect.columns))
     fall = rest - float(after.rest @ after.rest)
-    return schwarz(rest, fall, suspect.columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > 3 * MATERIAL * rest
+    return schwarz(rest, fall, suspect.columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > share * rest
 
 
 def _lack_of_fit(fit: Fit) -> bool:

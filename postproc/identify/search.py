@@ -108,7 +108,7 @@ def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
         suspects = find_suspects(search.fit.problem, search.linear(), search.patterns)
-        outside = suspects[0] if suspects and clear(suspects[0], search.linear()) else None
+        outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
         beaten = best is not None and outside is not None and outside.evidence > best.evidence
         contested |= beaten
         if best is not None and not (beaten and rivals):
@@ -140,9 +140,14 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best))
 
 
-def clear(suspect: Suspect, linear: Linear) -> bool:
-    before = float(linear.rest @ linear.rest)
-    return suspect.evidence > 0 and suspect.fall > 3 * MATERIAL * before
+def worth_saying(fit: Fit) -> float:
+    """Share of the residual that a pattern must explain: more where no repeats tell how much of it is noise."""
+    return 3 * MATERIAL if fit.noise.position is not None else 15 * MATERIAL
+
+
+def clear(suspect: Suspect, linear: Linear, share: float) -> bool:
+    """Whether a pattern is worth its search and explains a share of what is left."""
+    return suspect.evidence > 0 and suspect.fall > share * float(linear.rest @ linear.rest)
 
 
 def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -194,3 +199,15 @@ def thinned(base: Fit, noise: float | None) -> Fit:
     groups = base.data.repeats
     kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
     return fit_model(base.model, base.data.rows(kept), free=base.free, noise=noise, penalty=base.strength)
+
+
+def final_fit(base: Fit, search: Search, missing: list[Missing], noise: float | None) -> Fit:
+    """The missing effects fitted on the whole data; free functions get the order and smoothness that it can carry."""
+    rough = [m.candidate.key for m in missing if m.candidate.effect.roughness() is not None]
+    fit = refit_all(base, search.fit, [m.candidate for m in missing if m.candidate.key not in rough], noise)
+    for key in rough:
+        screen = Screen(fit.problem, {key: search.classes[key]})
+        best = compose(screen, fit.linear, key)
+        after = None if best is None else refit(fit, screen, fit.linear, best)
+        fit = fit if after is None else after
+    return fit
