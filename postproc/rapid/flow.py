@@ -41,6 +41,7 @@ class Flow(Execution):
             forget(memory, self.changes.everything, "is changed in blocks that are nested too deeply")
             self.steps += 100
             return True
+        self.steps += 1  # an empty body costs time too
         self.depth += 1
         reached = all(self.statement(statement, memory) for statement in statements)
         self.depth -= 1
