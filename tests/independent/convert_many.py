@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.independent import arm as A
-from tests.independent import generate_programs, verify
+from tests.independent import generate_programs, untidy, verify
 
 FORCE = "200,-200,-200"
 
@@ -75,7 +75,7 @@ def run(
     source, output = folder / f"weld{seed:05d}.mod", folder / f"weld{seed:05d}.out.mod"
     ranges = generate_programs.WILD if wild else generate_programs.Ranges()
     text = generate_programs.generate(seed, geometry, ranges=ranges)
-    text = generate_programs.complicate(text, seed) if hard else text
+    text = untidy.complicate(text, seed) if hard else text
     source.write_bytes(text.encode("latin-1"))
     output.unlink(missing_ok=True)
     start = time.perf_counter()

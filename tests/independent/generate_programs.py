@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.independent import arm as A
+from tests.independent import inverse as I
 from tests.independent import paths as P
 from tests.independent import rapid as R
 
@@ -212,14 +213,14 @@ def travel(p: Program, start: Target, goal: Target, tool: Tool, via: np.ndarray 
     kind = "L" if via is None else "C"
     m = R.Motion("", kind, 0, 0, goal.base, via, None, (), tool.frame, 0, np.zeros(3), 0, False, False, ())
     _, command = P.shape(start.base, m, 0.01)
-    q = A.follow(p.arm, command @ np.linalg.inv(tool.frame), start.q)
+    q = I.follow(p.arm, command @ np.linalg.inv(tool.frame), start.q)
     if (
         q is None
         or not inside(p.arm, q, p.ranges.wrist)
         or np.abs(np.diff(np.vstack([start.q, q]), axis=0)).max() > 0.2
     ):
         raise Retry
-    goal.q, goal.conf = q[-1], A.confdata(p.arm, q[-1])[0]
+    goal.q, goal.conf = q[-1], I.confdata(p.arm, q[-1])[0]
     if np.abs(q[-1][[0, 3, 5]]).max() > np.radians(358):
         raise Retry
 
@@ -228,11 +229,11 @@ def first_target(p: Program, t: Target, tool: Tool) -> None:
     flange = t.base @ np.linalg.inv(tool.frame)
     wrists = [0, 1] if p.g.random() < 0.5 else [1, 0]
     for w in wrists:
-        q = A.inverse(p.arm, flange[None])[0, w]
+        q = I.inverse(p.arm, flange[None])[0, w]
         if not np.isfinite(q).all() or not inside(p.arm, q, p.ranges.wrist):
             continue
-        conf = A.confdata(p.arm, q)[0]
-        again = A.solve_target(p.arm, flange, tuple(conf))
+        conf = I.confdata(p.arm, q)[0]
+        again = I.solve_target(p.arm, flange, tuple(conf))
         if again is None or np.abs(again - q).max() > 1e-6:
             continue
         t.q, t.conf = q, conf
@@ -468,59 +469,6 @@ def generate(seed: int, geometry: str = "irb4600_60_205", seams: int | None = No
     return e.join(lines) + (e if g.random() < 0.6 else "")
 
 
-def complicate(text: str, seed: int, geometry: str = "irb4600_60_205") -> str:
-    """``_complicated`` with a displacement, or without where the displaced program could not run as it says."""
-    other = _complicated(text, seed, displaced=True)
-    legs = P.play(A.ARMS[geometry](), R.motions(other)[1], 0.02)
-    if any(leg.problem or leg.conf_wrong for leg in legs) or not all(inside(A.ARMS[geometry](), leg.q) for leg in legs):
-        return _complicated(text, seed, displaced=False)
-    return other
-
-
-def _complicated(text: str, seed: int, displaced: bool) -> str:
-    """The same motion written as people do: broken lines, two statements a line, remarks, calls in loops, loads, displacements."""
-    g = np.random.default_rng(seed + 10**6)
-    eol = "\r\n" if "\r\n" in text else "\n"
-    lines = text.split(eol)
-    start = next(i for i, line in enumerate(lines) if "PROC main" in line)
-    moves = [
-        i
-        for i in range(start, len(lines))
-        if R.MOVES.match(lines[i].strip()) and not lines[i].strip().startswith("MoveAbsJ")
-    ]
-    for i in moves:
-        u = g.random()
-        if u < 0.08:
-            head, _, tail = lines[i].rpartition(",")
-            lines[i] = head + "," + eol + "          " + tail
-        elif u < 0.16:
-            lines[i] += " ! na\xeft p\xe5 svets"
-        elif u < 0.22:
-            lines[i] += " WaitTime 0;"
-    if g.random() < 0.3:
-        at = next(i for i, line in enumerate(lines) if "tooldata" in line)
-        lines.insert(at, "  CONST loaddata loadPart:=[3.5,[20,0,60],[1,0,0,0],0,0,0];")
-        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
-        lines.insert(at + 1, "    GripLoad loadPart;")
-    if g.random() < 0.3 and displaced:
-        at = next(i for i, line in enumerate(lines) if "tooldata" in line)
-        lines.insert(at, "  CONST pose peShift:=[[4,-3,6],[1,0,0,0]];")
-        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
-        lines.insert(at + 2, "    PDispSet peShift;")
-    if g.random() < 0.4:
-        for i, line in enumerate(lines):
-            if line.strip() == "rSeam1;":
-                pad = line[: len(line) - len(line.lstrip())]
-                lines[i] = eol.join([pad + "FOR i FROM 1 TO 2 DO", pad + "  rSeam1;", pad + "ENDFOR"])
-                break
-    if g.random() < 0.4:
-        at = next(i for i, line in enumerate(lines) if "PROC main" in line)
-        lines.insert(
-            at + 1, '    TPErase; TPWrite "weld; start!";' + eol + "    IF DOutput(doReady)=0 SetDO doReady, 1;"
-        )
-    return eol.join(lines)
-
-
 def main(argv: list[str] | None = None) -> int:
     o = argparse.ArgumentParser()
     o.add_argument("outdir", type=Path)
@@ -532,10 +480,12 @@ def main(argv: list[str] | None = None) -> int:
         "--wild", action="store_true", help="many short pieces, wide arcs, heavy tools, near the singularity"
     )
     a = o.parse_args(argv)
+    from tests.independent import untidy
+
     a.outdir.mkdir(parents=True, exist_ok=True)
     for seed in range(a.seed, a.seed + a.count):
         text = generate(seed, a.geometry, ranges=WILD if a.wild else Ranges())
-        text = complicate(text, seed) if a.hard else text
+        text = untidy.complicate(text, seed) if a.hard else text
         (a.outdir / f"weld{seed:05d}.mod").write_bytes(text.encode("latin-1"))
     return 0
 

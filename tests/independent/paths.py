@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.independent import arm as A
+from tests.independent import inverse as I
 from tests.independent.rapid import Motion
 
 
@@ -119,10 +120,10 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
             legs.append(Leg(m, arm.forward(q[None], m.tool).tcp, q[None], np.ones(1)))
             continue
         if m.kind == "J" or q is None:
-            found = A.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            found = I.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
             problem = None if found is not None else "no solution in the stated configuration"
             if found is None and q is not None:
-                path = A.follow(arm, _to_flange(m.goal[None], m.tool), q)
+                path = I.follow(arm, _to_flange(m.goal[None], m.tool), q)
                 found = None if path is None else path[0]
             q = found
             joints = np.zeros((0, 6)) if q is None else q[None]
@@ -130,10 +131,10 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
             continue
         start = arm.forward(q[None], m.tool).tcp[0]
         u, command = shape(start, m, step)
-        path = A.follow(arm, _to_flange(command, m.tool), q)
+        path = I.follow(arm, _to_flange(command, m.tool), q)
         if path is None:
             legs.append(Leg(m, command, np.zeros((0, 6)), u, "out of reach"))
-            q = A.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            q = I.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
             continue
         problem = None
         if (path < arm.lower - 1e-9).any() or (path > arm.upper + 1e-9).any():
@@ -147,7 +148,7 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
 
 def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
     """Whether confdata says something else than the joints, away from quadrant boundaries."""
-    conf = A.confdata(arm, q)[0]
+    conf = I.confdata(arm, q)[0]
     turns = q[[0, 3, 5]] / (np.pi / 2)
     edge = np.abs(turns - np.round(turns)) < 1e-4
     return bool((conf[:3] != m.conf[:3])[~edge].any() or conf[3] != m.conf[3])

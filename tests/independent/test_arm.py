@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.independent import arm as A
+from tests.independent import inverse as I
 
 RNG = np.random.default_rng(5)
 
@@ -49,8 +50,8 @@ def test_inverse_returns_every_branch_to_the_pose(name: str) -> None:
     arm = A.ARMS[name]()
     q = poses(arm, 200)
     flange = arm.forward(q, np.eye(4)).flange
-    back = A.inverse(arm, flange)
-    hit = np.abs(A._wrap(back - q[:, None])).max(axis=2)
+    back = I.inverse(arm, flange)
+    hit = np.abs(I.wrap(back - q[:, None])).max(axis=2)
     hit = np.nanmin(hit, axis=1)
     assert hit.max() < 1e-9
     for b in range(8):
@@ -58,7 +59,7 @@ def test_inverse_returns_every_branch_to_the_pose(name: str) -> None:
         again = arm.forward(back[ok, b], np.eye(4)).flange
         assert np.abs(again - flange[ok]).max() < 1e-9
     for k in range(40):
-        found = A.solve_target(arm, flange[k], tuple(A.confdata(arm, q[k])[0]))
+        found = I.solve_target(arm, flange[k], tuple(I.confdata(arm, q[k])[0]))
         assert found is not None
         assert np.abs(found - q[k]).max() < 1e-9
 
@@ -66,7 +67,7 @@ def test_inverse_returns_every_branch_to_the_pose(name: str) -> None:
 def test_confdata_of_known_probes() -> None:
     arm = A.irb4600()
     q = np.radians([[90.0, 0, 0, 0, 10, 0], [-150, 0, 0, -185, -10, 350], [0, 0, -85, 0, 10, 0], [0, -40, 0, 0, 10, 0]])
-    assert A.confdata(arm, q).tolist() == [[1, 0, 0, 0], [-2, -3, 3, 1], [0, 0, 0, 2], [0, 0, 0, 0]]
+    assert I.confdata(arm, q).tolist() == [[1, 0, 0, 0], [-2, -3, 3, 1], [0, 0, 0, 2], [0, 0, 0, 0]]
 
 
 def test_one_soft_joint_under_a_vertical_force() -> None:

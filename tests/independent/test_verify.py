@@ -7,6 +7,7 @@ import pytest
 
 from tests.independent import arm as A
 from tests.independent import generate_programs, paths, rapid, verify
+from tests.independent import inverse as I
 
 FORCE = np.array([200.0, -200, -200])
 AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
@@ -37,8 +38,8 @@ def seam() -> tuple[list[np.ndarray], tuple[int, ...]]:
     a, b = np.array([1100.0, -350, 500]), np.array([1250.0, 450, 560])
     tool = A.shift(0.02, -0.01, 0.35)
     pose = A.transform(rapid.quaternion_matrix(TURN), a / 1000)
-    q = A.inverse(arm, pose[None] @ np.linalg.inv(tool))[0, 0]
-    return [a, b], tuple(A.confdata(arm, q)[0])
+    q = I.inverse(arm, pose[None] @ np.linalg.inv(tool))[0, 0]
+    return [a, b], tuple(I.confdata(arm, q)[0])
 
 
 def compensated(points: list[np.ndarray]) -> list[np.ndarray]:
@@ -49,7 +50,7 @@ def compensated(points: list[np.ndarray]) -> list[np.ndarray]:
     load = A.Load(4.5, np.array([0.01, 0, 0.12]), FORCE)
     for _ in range(8):
         t = A.transform(np.broadcast_to(rapid.quaternion_matrix(TURN), (len(command), 3, 3)), command)
-        q = A.inverse(arm, t @ np.linalg.inv(tool))[:, 0]
+        q = I.inverse(arm, t @ np.linalg.inv(tool))[:, 0]
         reached = A.equilibrium(arm, q, tool, load, A.joint_springs(A.TABLE_2)).frames.tcp[:, :3, 3]
         command += wanted - reached
     return list(command * 1000)
