@@ -186,7 +186,8 @@ def test_rows_do_not_depend_on_each_other_and_models_pickle() -> None:
     state = model.state(q, T_flange_tcp=TOOL, **c)
     whole = predict(model, state)
     rows = [3, 17]
-    assert np.abs(predict(pickle.loads(pickle.dumps(model)), take(state, rows)) - whole[rows]).max() < 1e-12
+    # A batch sweeps until its slowest row has settled to 1e-10, so other rows may have settled further than alone.
+    assert np.abs(predict(pickle.loads(pickle.dumps(model)), take(state, rows)) - whole[rows]).max() < 1e-10
     assert predict(model, take(state, slice(0, 0))).shape == (0, 4, 4)
 
 
