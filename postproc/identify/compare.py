@@ -145,8 +145,7 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     """Compare a model, as it is, with measurements.
 
     Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
-    so that the
-    figures speak of the arm.
+    so that the figures speak of the arm.
     """
     fit = evaluate(model, data, noise=noise)
     figures = estimate_noise(fit.data, noise)

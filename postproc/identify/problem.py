@@ -40,9 +40,8 @@ def make_weights(
 ) -> Weights:
     """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
 
-    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend on
-    it are
-    scaled by the residual in the end.
+    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend
+    on it are scaled by the residual in the end.
     """
     sigma = noise.position or 3e-5
     own = np.ones(len(data))

@@ -18,8 +18,7 @@ def unexplained(fit: Fit) -> float:
     """Standard deviation per axis [m] of what the model leaves of the true pose.
 
     The residual variance less that of the noise, where the difference is significant (F test, 1 %); all of the
-    residual where
-    the noise is not known.
+    residual where the noise is not known.
     """
     total = fit.problem.error[fit.problem.weights.used[:, 0], :3]
     own = float(np.nanmean(total**2)) * fit.problem.weights.used.sum() / max(fit.freedom, 1.0)

@@ -88,8 +88,7 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.
 
     Where a pattern beat a named effect on the way, the search is run once more with the pattern taken, and the whole
-    that is
-    worth more is kept: early on, a pattern may only look better because other effects are still missing.
+    that is worth more is kept: early on, a pattern may only look better because other effects are still missing.
     """
     named = replace(search, outside=[])
     missing, worth, contested = _select(named, first, False)

@@ -84,9 +84,8 @@ def determined_columns(
 ) -> tuple[Array, list[tuple[str, int]], tuple[tuple[str, int], ...]]:
     """Whitened columns of all free parameters that the data determines, effect by effect; the others are held.
 
-    A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or where
-    it only
-    repeats what stands before it (rank 1e-7).
+    A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or
+    where it only repeats what stands before it (rank 1e-7).
     """
     from scipy.linalg import qr
 
