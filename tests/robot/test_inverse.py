@@ -14,6 +14,7 @@ from postproc.robot.inverse import inverse, joint_solution, track
 from postproc.robot.kinematics import forward
 from postproc.robot.library import load_robot
 from tests.independent import arm as A
+from tests.independent import inverse as other_inverse
 
 ABB = ["irb4600_60_205", "irb4600_60_205_seed", "irb4600_20_250", "irb4600_40_255"]
 
@@ -52,8 +53,8 @@ def test_all_solutions_reach_the_pose_and_have_different_branches() -> None:
 def test_solutions_agree_with_an_independent_inverse() -> None:
     robot, other = load_robot("irb4600_60_205"), A.irb4600()
     T = forward(robot, random_joints(robot, 200, seed=2))
-    ours, theirs = inverse(robot, T), A.inverse(other, T)
-    gap = np.abs(A._wrap(ours[:, :, None] - theirs[:, None])).max(axis=-1)
+    ours, theirs = inverse(robot, T), other_inverse.inverse(other, T)
+    gap = np.abs(other_inverse.wrap(ours[:, :, None] - theirs[:, None])).max(axis=-1)
     gap = np.where(np.isnan(gap), np.inf, gap)
     exists = np.isfinite(ours).all(axis=-1)
     assert gap.min(axis=2)[exists].max() < 1e-7
@@ -69,7 +70,7 @@ def test_a_lateral_offset_of_the_arm_is_solved() -> None:
     robot = replace(robot, link=link, opw=derive(link, robot.axis))
     q = random_joints(robot, 300, seed=3)
     T = forward(robot, q)
-    gap = np.abs(A._wrap(inverse(robot, T) - q[:, None])).max(axis=-1)
+    gap = np.abs(other_inverse.wrap(inverse(robot, T) - q[:, None])).max(axis=-1)
     assert np.nanmin(gap, axis=1).max() < 1e-8
 
 
