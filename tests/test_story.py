@@ -17,6 +17,7 @@ from tests.independent import arm as A
 from tests.independent import rapid, verify
 from tests.independent.cells import Cell, Hidden, column, draw_states, measure
 from tests.independent.hidden_effects import write_table
+from tests.independent.inverse import confdata, inverse
 
 DEG = np.pi / 180
 NOISE = 0.03e-3
@@ -77,10 +78,10 @@ def seam() -> str:
     arm, down = A.irb4600(), np.array([0.0, 1.0, 0.0, 0.0])
     points = [np.array([1450.0, y, 250.0 + 0.05 * (y + 400)]) for y in (-400.0, -130.0, 140.0, 400.0)]
     pose = A.transform(np.broadcast_to(rapid.quaternion_matrix(down), (4, 3, 3)), np.array(points) / 1e3)
-    solutions = A.inverse(arm, pose @ np.linalg.inv(TOOL))
+    solutions = inverse(arm, pose @ np.linalg.inv(TOOL))
     q = np.unwrap(solutions[:, 0], axis=0)
     assert (q[:, 1] > AT + 5 * DEG).all()
-    conf = A.confdata(arm, q)
+    conf = confdata(arm, q)
 
     def target(k: int, up: float = 0.0) -> str:
         x, y, z = points[k]
