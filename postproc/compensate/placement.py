@@ -128,14 +128,15 @@ def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
 
 
 def place_arcs(
-    commanded: Array, tolerance: float, shortest: int, weight: Array | None = None
+    commanded: Array, tolerance: float, shortest: int, outside: Flags | None = None, weight: Array | None = None
 ) -> tuple[list[tuple[int, int]], bool]:
     """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
 
     Args:
         commanded: (k, 3) exact commanded TCP positions along the arc [m].
         tolerance: [m]; shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
-        weight: (k,) how much a deviation counts, 1 where nothing is said.
+        outside: (k,) samples that may become targets (outside the neighbours' zones); weight: (k,) how much a deviation
+            counts. Everywhere, and 1, where nothing is said.
 
     Returns:
         (via, goal) sample indices of each arc, and whether the tolerance is met everywhere.
@@ -151,6 +152,7 @@ def place_arcs(
 
     allowed = np.arange(last + 1) % shortest == 0
     allowed[max(0, last - shortest + 1) :] = False
+    allowed &= True if outside is None else outside
     goals, reached = _fewest(deviation, allowed, last, tolerance)
     edges = [0, *goals, last]
     return [((a + b) // 2, b) for a, b in pairwise(edges)], reached

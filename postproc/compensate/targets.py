@@ -58,7 +58,8 @@ def divide_moves(
             intervals = int(samples.goal[i]) - begin
             part = max(SHORTEST_PIECE / length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
             shortest = int(np.ceil(part * intervals - 1e-9)) if divisible[int(i)] else intervals
-            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, weight[rows])
+            allowed = _outside_zones(samples, int(i), samples.u[rows])
+            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, weight[rows])
             goals = tuple(begin + b for _, b in arcs[:-1])
             result.append(Pieces(int(i), goals, tuple(begin + v for v, _ in arcs), reached))
         elif worst[i] > limit and not curves.joint[i]:
@@ -87,11 +88,17 @@ def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:
 
 def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
     """Samples far enough from both targets: the controller halves a zone to the nearest target, added ones too."""
-    here, before = samples.moves[i], samples.moves[i - 1]
-    length = samples.curves.length[i]
-    # A zone of half the move or more leaves no room: any target between would shrink it.
-    near = 0.0 if before.fine else min(2 * before.zone, length)
-    far = 0.0 if here.fine else min(2 * here.zone, length)
+    length = float(samples.curves.length[i])
+    near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)
     inside = (u > 0) & (u < 1)
     outside: Flags = inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
     return outside
+
+
+def _zone_in_force(samples: Samples, i: int) -> float:
+    """Zone [m] at the goal of a move after the controller has cut it to half of both moves that meet there."""
+    move = samples.moves[i]
+    if move.fine:
+        return 0.0
+    meeting = [k for k in (i, i + 1) if k < len(samples.moves) and not samples.moves[k].first]
+    return float(min([move.zone, *(samples.curves.length[meeting] / 2)]))
