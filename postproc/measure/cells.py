@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.measure.columns import ColumnMap
 
+LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 
 
@@ -63,7 +63,7 @@ class Cells:
                     message = f"`{self.rows[i][self.header.index(name)]}` in column `{name}` is not a number"
                     help_ = "correct the cell or leave it empty; it counts as not measured"
                     diagnostics.append(Diagnostic("DAT003", "warning", message, self.source, self.span(i), help_))
-        values[np.isinf(values)] = np.nan
+        values[np.abs(values) > LARGEST] = np.nan
         return values
 
 
@@ -127,7 +127,10 @@ def _split(line: str, separator: str) -> list[str]:
         return line.split()
     if '"' not in line:
         return line.split(separator)
-    return next(csv.reader(io.StringIO(line), delimiter=separator))
+    try:
+        return next(csv.reader([line.replace("\r", " ")], delimiter=separator))
+    except csv.Error:  # a cell of more than 131072 letters
+        return line.split(separator)
 
 
 def _header(cells: Sequence[str]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,12 +27,12 @@ Vec3 = tuple[float, float, float]
 
 
 class _Mounting(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
 class _Tool(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     xyz_mm: Vec3 = (0.0, 0.0, 0.0)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
@@ -90,7 +91,7 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
 def _robot(name: str, source: Source) -> Robot:
     beside = Path(source.path).parent / name
     try:
-        return load_robot(beside if name not in list_robots() and beside.is_file() else name)
+        return load_robot(beside if name not in list_robots() and isfile(beside) else name)
     except PostprocError as error:
         if error.diagnostics[0].code != "KIN006":
             raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -87,13 +88,13 @@ def load_robot(name_or_path: str | Path) -> Robot:
         PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm.
     """
     path = LIBRARY / f"{name_or_path}.toml"
-    if not path.is_file() or Path(name_or_path).name != str(name_or_path):
+    if not isfile(path) or Path(name_or_path).name != str(name_or_path):
         path = Path(name_or_path)
-    if path.suffix.lower() in (".urdf", ".xml") and path.is_file():
+    if path.suffix.lower() in (".urdf", ".xml") and isfile(path):
         from postproc.robot.urdf import read_urdf
 
         return read_urdf(path)
-    if path.suffix.lower() != ".toml" or not path.is_file():
+    if path.suffix.lower() != ".toml" or not isfile(path):
         known = ", ".join(f"`{r}`" for r in list_robots())
         raise PostprocError(
             Diagnostic(
