@@ -7,7 +7,6 @@ and the exit code is 1.
 
 from __future__ import annotations
 
-# ruff: noqa: E402 - threads are counted when numpy is first imported
 import os
 
 os.environ.update({"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
@@ -71,7 +70,11 @@ def fuzz(
     """So many inputs of each kind, in turn, or as many as fit into ``seconds``; the same seed gives the same inputs."""
     random = Random(seed)
     model = checks.shipped_model()
-    makers = {"program": seeds.program_mutator(random), "model": seeds.model_mutator(random), "table": seeds.table_mutator(random)}
+    makers = {
+        "program": seeds.program_mutator(random),
+        "model": seeds.model_mutator(random),
+        "table": seeds.table_mutator(random),
+    }
     wanted = {"program": programs, "model": models, "table": tables}
     every: dict[str, tuple[Check, list[tuple[int, str, Check]]]] = {
         "program": (checks.check_program, [

@@ -84,7 +84,9 @@ def check_conversion(data: bytes, model: Model) -> bool:
         _read_out(error.diagnostics)
         return False
     assert result.output is not None or result.exit_code in (1, 2), "neither an output nor an exit code"
-    assert result.output is not None or any(d.severity == "error" for d in result.diagnostics), "refused without a reason"
+    assert result.output is not None or any(d.severity == "error" for d in result.diagnostics), (
+        "refused without a reason"
+    )
     _read_out(result.diagnostics)
     return result.output is not None
 
@@ -99,7 +101,9 @@ def check_model(data: bytes, rendered: bool = False) -> bool:
     if rendered:
         text = render_model(model, data.decode("utf-8-sig"))
         again = parse_model(Source("again.toml", text.encode()))
-        assert [e.to_file() for e in again.effects] == [e.to_file() for e in model.effects], "the model reads differently after it was written"
+        assert [e.to_file() for e in again.effects] == [e.to_file() for e in model.effects], (
+            "the model reads differently after it was written"
+        )
     return True
 
 

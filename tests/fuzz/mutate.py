@@ -16,8 +16,40 @@ EXTREMES = (
     b"99999999999999999999", b"0xFFFFFFFFFFFFFFFFFF", b"0b2", b"1.", b".5", b"1E", b"1e+", b"--1", b"1.2.3", b"nan", b"NaN",
     b"inf", b"-inf", b"1,5", b"1_0", b"\xd9\xa3", b"1" * 5000,
 )  # fmt: skip
-BRACKETS = (b"[", b"]", b"(", b")", b"{", b"}", b'"', b'""', b";", b",", b":=", b"=", b"!", b"\\", b"'", b"\n", b"\r\n", b"\r", b"#")
-SPOILED = (b"\0", b"\xff", b"\xfe\xff", b"\xef\xbb\xbf", b"\x80", b"\x85", b"\x1a", b"\x0c", b"\xc2\xa0", b"\xe3\x80\x80", b"\xf0\x9f\x98\x80")
+BRACKETS = (
+    b"[",
+    b"]",
+    b"(",
+    b")",
+    b"{",
+    b"}",
+    b'"',
+    b'""',
+    b";",
+    b",",
+    b":=",
+    b"=",
+    b"!",
+    b"\\",
+    b"'",
+    b"\n",
+    b"\r\n",
+    b"\r",
+    b"#",
+)
+SPOILED = (
+    b"\0",
+    b"\xff",
+    b"\xfe\xff",
+    b"\xef\xbb\xbf",
+    b"\x80",
+    b"\x85",
+    b"\x1a",
+    b"\x0c",
+    b"\xc2\xa0",
+    b"\xe3\x80\x80",
+    b"\xf0\x9f\x98\x80",
+)
 DEPTHS = (2, 3, 30, 300, 3000)
 
 

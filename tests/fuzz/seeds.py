@@ -54,7 +54,10 @@ def program_mutator(random: Random) -> Mutator:
     """Mostly short programs, which take a millisecond; the samples among them."""
     data = DATA.replace("[P,P]", f"[{POSE},{POSE}]")
     short = [f"MODULE M\nPROC main()\n{body}\nENDPROC\nENDMODULE\n" for body in BODIES]
-    middle = [f"MODULE M\n{data}PROC main()\n{body}\nENDPROC\nPROC q(robtarget p,VAR num n)\nMoveL p,v1,fine,t;ERROR\nRETRY;\nENDPROC\nENDMODULE\n" for body in BODIES]
+    middle = [
+        f"MODULE M\n{data}PROC main()\n{body}\nENDPROC\nPROC q(robtarget p,VAR num n)\nMoveL p,v1,fine,t;ERROR\nRETRY;\nENDPROC\nENDMODULE\n"
+        for body in BODIES
+    ]
     whole = [(SAMPLES / name).read_bytes() for name in ("corner_arc.mod", "hull_seam.mod", "paper_case.mod")]
     texts = [text.encode() for text in short * 4 + middle]
     return Mutator([*texts, *whole], PROGRAM_WORDS, PROGRAM_NESTS, random)
