@@ -152,8 +152,7 @@ def _size(fit: Fit, columns: Array) -> Array:
     Those of the data with a pull towards ordinary ones, at least an ordinary one in all.
     """
     linear = fit.linear
-    columns = np.vstack([columns, np.zeros((len(linear.residual) - len(columns), columns.shape[1]))])
     projected = linear.project(columns)
-    x = np.linalg.solve(projected.T @ projected + np.eye(columns.shape[1]), projected.T @ linear.rest)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
     size = float(np.linalg.norm(x))
     return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

@@ -15,7 +15,7 @@ from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.findings import data_findings
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import as_rows, schwarz
+from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
 from postproc.identify.search import (
     Missing,
@@ -154,9 +154,9 @@ def _conclude(
 def _still(suspect: Suspect, linear: Linear, share: float) -> bool:
     if len(suspect.columns) > len(linear.residual):
         return True
-    rest = float(linear.rest @ linear.rest)
-    after = linear.extended(as_rows(linear, suspect.columns))
-    fall = rest - float(after.rest @ after.rest)
+    rest = linear.square
+    after = linear.extended(suspect.columns)
+    fall = rest - after.square
     return schwarz(rest, fall, suspect.columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > share * rest
 
 

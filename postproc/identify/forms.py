@@ -97,35 +97,35 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
         if form.along is None:
             by_width.setdefault(form.columns.shape[1], []).append(i)
         else:
-            result[i] = gains(linear.extended(as_rows(linear, form.along)), [replace(form, along=None)])[0]
+            result[i] = gains(linear.extended(form.along), [replace(form, along=None)])[0]
     for width, members in by_width.items():
         chunk = max(1, int(4e7 / (len(linear.residual) * width)))
         for at in range(0, len(members), chunk):
             some = members[at : at + chunk]
-            stacked = np.hstack([as_rows(linear, forms[i].columns * forms[i].scale) for i in some])
-            length = np.linalg.norm(stacked, axis=0)
+            stacked = np.hstack([forms[i].columns * forms[i].scale for i in some])
             projected = linear.project(stacked)
             for k, i in enumerate(some):
                 own = slice(k * width, (k + 1) * width)
-                result[i] = gain(
-                    linear, projected[:, own], length[own], forms[i].forming, forms[i].effect.roughness() is not None
-                )
+                flexible = forms[i].effect.roughness() is not None
+                result[i] = gain(linear, stacked[:, own], projected[:, own], forms[i].forming, flexible)
     return result
 
 
-def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flexible: bool = False) -> Gain:
-    """What projected columns, each for an ordinary size of its parameter, would bring.
+def gain(linear: Linear, columns: Array, projected: Array, forming: int = 0, flexible: bool = False) -> Gain:
+    """What columns C, each for an ordinary size of its parameter, would bring.
 
-    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T C,  b = C^T r:
+    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
     the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free.
-    Directions that the
-    data cannot see cost and bring nothing; absurdly large parameters cost much.
+    Directions that the data cannot see cost and bring nothing; absurdly large parameters cost much.
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
+
+    Args:
+        projected: M C, the columns with the fitted parameters projected out.
     """
-    rest = linear.rest
-    before, freedom = float(rest @ rest), float(linear.freedom)
+    before, freedom = linear.square, float(linear.freedom)
     # Below a thousandth of its length a direction is what the fitted parameters can do as well.
-    G = projected.T @ projected
+    G = columns.T @ projected
+    length = np.linalg.norm(columns, axis=0)
     unit = np.where(length > 0, length, 1.0)
     value, vector = np.linalg.eigh(G / np.outer(unit, unit))
     good = value > 1e-6
@@ -133,7 +133,7 @@ def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flex
     if not count or freedom - count - forming < 1:
         return NOTHING
     basis = vector[:, good] / np.sqrt(value[good])
-    b = projected.T @ rest
+    b = columns.T @ linear.rest
     along = basis.T @ (b / unit)
     fall = min(float(along @ along), before)
     s2 = max(before - fall, 1e-12 * before) / (freedom - count - forming)
@@ -150,12 +150,6 @@ def gain(linear: Linear, projected: Array, length: Array, forming: int = 0, flex
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
         worth = min(worth, schwarz(before, fall, count, freedom, 1.0))
     return Gain(fall, count + forming, float(np.sqrt(strength.sum())), worth)
-
-
-def as_rows(linear: Linear, columns: Array) -> Array:
-    """Columns with zeros in the extra rows that penalties of the fitted model add."""
-    missing = len(linear.residual) - len(columns)
-    return np.vstack([columns, np.zeros((missing, columns.shape[1]))]) if missing else columns
 
 
 def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:

@@ -21,7 +21,7 @@ class Linear:
 
     Args:
         residual: (N,) residual in units of the noise.
-        nuisance: (N, k) orthonormal basis of the columns of the fitted parameters.
+        nuisance: (N, k) basis U of the columns of the fitted parameters, orthonormal where no penalty holds them.
         row: (N,) measured row that each entry belongs to.
     """
 
@@ -43,34 +43,24 @@ class Linear:
         """(N, m) columns with the fitted parameters projected out."""
         return columns - self.nuisance @ (self.nuisance.T @ columns)
 
-    def extended(self, columns: Array) -> Linear:
-        """The same with more columns among the fitted parameters."""
-        basis, _ = orthonormal(self.project(columns), np.linalg.norm(columns, axis=0))
-        # Projecting twice keeps the basis orthogonal where columns were nearly inside the nuisance.
-        basis = np.linalg.qr(self.project(basis))[0] if basis.shape[1] else basis
-        return Linear(self.residual, np.hstack([self.nuisance, basis]), self.row)
+    @cached_property
+    def square(self) -> float:
+        """y^T (I - U U^T) y: the sum of squares that is left, with what a penalty counts."""
+        return float(self.residual @ self.rest)
 
+    def extended(self, columns: Array, rank: float = 1e-5) -> Linear:
+        """The same with more columns among the fitted ones; directions below ``rank`` of their length are left out.
 
-def orthonormal(columns: Array, length: Array, rank: float = 1e-5) -> tuple[Array, Array]:
-    """Orthonormal basis of projected columns, and its singular values relative to the length before projection.
-
-    Args:
-        columns: (N, m) projected columns; length: (m,) their lengths before the projection.
-
-    Directions below ``rank`` of that length are left out.
-    """
-    scale = np.where(length > 0, length, 1.0)
-    if columns.shape[1] == 0:
-        return columns, np.zeros(0)
-    if columns.shape[1] == 1:
-        norm = np.linalg.norm(columns) / scale[0]
-        return (columns / (norm * scale[0]), np.array([norm])) if norm > rank else (columns[:, :0], np.zeros(0))
-    # The small Gram problem is enough: its accuracy (1e-8 in singular values) is far below `rank`.
-    scaled = columns / scale
-    value, vector = np.linalg.eigh(scaled.T @ scaled)
-    singular = np.sqrt(np.maximum(value, 0.0))
-    keep = singular > rank
-    return scaled @ (vector[:, keep] / singular[keep]), singular[keep]
+        With M = I - U U^T of the problem so far, the new part of the basis is M C (C^T M C)^(-1/2): exact also where a
+        penalty makes M no projection.
+        """
+        length = np.linalg.norm(columns, axis=0)
+        scaled = columns / np.where(length > 0, length, 1.0)
+        rest = self.project(scaled)
+        value, vector = np.linalg.eigh(scaled.T @ rest)
+        keep = value > rank**2
+        more = rest @ (vector[:, keep] / np.sqrt(value[keep]))
+        return Linear(self.residual, np.hstack([self.nuisance, more]), self.row)
 
 
 def basis_of(columns: Array, penalty: Array) -> Array:

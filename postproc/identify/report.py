@@ -71,7 +71,7 @@ def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
-    before = float(d.base.linear.rest @ d.base.linear.rest)
+    before = d.base.linear.square
     after = d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
     return {
         "effect": c.key,

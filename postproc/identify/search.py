@@ -9,10 +9,10 @@ import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import Form, as_rows
+from postproc.identify.forms import Form
 from postproc.identify.linear import Linear
 from postproc.identify.selection import MATERIAL, Candidate, Screen, compose, confusable, convincing, judged, refit
-from postproc.identify.suspects import Pattern, Suspect, find_suspects
+from postproc.identify.suspects import ODDS, Pattern, Suspect, find_suspects
 
 MOST = 6
 """Effects that are added one after another at most."""
@@ -62,7 +62,7 @@ class Search:
     def linear(self) -> Linear:
         linear = self.fit.linear
         for suspect in self.outside:
-            linear = linear.extended(as_rows(linear, suspect.columns))
+            linear = linear.extended(suspect.columns)
         return linear
 
 
@@ -95,7 +95,7 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     if contested:
         free = replace(search, outside=[])
         other, value, _ = _select(free, first, True)
-        if value > worth:
+        if value > worth + ODDS:
             named, missing = free, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
@@ -146,7 +146,7 @@ def worth_saying(fit: Fit) -> float:
 
 def clear(suspect: Suspect, linear: Linear, share: float) -> bool:
     """Whether a pattern is worth its search and explains a share of what is left."""
-    return suspect.evidence > 0 and suspect.fall > share * float(linear.rest @ linear.rest)
+    return suspect.evidence > 0 and suspect.fall > share * linear.square
 
 
 def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import WIDE, Form, Gain, as_rows, forms_of, gain, gains, ordinary
+from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -118,7 +118,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
 
 def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
     searched = 2 * float(np.log(forms))
-    before = float(linear.rest @ linear.rest)
+    before = linear.square
     p = f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count)
     worth = gain_.evidence - searched - UNLIKELY.get(form.key, 0.0)
     return Candidate(
@@ -127,12 +127,12 @@ def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -> Candidate:
-    total = float(linear.rest @ linear.rest)
+    total = linear.square
     beside = np.zeros(len(form.refit), dtype=bool)
     if form.along is not None:
-        linear = linear.extended(as_rows(linear, form.along))
+        linear = linear.extended(form.along)
         beside = form.refit & form.effect.amplitudes() & ~form.screened
-    before = float(linear.rest @ linear.rest)
+    before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = 2 * float(np.log(forms)) + UNLIKELY.get(form.key, 0.0)
     inner = linear.extended(_columns(screen, linear, effect, free))
@@ -151,7 +151,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         columns = _columns(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
-        trial = gain(linear, linear.project(columns), np.linalg.norm(columns, axis=0), forming, flexible)
+        trial = gain(linear, columns, linear.project(columns), forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
         effect, free, whole, inner = new, mask, trial, linear.extended(columns)
@@ -180,7 +180,7 @@ def _columns(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bo
     What forms the effect has none while they are null.
     """
     linear_part = _linear(effect, mask)
-    return as_rows(linear, screen.problem.columns(effect, linear_part) * ordinary(effect, linear_part))
+    return screen.problem.columns(effect, linear_part) * ordinary(effect, linear_part)
 
 
 def _structure(effect: Effect) -> tuple[object, ...]:
@@ -196,12 +196,11 @@ def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Eff
     """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
     mask = _linear(candidate.effect, candidate.free)
     size = ordinary(candidate.effect, mask)
-    projected = linear.project(_columns(screen, linear, candidate.effect, candidate.free))
-    rest = linear.rest
-    s2 = max(float(rest @ rest) - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
-    gram = projected.T @ projected + s2 / WIDE**2 * np.eye(projected.shape[1])
+    columns = _columns(screen, linear, candidate.effect, candidate.free)
+    s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
+    gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
-    x[mask] += size * np.linalg.solve(gram, projected.T @ rest)
+    x[mask] += size * np.linalg.solve(gram, columns.T @ linear.rest)
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 
@@ -224,8 +223,8 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fi
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     """The candidate with the fall of its full refit in place of the linear one."""
-    before = float(base.linear.rest @ base.linear.rest)
-    rest = min(float(after.linear.rest @ after.linear.rest), before)
+    before = base.linear.square
+    rest = min(after.linear.square, before)
     freedom = base.linear.freedom
     linear = max(before - candidate.fall, 1e-12 * before)
     gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
@@ -245,7 +244,7 @@ def _corrected(p: float, searched: float) -> float:
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
     """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
-    before = float(base.linear.rest @ base.linear.rest)
+    before = base.linear.square
     return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
 
 

@@ -160,8 +160,7 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
     rows = problem.row
     weights = problem.weights.values[used]
     values = np.array([p.values for p in every]).T[rows]
-    rest = linear.rest
-    before = float(rest @ rest)
+    before = linear.square
     places_ = places(problem)
     tried = len(every) * len(places_)
     found: list[tuple[float, float, str, int]] = []
@@ -204,7 +203,7 @@ def _sharpened(
     """The same with the edge of the best step and the knot of the best kink moved to where they explain most."""
     used = problem.weights.used
     weights = problem.weights.values[used]
-    before = float(linear.rest @ linear.rest)
+    before = linear.square
     every = list(every)
     done: set[tuple[str, str, str]] = set()
     for _, _, where, k in list(found):

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from postproc.identify.linear import Linear, contiguous_blocks, f_test, hold_out, orthonormal
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test, hold_out
 
 
 def problem(seed=1, rows=60, columns=7):
@@ -43,12 +43,24 @@ def test_extending_equals_fitting_all_columns():
 
 
 def test_directions_that_repeat_others_do_not_count():
-    g = np.random.default_rng(3)
-    columns = g.normal(size=(30, 2))
-    doubled = np.hstack([columns, columns[:, :1] + columns[:, 1:]])
-    basis, _ = orthonormal(doubled, np.linalg.norm(doubled, axis=0))
-    assert basis.shape[1] == 2
-    np.testing.assert_allclose(basis.T @ basis, np.eye(2), atol=1e-10)
+    A, _, linear = problem()
+    columns = np.random.default_rng(3).normal(size=(60, 2))
+    doubled = np.hstack([columns, columns[:, :1] + columns[:, 1:], A[:, :1]])
+    longer = linear.extended(doubled)
+    assert longer.nuisance.shape[1] == 9
+    np.testing.assert_allclose(longer.rest, linear.extended(columns).rest, atol=1e-9)
+
+
+def test_extending_a_penalised_problem_equals_solving_it_whole():
+    A, y, _ = problem()
+    w = np.array([0, 0, 1.0, 2.0, 3.0, 0.5, 0.1])
+    more = np.random.default_rng(2).normal(size=(60, 3))
+    both, weights = np.hstack([A, more]), np.concatenate([w, np.zeros(3)])
+    x = np.linalg.solve(both.T @ both + np.diag(weights**2), both.T @ y)
+    longer = Linear(y, basis_of(A, w), np.arange(60)).extended(more)
+    np.testing.assert_allclose(longer.rest, y - both @ x, atol=1e-9)
+    left = y - both @ x
+    np.testing.assert_allclose(longer.square, left @ left + np.sum((weights * x) ** 2), atol=1e-9)
 
 
 def test_f_test_against_the_table():
