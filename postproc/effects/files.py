@@ -92,7 +92,7 @@ def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProb
         wanted = "a list of numbers" if many else "one number"
         return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}")]
     whole = all(isinstance(v, int) for v in (default if many else [default]))
-    if whole and any(v != int(v) for v in numbers):
+    if whole and not all(float(v).is_integer() for v in numbers):
         return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not a whole number")]
     return [
         FieldProblem("EFF024", name, f"`{name}` of `{cls.key}` is {v:g}", f"allowed: {meta.low:g} to {meta.high:g}")
@@ -126,7 +126,10 @@ def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    """Whether a value is a number that a float can hold (TOML's integers may have thousands of digits)."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value.bit_length() < 1024
+    return isinstance(value, float)
 
 
 def _all_numbers(value: Any) -> bool:

@@ -206,7 +206,11 @@ class _Reader:
         return self.postfix(self.primary())
 
     def postfix(self, base: Expression) -> Expression:
+        parts = 0
         while self.kind == "operator" and self.word in ("{", "."):
+            parts += 1
+            if parts > MAX_NESTING:
+                raise ExpressionError("the expression is nested too deeply")
             if self.take("{"):
                 indices = self.listed("}")
                 base = Index((base.span[0], self.last), base, indices)

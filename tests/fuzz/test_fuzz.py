@@ -44,6 +44,7 @@ LOOPS = b"FOR i FROM 1 TO 99 DO " * 30
 PROGRAMS = {
     "a loop without an end": b"MODULE M PROC main() FOR i FROM 1 TO -1E999 DO MoveL p,v1,z1,t; ENDFOR ENDPROC ENDMODULE",
     "empty loops in loops": b"MODULE M PROC main() " + LOOPS + b"ENDFOR " * 30 + b"ENDPROC ENDMODULE",
+    "components of components": b"MODULE M PROC main() a" + b".a" * 3000 + b":=1; ENDPROC ENDMODULE",
     "loops that nothing closes": b"MODULE M PROC main() " + LOOPS + b"ENDPROC ENDMODULE",
 }
 MODELS = {
@@ -51,6 +52,10 @@ MODELS = {
     "brackets a thousand deep": b"robot = " + b"[" * 5000,
     "angles that are no numbers": b'robot = "irb4600_60_205"\n[mounting]\nrpy_deg = [inf, 0, 0]\n',
     "a name that no file can have": b'robot = "' + b"irb" * 400 + b'"\n',
+    "a body that is infinite": b'robot = "irb4600_60_205"\n[effects.arm_load]\nbody = [inf]\nmass_kg = [14.0]\n',
+    "integers beyond a float": b'robot = "irb4600_60_205"\n[effects.arm_load]\nbody = ['
+    + b"9" * 400
+    + b"]\nmass_kg = [14.0]\n",
     "integers beyond 64 bits": b'robot = "irb4600_60_205"\n[tool]\nrpy_deg = [99999999999999999999, 0, 0]\n',
 }
 HEADER = b"q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n"
