@@ -148,6 +148,6 @@ def shipped_model() -> Model:
 
 def _read_out(findings: list[Diagnostic] | tuple[Diagnostic, ...]) -> None:
     """Findings have texts and places that can be printed."""
-    for finding in findings[:20]:
+    for finding in findings[:8]:
         finding.render().encode(sys.stdout.encoding or "utf-8", "backslashreplace")
         finding.as_json()

@@ -136,7 +136,7 @@ class Mutator:
         tokens[self._at(tokens) :] = other[at:]
 
     def _nest(self, tokens: Tokens) -> None:
-        depth = self.random.choices(DEPTHS, (8, 8, 4, 2, 1))[0]
+        depth = self.random.choices(DEPTHS, (40, 40, 20, 4, 1))[0]
         tokens.insert(self._at(tokens), self.random.choice(self.nests) * depth)
 
     def _lengthen(self, tokens: Tokens) -> None:
