@@ -112,7 +112,8 @@ def _headline(d: Diagnosis) -> str:
         return (
             f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
         )
-    fell = f"With it, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
+    them = "them" if len(d.missing) > 1 else "it"
+    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
     if d.verdict == "missing":
         doubt = [f"`{m.candidate.key}` could as well be {_or(m.not_separable)}" for m in d.missing if m.not_separable]
         more = f" On this data {'; '.join(doubt)}: measure the poses of `postproc plan --between`." if doubt else ""
