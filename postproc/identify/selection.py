@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, ordinary
+from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, ordinary, schwarz
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -235,7 +235,11 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         p = min(p, _corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
     if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
         p = candidate.p_value
-    return replace(candidate, effect=effect, evidence=candidate.evidence + gained, fall=before - rest, p_value=p)
+    worth = candidate.evidence + gained
+    if (candidate.free & ~candidate.effect.amplitudes()).any():
+        # The linear evidence belongs to the start; where the fit has moved the knee, Schwarz's is the fairer.
+        worth = max(worth, schwarz(before, before - rest, candidate.count, freedom, 1.0) - candidate.searched)
+    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=p)
 
 
 def _corrected(p: float, searched: float) -> float:

@@ -232,6 +232,8 @@ def _finer(kind: str, pattern: Pattern) -> list[Pattern]:
     half = 0.5 * float(np.ptp(values))
     if kind == "step":
         return [Pattern((name,), f"step near {shown(name, float(e))}", (values > e) * 1.0) for e in edges]
+    # A step lies between two rows, a kink anywhere.
+    edges = np.linspace(float(np.quantile(values, 0.02)), float(np.quantile(values, 0.98)), 400)
     return [Pattern((name,), f"kink near {shown(name, float(e))}", np.abs(values - e) / half) for e in edges]
 
 
