@@ -101,7 +101,7 @@ def _reason(event: MotionEvent, known: Sequence[Move]) -> str | None:
     if event.statement.interpolation == "absjoint":
         return "joint angles are taken as they are"
     if not known:
-        return "the arm cannot reach the target as it is programmed"
+        return "the arm cannot run it as it is programmed: see the finding at this place"
     return None
 
 
