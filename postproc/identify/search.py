@@ -52,7 +52,7 @@ class Search:
         used = self.fit.problem.weights.used.tobytes()
         made = self.cache.setdefault(used, {})
         fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
-        screen = Screen(self.fit.problem, self.classes, fresh)
+        screen = Screen(self.fit.problem, self.classes, fresh, self.fit.free)
         return screen
 
     def remember(self, screen: Screen) -> None:

@@ -15,6 +15,7 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, ordinary, schwarz
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
+from postproc.identify.solve import Masks
 
 SIGNIFICANT = 2e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -64,6 +65,7 @@ class Screen:
     problem: Problem
     classes: Mapping[str, type[Effect]]
     first: dict[str, list[Form]] = field(default_factory=dict)
+    free: Masks = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> list[Form]:
         found = self._made(key, current)
@@ -77,8 +79,17 @@ class Screen:
         if current is not None:
             return forms_of(self.problem, self.classes[key], current)
         if key not in self.first:
-            self.first[key] = forms_of(self.problem, self.classes[key], self.problem.model.effect(key))
+            held = self.problem.model.effect(key)
+            found = forms_of(self.problem, self.classes[key], held)
+            # What the fit already moves cannot be missing, even where it stands at a bound.
+            self.first[key] = found if held is None else [f for f in found if self._adds(f, held)]
         return self.first[key]
+
+    def _adds(self, form: Form, held: Effect) -> bool:
+        moved = self.free.get(held.key)
+        if len(form.refit) != len(held.vector()) or moved is None:
+            return len(form.refit) > len(held.vector())
+        return bool((form.refit & ~moved).any())
 
 
 def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
