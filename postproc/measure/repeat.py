@@ -38,12 +38,28 @@ def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
     rotation, rotation_dof = _rotation_scatter(data, groups)
     if stated is not None:
         return Noise(stated, np.inf, rotation, rotation_dof, "user")
-    square, dof = pooled_scatter(data.position, groups)
+    square, dof = pooled_scatter(_without_strays(data.position, groups), groups)
     if dof >= 9 and square > 0:
         return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
     if data.sigma is not None:
         return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, rotation_dof, "sigma_mm")
     return Noise(None, 0.0, rotation, rotation_dof, "none")
+
+
+def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
+    """The same with NaN in repeats that stray ten times farther from their group's median than repeats usually do.
+
+    One typing error among the repeats would pass for noise of the instrument.
+    """
+    result = values.copy()
+    away = np.full(len(values), np.nan)
+    for group in np.flatnonzero(np.bincount(groups) > 1):
+        member = np.flatnonzero(groups == group)
+        away[member] = np.abs(values[member] - np.nanmedian(values[member], axis=0)).max(axis=1)
+    known = away[np.isfinite(away) & (away > 0)]
+    if len(known):
+        result[np.nan_to_num(away) > 10 * np.median(known)] = np.nan
+    return result
 
 
 def pooled_scatter(values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
