@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 
 from cyclopts import App, Group, Parameter
@@ -71,6 +72,9 @@ def build() -> App:
 
 
 def main() -> None:
+    # Threads of the linear algebra ruin small problems on a busy machine (10 times slower); who sets them keeps them.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of time.
     gc.set_threshold(200_000, 20, 20)
     sys.exit(run(build(), sys.argv[1:]))
