@@ -22,6 +22,10 @@ def compensation_page(name: str, document: Mapping[str, Any]) -> str:
     sentence = "Nothing was corrected." if rows else "The program is not safe to compensate; nothing was written."
     if done and before is not None and after is not None:
         sentence = f"The largest deviation falls from {before:.2f} mm to {after:.3f} mm."
+        transient = document.get("max_transient_mm") or 0.0
+        if transient > document.get("tolerance_mm", transient):
+            steady = f"At steady speed the deviation falls from {before:.2f} mm to {after:.3f} mm"
+            sentence = f"{steady}; while the speed changes up to {transient:.3f} mm remain."
     sections: list[Section] = []
     if done:
         line, shift, residual = (
