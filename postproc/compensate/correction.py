@@ -23,7 +23,7 @@ from postproc.model.arm import Model
 from postproc.motion.smoothing import correction_limits, transition
 from postproc.motion.values import Move
 from postproc.robot.kinematics import forward
-from postproc.robot.pose import invert, pose_error
+from postproc.robot.pose import pose_error
 
 NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
 
@@ -33,11 +33,11 @@ class Exact:
     """The inverse of the model at every sample.
 
     Args:
-        T_base_tcp: (n, 4, 4) commanded poses; q: (n, 6) commanded joint angles [rad].
+        T_work_tcp: (n, 4, 4) commanded poses; q: (n, 6) commanded joint angles [rad].
         T_base_flange: (m, 4, 4) commanded flange at every goal, after deciding between the moves that meet there.
     """
 
-    T_base_tcp: Array
+    T_work_tcp: Array
     q: Array
     T_base_flange: Array
     q_goal: Array
@@ -68,7 +68,8 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     """(m,) moves at whose start or goal tool, payload or wrench change, or that leave an uncorrected joint target."""
     changing = np.zeros(len(moves), dtype=bool)
     for i, (a, b) in enumerate(pairwise(moves)):
-        other = a.payload_mass != b.payload_mass or not np.array_equal(a.T_flange_tcp, b.T_flange_tcp)
+        other = a.payload_mass != b.payload_mass or a.stationary != b.stationary
+        other = other or not np.array_equal(a.T_mount_tcp, b.T_mount_tcp)
         switched = options.force_on == "arc" and a.welding != b.welding
         if other or switched or a.kind == "absjoint" or b.kind == "absjoint":
             changing[i : i + 2] = True
@@ -77,35 +78,37 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
 
 def invert_model(model: Model, samples: Samples, state: State) -> Exact:
     """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
-    commanded = command(model, state, samples.T_base_tcp)
-    tool = samples.curves.T_flange_tcp
-    T_flange = commanded.T_base_tcp[samples.goal] @ invert(tool)
+    mounts = samples.mounts
+    commanded = command(model, state, mounts.base_tcp(samples.T_work_tcp))
+    T_work_tcp = mounts.seen(commanded.T_base_tcp, samples.T_work_tcp)
+    T_flange = mounts[samples.goal].flange(T_work_tcp[samples.goal])
     q_goal = commanded.q[samples.goal].copy()
     welding = np.array([m.welding for m in samples.moves])
     first = np.array([m.first for m in samples.moves])
     lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~first[1:])
     if len(lit):
-        T_flange[lit] = commanded.T_base_tcp[samples.start[lit + 1]] @ invert(tool[lit + 1])
-        q_goal[lit] = commanded.q[samples.start[lit + 1]]
+        begin = samples.start[lit + 1]
+        T_flange[lit], q_goal[lit] = mounts[begin].flange(T_work_tcp[begin]), commanded.q[begin]
     for i, move in enumerate(samples.moves):
         if move.kind == "absjoint":
             T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
-    return Exact(commanded.T_base_tcp, commanded.q, T_flange, q_goal)
+    return Exact(T_work_tcp, commanded.q, T_flange, q_goal)
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
     """The same with the targets of some moves where the text puts them.
 
     Args:
-        shifts: (6,) from the programmed pose, base axes, by move.
+        shifts: (6,) from the programmed pose, work axes, by move.
     """
     T_flange, q_goal = exact.T_base_flange.copy(), exact.q_goal.copy()
     for i, shift in shifts.items():
         move = samples.moves[i]
-        T_target = forward(model.robot, move.q[None])[0] @ move.T_flange_tcp
-        T_flange[i] = _shifted(T_target[None], shift[None])[0] @ invert(move.T_flange_tcp)
+        mount = samples.curves.mounts[[i]]
+        T_target = mount.work(forward(model.robot, move.q[None]))
+        T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
         q_goal[i] = move.q
-    return Exact(exact.T_base_tcp, exact.q, T_flange, q_goal)
+    return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
 
 
 def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> tuple[Array, list[Transition]]:
@@ -116,21 +119,21 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
     Args:
         t: (n,) time at the samples [s].
     """
-    tool = samples.curves.T_flange_tcp
+    mounts = samples.curves.mounts
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
-    ends = exact.T_base_flange @ tool
-    at_goal = pose_error(exact.T_base_tcp[samples.goal], ends)
-    begins = exact.T_base_flange[np.maximum(np.arange(len(first)) - 1, 0)] @ tool
-    at_start = pose_error(exact.T_base_tcp[samples.start], begins)
-    T = exact.T_base_tcp.copy()
+    ends = mounts.work(exact.T_base_flange)
+    at_goal = pose_error(exact.T_work_tcp[samples.goal], ends)
+    begins = mounts.work(exact.T_base_flange[np.maximum(np.arange(len(first)) - 1, 0)])
+    at_start = pose_error(exact.T_work_tcp[samples.start], begins)
+    T = exact.T_work_tcp.copy()
     found: list[Transition] = []
     for jumps, is_goal in ((at_start, False), (at_goal, True)):
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
-            move = samples.moves[i]
             time = t[rows] - t[rows[0]]
-            limits = correction_limits(model.robot, samples.q[rows], move.T_flange_tcp)
+            turns = samples.mounts[rows].joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
+            limits = correction_limits(model.robot, turns)
             ramp = transition(jumps[i], limits, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
             T[rows] = _shifted(T[rows], jumps[i] - passed)

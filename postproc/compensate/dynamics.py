@@ -11,7 +11,6 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.limits import LimitReport, check_limits
 from postproc.motion.values import Trajectory
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import jacobian
 from postproc.robot.pose import pose_error
 
 _LONGER = 1.002  # factor on the cycle time worth a word
@@ -37,9 +36,9 @@ def check_corrected(
     shift = q_exact - samples.q
     for t in transitions:
         rows = np.arange(samples.start[t.move], samples.goal[t.move] + 1)
-        J = jacobian(robot, samples.q[rows], samples.moves[t.move].T_flange_tcp)
-        twist = pose_error(samples.T_base_tcp[rows], curve[rows])
-        shift[rows] = (np.linalg.pinv(J, rcond=1e-3) @ twist[:, :, None])[:, :, 0]
+        wanted = samples.T_work_tcp[rows]
+        joints_by_shift = samples.mounts[rows].joints_by_shift(robot, samples.q[rows], wanted)
+        shift[rows] = (joints_by_shift @ pose_error(wanted, curve[rows])[:, :, None])[:, :, 0]
     path = trajectory.path
     place, first = np.unique(samples.move + samples.u, return_index=True)
     at_path = np.stack([np.interp(path.move + path.u, place, column[first]) for column in shift.T], axis=1)

@@ -95,8 +95,8 @@ def _outcome(
 def _shifts(plan: Plan) -> Array:
     """(m, 2) how far the goal of every move is corrected [m], [rad]."""
     samples = plan.motion.samples
-    T_goal = plan.exact.T_base_flange @ samples.curves.T_flange_tcp
-    error = pose_error(samples.T_base_tcp[samples.goal], T_goal)
+    T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
+    error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
     length: Array = np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
     return length
 

@@ -166,8 +166,8 @@ def _left_targets(
     which they are derived from. Of the targets in an array that is the nearest one.
     """
     samples = motion.samples
-    wanted = samples.T_base_tcp[samples.goal]
-    shifts = pose_error(wanted, exact.T_base_flange @ samples.curves.T_flange_tcp)
+    wanted = samples.T_work_tcp[samples.goal]
+    shifts = pose_error(wanted, samples.curves.mounts.work(exact.T_base_flange))
     index = {move.event: i for i, move in enumerate(motion.moves)}
     bases: dict[str, list[int]] = {}
     for wish in wishes:
@@ -195,7 +195,7 @@ class _Values:
         nominal = np.array([m.q for m in motion.moves])
         self.conf_before = confdata(robot, nominal)
         self.conf_after = confdata(robot, written.q_goal)
-        self.T_goal = written.T_base_flange @ motion.samples.curves.T_flange_tcp
+        self.T_goal = motion.samples.curves.mounts.work(written.T_base_flange)
 
     def wishes(self, chosen: Sequence[int], pieces: Sequence[Pieces]) -> list[Wish]:
         """Corrected goals and circle points of the chosen moves."""
@@ -220,7 +220,7 @@ class _Values:
         return found
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
-        """Poses (move, T_base_tcp, confdata) as the program writes them, in their work objects."""
+        """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
         events = [self.events[self.motion.moves[i].event] for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []
@@ -235,12 +235,12 @@ class _Values:
             middle: Array = self.curve[pieces.vias[-1]]
             return middle
         samples, move = self.motion.samples, self.motion.moves[i]
-        assert move.T_base_via is not None
-        _, u = distance_to_curves(samples.curves, np.array([i]), move.T_base_via[None, :3, 3])
+        assert move.T_work_via is not None
+        _, u = distance_to_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
         rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
-        shifts = pose_error(samples.T_base_tcp[rows], self.curve[rows])
+        shifts = pose_error(samples.T_work_tcp[rows], self.curve[rows])
         shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])
-        T = move.T_base_via.copy()
+        T = move.T_work_via.copy()
         turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
         T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
         return T

@@ -54,7 +54,7 @@ def measure_deviation(
         owner: (moves of ran,) the programmed move that each move of ``ran`` is (a part of).
         state, steady: at the samples of ``ran``.
     """
-    real = predict(model, state)
+    real = ran.mounts.seen(predict(model, state), ran.T_work_tcp)
     of = owner[ran.move]
     distance, u = distance_to_curves(programmed.curves, of, real[:, :3, 3])
     in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
@@ -63,7 +63,7 @@ def measure_deviation(
     u[rows] = ran.u[rows]
     last = np.zeros(len(programmed.moves), dtype=int)
     last[owner] = ran.goal  # the last part of a divided move reaches its goal
-    wanted = programmed.T_base_tcp[programmed.goal]
+    wanted = programmed.T_work_tcp[programmed.goal]
     gap = real[last]
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
@@ -75,7 +75,7 @@ def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array
     """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
     size = programmed.goal - programmed.start
     at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
-    positions: Array = programmed.T_base_tcp[at, :3, 3]
+    positions: Array = programmed.T_work_tcp[at, :3, 3]
     return positions
 
 

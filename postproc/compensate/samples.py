@@ -14,10 +14,10 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.curves import Curves, build_curves, joints_at, pose_at
+from postproc.motion.mounts import Mounts
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import track
-from postproc.robot.pose import invert
 
 SPACING = 0.02  # [m]: a correction that bends by 1 mm over 1 m deviates from its chord by 0.4 micrometres in between
 TURN = np.radians(3.0)
@@ -30,7 +30,7 @@ class Samples:
     """n samples of m moves.
 
     Args:
-        move, u: (n,) move index and fraction; T_base_tcp: (n, 4, 4) programmed; q: (n, 6) nominal joint angles [rad].
+        move, u: (n,) move index and fraction; T_work_tcp: (n, 4, 4) programmed; q: (n, 6) nominal joint angles [rad].
         start, goal: (m,) sample index of u = 0 and u = 1; equal for moves whose way is unknown.
     """
 
@@ -38,10 +38,15 @@ class Samples:
     curves: Curves
     move: Index
     u: Array
-    T_base_tcp: Array
+    T_work_tcp: Array
     q: Array
     start: Index
     goal: Index
+
+    @property
+    def mounts(self) -> Mounts:
+        """At every sample."""
+        return self.curves.mounts[self.move]
 
 
 def sample_moves(
@@ -80,8 +85,7 @@ def sample_moves(
     q = np.where(in_joints[:, None], joints_at(curves, move, u), known[move])
     for a, b in _runs_in_space(curves.joint, first):
         rows = slice(start[a], goal[b - 1] + 1)
-        T_base_flange = T[rows] @ invert(curves.T_flange_tcp[move[rows]])
-        q[rows] = track(robot, T_base_flange, known[a - 1])
+        q[rows] = track(robot, curves.mounts[move[rows]].flange(T[rows]), known[a - 1])
     q[goal] = known  # exactly what the confdata says
     return Samples(moves, curves, move, u, T, q, start, goal)
 

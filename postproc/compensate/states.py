@@ -43,7 +43,7 @@ def build_state(
         payload_mass=np.array([m.payload_mass for m in moves])[rows],
         payload_center=np.array([m.payload_center for m in moves])[rows],
         wrench=wrench,
-        T_flange_tcp=samples.curves.T_flange_tcp[rows],
+        T_flange_tcp=samples.mounts.flange_tcp(samples.T_work_tcp),
     )
 
 

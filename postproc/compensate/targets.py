@@ -44,7 +44,7 @@ def divide_moves(
         tolerance: [m]; divisible: (m,) whether statements may be added before the move's statement.
         settled: (n,) where the load of inertia does not change.
     """
-    shift = T_commanded[:, :3, 3] - samples.T_base_tcp[:, :3, 3]
+    shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
     curves = samples.curves
     length = curves.length
     weight = np.where(settled, 1.0, TRANSIENT)

@@ -66,7 +66,7 @@ def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
         into[b] = np.where(travels_b, r / np.where(travels_b, length[b], 1.0), _share(zone_angle[a], angle[b]))
     # One zone for all where place and orientation cannot be told apart: joint corners, and a tool that changes.
     one = curves.joint[a] & curves.joint[b]
-    one |= ~(curves.T_flange_tcp[a] == curves.T_flange_tcp[b]).all(axis=(1, 2))
+    one |= ~curves.mounts[a].same(curves.mounts[b])
     before_turn[a[one]], after_turn[b[one]] = before[a[one]], after[b[one]]
     stop = ~fly | (before <= 0.0) | (np.append(after[1:], 0.0) <= 0.0)
     for out, into in ((before, after), (before_turn, after_turn)):
@@ -97,7 +97,7 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u
     """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
 
     Returns:
-        T_base_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
+        T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
     """
     T = pose_at(robot, curves, move, u)
     q = np.full((len(u), 6), np.nan)
@@ -117,7 +117,7 @@ def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u
             i = rows[both]
             q[i] = joints_at(curves, a[both], u_a[both]) + joints_at(curves, b[both], u_b[both])
             q[i] -= curves.q_start[b[both]]
-            T[i] = forward(robot, q[i]) @ curves.T_flange_tcp[move[i]]
+            T[i] = curves.mounts[move[i]].work(forward(robot, q[i]))
         rows, a, b = rows[~both], a[~both], b[~both]
         u_a, u_b = u_a[~both], u_b[~both]
         q[rows] = np.nan
@@ -133,14 +133,14 @@ def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_
     """Blend of two curves in the tool of the incoming move, given in the tool of the move that owns the sample."""
     T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)
     T_corner = pose_at(robot, curves, a, np.ones(len(a)))
-    tool_a, tool_b, tool = (curves.T_flange_tcp[i] for i in (a, b, owner))
-    changed = ~(tool_a == tool_b).all(axis=(1, 2))
+    tool_a, tool_b, tool = (curves.mounts[i] for i in (a, b, owner))
+    changed = ~tool_a.same(tool_b)
     if changed.any():
-        T_b[changed] = T_b[changed] @ np.linalg.solve(tool_b[changed], tool_a[changed])
+        T_b[changed] = tool_a[changed].work(tool_b[changed].flange(T_b[changed]))
     T = np.zeros_like(T_a)
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = T_a[:, :3, 3] + T_b[:, :3, 3] - T_corner[:, :3, 3]
     T[:, :3, :3] = T_a[:, :3, :3] @ T_corner[:, :3, :3].transpose(0, 2, 1) @ T_b[:, :3, :3]
     if changed.any():
-        T[changed] = T[changed] @ np.linalg.solve(tool_a[changed], tool[changed])
+        T[changed] = tool[changed].work(tool_a[changed].flange(T[changed]))
     return T

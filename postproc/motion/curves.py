@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.motion.values import Flags, Index, Move
+from postproc.motion.mounts import Mounts
+from postproc.motion.values import Flags, Index, Move, mounts_of
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -29,7 +30,7 @@ class Curves:
         center, radial, tangent: (m, 3), angle: (m,) [rad] of arcs:
             p = center + cos(u angle) radial + sin(u angle) tangent.
         q_start, q_change: (m, 6) of joint moves [rad].
-        T_flange_tcp: (m, 4, 4) tool of each move.
+        mounts: of each move, whose work frame the curve is laid in.
         length: (m,) TCP path length [m]; zero for the first move of a chain.
     """
 
@@ -46,7 +47,7 @@ class Curves:
     angle: Array
     q_start: Array
     q_change: Array
-    T_flange_tcp: Array
+    mounts: Mounts
     length: Array
 
 
@@ -63,20 +64,20 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     """Lay the curve of every move through the goal before it and its own goal."""
     m = len(moves)
     q = np.array([move.q for move in moves])
-    tool = np.array([move.T_flange_tcp for move in moves])
+    mounts = mounts_of(moves)
     first = np.array([move.first for move in moves])
     joint = np.array([move.kind in ("joint", "absjoint") for move in moves])
     arc = np.array([move.kind == "arc" for move in moves]) & ~first
     before = np.maximum(np.arange(m) - 1, 0)
     before[first] = np.flatnonzero(first)
     T_flange = forward(robot, q)
-    T_end = T_flange @ tool
+    T_end = mounts.work(T_flange)
     for i, move in enumerate(moves):
-        if move.T_base_tcp is not None:
-            T_end[i] = move.T_base_tcp
+        if move.T_work_tcp is not None:
+            T_end[i] = move.T_work_tcp
     # The start as this move's own tool sees it: the tool may have changed since the move before.
-    T_start = T_flange[before] @ tool
-    same_tool = (tool[before] == tool).all(axis=(1, 2))
+    T_start = mounts.work(T_flange[before])
+    same_tool = mounts.same(mounts[before])
     T_start[same_tool] = T_end[before][same_tool]
 
     chord = T_end[:, :3, 3] - T_start[:, :3, 3]
@@ -86,7 +87,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     angle, fault = np.zeros(m), np.zeros(m, dtype=int)
     rows = np.flatnonzero(arc)
     if len(rows):
-        T_via = np.array([moves[i].T_base_via for i in rows])
+        T_via = np.array([moves[i].T_work_via for i in rows])
         circle = circle_through(T_start[rows, :3, 3], T_via[:, :3, 3], T_end[rows, :3, 3])
         center[rows], radial[rows], tangent[rows], angle[rows], fraction, fault[rows] = circle
         axis = axes_of(radial[rows], tangent[rows])
@@ -98,7 +99,7 @@ def build_curves(robot: Robot, moves: tuple[Move, ...]) -> Curves:
     arc &= fault == 0
     curves = Curves(
         joint, arc, fault, T_start[:, :3, 3], R_start, chord, turn, center, radial, tangent, angle,
-        q[before], q - q[before], tool, length,
+        q[before], q - q[before], mounts, length,
     )  # fmt: skip
     rows = np.flatnonzero(joint & ~first)
     if len(rows):
@@ -170,7 +171,7 @@ def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Ar
 
 
 def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
-    """Poses (n, 4, 4) of the TCP on the curves of ``move`` (n,) at fractions ``u`` (n,)."""
+    """T_work_tcp (n, 4, 4) on the curves of ``move`` (n,) at fractions ``u`` (n,)."""
     T = np.zeros((len(u), 4, 4))
     T[:, 3, 3] = 1.0
     T[:, :3, 3] = curves.start[move] + curves.chord[move] * u[:, None]
@@ -188,7 +189,7 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
     in_joints = np.flatnonzero(curves.joint[move])
     if len(in_joints):
         q = joints_at(curves, move[in_joints], u[in_joints])
-        T[in_joints] = forward(robot, q) @ curves.T_flange_tcp[move[in_joints]]
+        T[in_joints] = curves.mounts[move[in_joints]].work(forward(robot, q))
     return T
 
 

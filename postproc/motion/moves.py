@@ -10,23 +10,24 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import once, place
+from postproc.motion.mounts import Mounts
 from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData
-from postproc.rapid.units import MM, pose_matrix, target_matrices, tool_matrix, via_matrix
+from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
+from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import Failure, joint_solution, track
-from postproc.robot.pose import invert
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class _Held:
-    """Tool and load on the flange: T_flange_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
+    """Mount of the tool and load on the flange: T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
 
-    T_flange_tcp: Array
+    T_mount_tcp: Array
+    stationary: bool
     mass: float
     center: Array
 
@@ -38,18 +39,18 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
-        MOT007 stationary tool, MOT008 moving external axes.
+        MOT007 tool and work object that do not fit together, MOT008 moving external axes.
         Moves with a finding of severity ``error`` are left out, and the chain breaks there.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
-    held: dict[tuple[ToolData, LoadData], _Held] = {}
+    held: dict[tuple[ToolData, LoadData, WobjData], _Held] = {}
     loads = []
     for i in known:
-        key = (events[i].tool, events[i].gripload)
+        key = (events[i].tool, events[i].gripload, events[i].wobj)
         if key not in held:
             held[key] = _on_flange(*key)
         loads.append(held[key])
-    q, T_base_tcp, failures = _solve(robot, events, known, loads)
+    q, T_work_tcp, failures = _solve(robot, events, known, loads)
     findings = refuse_events(events)
     findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
     bad = {failure.index for failure in failures}
@@ -66,7 +67,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
         if row in bad:
             continue
         broken = any(_moves_arm(x) for x in events[previous + 1 : i]) if moves else True
-        moves.append(_move(i, e, load, q[row], T_base_tcp[row], broken))
+        moves.append(_move(i, e, load, q[row], T_work_tcp[row], broken))
         previous = i
     return moves, once(findings)
 
@@ -75,20 +76,29 @@ def _moves_arm(event: MotionEvent) -> bool:
     return event.statement.interpolation != "none" or event.reason is not None
 
 
-def _on_flange(tool: ToolData, grip: LoadData) -> _Held:
-    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass."""
-    T_flange_tcp = tool_matrix(tool)
+def _on_flange(tool: ToolData, grip: LoadData, wobj: WobjData) -> _Held:
+    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass.
+
+    The load of a stationary tool is that of the gripper which holds the work object, and the centre of GripLoad is then
+    given in the object frame (ABB RAPID reference manual, tooldata and loaddata).
+    """
+    T_mount_tcp = tool_matrix(tool)
     mass = tool.tload.mass + grip.mass
     tool_center = pose_matrix(tool.tload.cog, _UPRIGHT)[:3, 3]
-    grip_center = (T_flange_tcp @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
+    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(wobj)
+    grip_center = (T_flange_grip @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
     center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
-    return _Held(T_flange_tcp, mass, center)
+    return _Held(T_mount_tcp, not tool.robhold, mass, center)
+
+
+def _mounts(loads: Sequence[_Held]) -> Mounts:
+    return Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
 
 
 def _solve(
     robot: Robot, events: Sequence[MotionEvent], known: list[int], loads: list[_Held]
 ) -> tuple[Array, Array, list[Failure]]:
-    """Joint angles (k, 6) and TCP poses (k, 4, 4; NaN for joint targets) of the known events."""
+    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events."""
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
@@ -104,7 +114,7 @@ def _solve(
         return q, T, failures
     T[posed] = target_matrices([events[known[row]] for row in posed])
     T_base_flange = np.full_like(T, np.nan)
-    T_base_flange[posed] = T[posed] @ invert(np.array([loads[row].T_flange_tcp for row in posed]))
+    T_base_flange[posed] = _mounts(loads)[posed].flange(T[posed])
     solution = joint_solution(robot, T_base_flange[posed], conf[posed])
     q[posed] = solution.q
     free = np.array([_any_configuration(events[i]) for i in known])
@@ -155,19 +165,20 @@ def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:
     return failures
 
 
-def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_base_tcp: Array, first: bool) -> Move:
+def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
     kind = e.statement.interpolation
     assert kind != "none"
     welding = e.weld is not None and e.weld.phase != "start"
     speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else e.speed.v_tcp
-    T_base_via = via_matrix(e) if kind == "arc" and e.via is not None else None
+    T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
     return Move(
         event=index,
         kind=kind,
         q=q,
-        T_flange_tcp=load.T_flange_tcp,
-        T_base_tcp=None if np.isnan(T_base_tcp[0, 0]) else T_base_tcp,
-        T_base_via=T_base_via,
+        T_mount_tcp=load.T_mount_tcp,
+        stationary=load.stationary,
+        T_work_tcp=None if np.isnan(T_work_tcp[0, 0]) else T_work_tcp,
+        T_work_via=T_work_via,
         confdata=e.target.robconf if isinstance(e.target, RobTarget) else (0, 0, 0, 0),
         payload_mass=load.mass,
         payload_center=load.center,

@@ -11,11 +11,10 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.motion.corners import Corners, blended_poses, plan_corners
 from postproc.motion.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.findings import at_move, once
-from postproc.motion.values import Flags, Index, Move, Path
+from postproc.motion.values import Flags, Index, Move, Path, mounts_of
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import inverse, track
-from postproc.robot.pose import invert
 
 SPACING = 0.010  # [m]
 TURN = np.radians(1.0)  # reorientation between samples [rad]
@@ -44,8 +43,10 @@ def sample_path(
     """
     moves = tuple(moves)
     if not moves:
-        none = np.zeros(0, dtype=np.int64)
-        return Path((), np.zeros((0, 4, 4)), np.zeros((0, 6)), none, np.zeros(0), np.zeros(0), none, none > 0), []
+        none, nowhere = np.zeros(0, dtype=np.int64), np.zeros(0)
+        return Path(
+            (), mounts_of(()), np.zeros((0, 4, 4)), np.zeros((0, 6)), none, nowhere, nowhere, none, none > 0
+        ), []
     curves = build_curves(robot, moves)
     findings = [
         at_move(events, moves[i], "MOT001", "error", f"MoveC cannot run this arc: {ARC_FAULTS[curves.fault[i]]}",
@@ -58,15 +59,17 @@ def sample_path(
     lone = np.flatnonzero([m.first for m in moves])
     q[goal[lone]] = [moves[i].q for i in lone]
     in_space = np.isnan(q[:, 0])
-    findings += _track(robot, moves, events, T, q, move, curves.T_flange_tcp[move])
+    mounts = curves.mounts
+    findings += _track(robot, moves, events, mounts[move].flange(T), q, move)
 
     # Arc length in the tool of the sample: a change of tool is no travel.
-    tool = curves.T_flange_tcp[move[1:]]
-    back = (T[:-1] @ invert(curves.T_flange_tcp[move[:-1]]) @ tool)[:, :3, 3]
-    step = np.linalg.norm(T[1:, :3, 3] - back, axis=1)
+    back = T[:-1].copy()
+    changed = np.flatnonzero(~mounts[move[1:]].same(mounts[move[:-1]]))
+    back[changed] = mounts[move[1:][changed]].work(mounts[move[changed]].flange(T[changed]))
+    step = np.linalg.norm(T[1:, :3, 3] - back[:, :3, 3], axis=1)
     step[starts_chain(moves, move)[1:]] = 0.0
     s = np.concatenate([[0.0], np.cumsum(step)])
-    path = Path(moves, T, q, move, u, s, goal, blend, corners.stop)
+    path = Path(moves, mounts, T, q, move, u, s, goal, blend, corners.stop)
     findings += _examine(robot, moves, events, path, in_space)
     return path, once(findings)
 
@@ -132,12 +135,11 @@ def _corner_angles(curves: Curves) -> Array:
 
 
 def _track(
-    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], T: Array, q: Array, move: Index, tool: Array
+    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], T_base_flange: Array, q: Array, move: Index
 ) -> list[Diagnostic]:
     """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
     findings = []
     unknown = np.concatenate([[False], np.isnan(q[:, 0]), [False]]).astype(int)
-    T_base_flange = T @ invert(tool)
     for a, b in zip(np.flatnonzero(np.diff(unknown) > 0), np.flatnonzero(np.diff(unknown) < 0), strict=True):
         run = slice(int(a), int(b))
         try:

@@ -13,11 +13,9 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import jacobian
 
 GENTLE = 0.2  # [s] a transition takes this long where there is time: two periods of an arm's usual first frequency
 SHARE = 0.1  # of every joint limit is given to transitions; the rest is the motion's
-_SINGULAR = 1e-3  # of the largest singular value: directions that the arm has all but lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +60,9 @@ class Ramp:
         return passed
 
 
-def correction_limits(robot: Robot, q: Array, T_flange_tcp: Array) -> CorrectionLimits:
-    """Limits of a correction at poses (k, 6) [rad] of a move, from the joints' own limits.
-
-    Args:
-        T_flange_tcp: (4, 4) the tool whose TCP is corrected.
-    """
-    inverse = np.asarray(np.linalg.pinv(jacobian(robot, q, T_flange_tcp), rcond=_SINGULAR), dtype=float)
-    return CorrectionLimits(inverse, SHARE * robot.speed, SHARE * robot.acceleration, SHARE * robot.jerk)
+def correction_limits(robot: Robot, joints_by_correction: Array) -> CorrectionLimits:
+    """Limits of a correction at k poses of a move, from the joints' own limits (``Mounts.joints_by_shift``)."""
+    return CorrectionLimits(joints_by_correction, SHARE * robot.speed, SHARE * robot.acceleration, SHARE * robot.jerk)
 
 
 def transition(jump: Array, limits: CorrectionLimits, available: float) -> Ramp:

@@ -63,21 +63,18 @@ def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
     return first, second + 2.0 * square, third
 
 
-def cut_runs(path: Path, T_flange_tcp: Array) -> Runs:
+def cut_runs(path: Path) -> Runs:
     """Cut a path at its stops and spline the joint angles of each run over its own travel.
 
     The parameter grows by the TCP travel, the reorientation (on 30 mm) and the turn of the joints (on 20 mm), squares
     added: smooth where one takes over from the other.
-
-    Args:
-        T_flange_tcp: (n, 4, 4) tool of every sample.
     """
     n = len(path.q)
     travel = np.diff(path.s)
-    R = path.T_base_tcp[:, :3, :3]
+    R = path.T_work_tcp[:, :3, :3]
     turn = rotation_angle(np.swapaxes(R[:-1], 1, 2) @ R[1:])
     # A change of tool turns the TCP frame, not the arm.
-    same = (T_flange_tcp[:-1, :3, :3] == T_flange_tcp[1:, :3, :3]).all(axis=(1, 2))
+    same = path.mounts[path.move[:-1]].same(path.mounts[path.move[1:]])
     turn = np.where(same, turn, 0.0)
     joints = np.linalg.norm(np.diff(path.q, axis=0), axis=1)
     step = np.sqrt(travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2)

@@ -43,8 +43,8 @@ def retime(
         PostprocError: MOT010, no speed along the path keeps the limits of a joint.
     """
     n = len(path.q)
-    tool, mass, center = _held(path)
-    runs = cut_runs(path, tool)
+    mass, center = _held(path)
+    runs = cut_runs(path)
     law = limited_law(robot, path, runs, events, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
     profile = Profile(runs, law, start)
@@ -73,7 +73,9 @@ def retime(
     tcp_speed = np.empty(n)
     for first in range(0, n, _BLOCK):
         part = slice(first, first + _BLOCK)
-        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], path.T_base_tcp[part, :3, 3])
+        # The work goes past a stationary tool as fast as the tool goes over the work.
+        point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
+        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
         tcp_speed[part] = np.linalg.norm(velocity, axis=1)
     return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed, profile)
 
@@ -89,11 +91,10 @@ def _bridged(a: Array, blend: Flags) -> Array:
     return np.stack([np.interp(rows, rows[~blend], column[~blend]) for column in a.T], axis=1)
 
 
-def _held(path: Path) -> tuple[Array, Array, Array]:
-    """Tool (n, 4, 4), payload mass (n,) and centre (n, 3) at every sample."""
+def _held(path: Path) -> tuple[Array, Array]:
+    """Payload mass (n,) and centre (n, 3) at every sample."""
     if not path.moves:
-        return np.zeros((0, 4, 4)), np.zeros(0), np.zeros((0, 3))
+        return np.zeros(0), np.zeros((0, 3))
     index = path.move
-    tool = np.array([m.T_flange_tcp for m in path.moves])[index]
     mass = np.array([m.payload_mass for m in path.moves])[index]
-    return tool, mass, np.array([m.payload_center for m in path.moves])[index]
+    return mass, np.array([m.payload_center for m in path.moves])[index]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.motion.mounts import Mounts
 
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -21,11 +23,13 @@ class Move:
     Args:
         event: index of the MotionEvent it comes from.
         kind: ``joint`` and ``absjoint`` in joint space, ``line`` and ``arc`` in space.
-        T_base_tcp: (4, 4) commanded goal pose of the TCP, work object and displacement resolved (None for absjoint).
-        T_base_via: (4, 4) circle point, arcs only.
+        T_work_tcp: (4, 4) commanded goal pose of the TCP in the work frame (see ``mounts``), work object and
+            displacement resolved (None for absjoint).
+        T_work_via: (4, 4) circle point, arcs only.
         confdata: (cf1, cf4, cf6, cfx) of the goal.
         q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
-        T_flange_tcp: (4, 4) tool in force; payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
+        T_mount_tcp: (4, 4) tool in force, on the flange, or in the base where it is stationary.
+        payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
         speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
         fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation;
             zone_angle [rad]: the same for a reorientation in place.
@@ -36,9 +40,10 @@ class Move:
     event: int
     kind: Literal["joint", "absjoint", "line", "arc"]
     q: Array
-    T_flange_tcp: Array
-    T_base_tcp: Array | None = None
-    T_base_via: Array | None = None
+    T_mount_tcp: Array
+    stationary: bool = False
+    T_work_tcp: Array | None = None
+    T_work_via: Array | None = None
     confdata: tuple[int, int, int, int] = (0, 0, 0, 0)
     payload_mass: float = 0.0
     payload_center: Array = field(default_factory=lambda: np.zeros(3))
@@ -53,22 +58,30 @@ class Move:
     first: bool = False
 
 
+def mounts_of(moves: Sequence[Move]) -> Mounts:
+    """The mounts of moves, in their order."""
+    T_mount_tcp = np.array([m.T_mount_tcp for m in moves]).reshape(-1, 4, 4)
+    return Mounts(T_mount_tcp, np.array([m.stationary for m in moves], dtype=bool))
+
+
 @dataclass(frozen=True, slots=True)
 class Path:
     """Dense samples along consecutive moves; sample 0 is the first goal (how the arm gets there is unknown).
 
     Args:
-        T_base_tcp: (n, 4, 4) commanded TCP poses; q: (n, 6) nominal joint angles [rad], continuous.
+        mounts: of every move.
+        T_work_tcp: (n, 4, 4) commanded poses of the TCP on the work; q: (n, 6) nominal joint angles [rad], continuous.
         move: (n,) index into moves of the segment a sample belongs to (a goal belongs to the move that reaches it).
         u: (n,) fraction along that move in [0, 1], 1 at the goal (in a zone corner u runs through the corner).
-        s: (n,) arc length along the TCP path [m] (pure reorientations add nothing).
+        s: (n,) length of the TCP's way on the work [m] (pure reorientations add nothing).
         goal: (m,) sample index at which move i is reached (closest sample for a cut corner).
         blend: (n,) True inside a zone corner.
         stop: (m,) True where the arm rests at the goal of move i: fine points, ends of chains, corners without a zone.
     """
 
     moves: tuple[Move, ...]
-    T_base_tcp: Array
+    mounts: Mounts
+    T_work_tcp: Array
     q: Array
     move: Index
     u: Array
@@ -87,7 +100,7 @@ class Trajectory:
         t: (n,) time [s]; v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2] as they happen;
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
         torque: (n, 6) inertial joint torque M qdd + C qd [N m] at a_sustained (pinocchio, rigid arm with payload).
-        tcp_speed: (n,) [m/s].
+        tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
     """
 

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
-from postproc.motion.values import Move
+from postproc.motion.values import Move, mounts_of
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk_program
@@ -85,10 +85,8 @@ def _row(
     if known:
         first = known[0]
         q = np.degrees(first.q)
-        T_base_tcp = first.T_base_tcp
-        if T_base_tcp is None:
-            T_base_tcp = forward(robot, first.q[None])[0] @ first.T_flange_tcp
-        position = T_base_tcp[:3, 3] * 1e3
+        mount = mounts_of([first])
+        position = mount.base_tcp(mount.work(forward(robot, first.q[None])))[0, :3, 3] * 1e3
         notes = posture_notes(robot, np.array([move.q for move in known]))
     return Row(
         statement, len(executions), event.tool.name, event.wobj.name, mass, position, q, notes, _reason(event, known)

@@ -57,9 +57,9 @@ def test_the_weight_of_the_tool_bends_the_arm() -> None:
     found = convert(light, force=NO_FORCE)
     assert found.plan is not None and arm().robot.joint_compliance is not None
     move = found.plan.motion.moves[0]
-    center = move.T_flange_tcp.copy()
+    center = move.T_mount_tcp.copy()
     center[:3, 3] = 0, 0, 0.12
-    J, J_center = (jacobian(arm().robot, move.q[None], T)[0] for T in (move.T_flange_tcp, center))
+    J, J_center = (jacobian(arm().robot, move.q[None], T)[0] for T in (move.T_mount_tcp, center))
     weight = np.array([0, 0, -10 * GRAVITY, 0, 0, 0])
     sag = J @ (np.array(arm().robot.joint_compliance) * (J_center.T @ weight))
     assert more[0] == pytest.approx(-1e3 * sag[:3], rel=0.01, abs=2e-3)

@@ -84,7 +84,7 @@ def test_distance_from_lines_and_arcs() -> None:
     T = [pose(1.0, 0.0, 0.6), pose(1.0, 0.2, 0.6), pose(0.9, 0.3, 0.6)]
     via = pose(1.0 - 0.1 * (1 - np.cos(np.pi / 4)), 0.2 + 0.1 * np.sin(np.pi / 4), 0.6)
     moves = chain(
-        {"kind": "joint", "T_base_tcp": T[0]}, line(T[1]), {"kind": "arc", "T_base_tcp": T[2], "T_base_via": via}
+        {"kind": "joint", "T_work_tcp": T[0]}, line(T[1]), {"kind": "arc", "T_work_tcp": T[2], "T_work_via": via}
     )
     curves = build_curves(arm().robot, tuple(moves))
     center = np.array([0.9, 0.2, 0.6])

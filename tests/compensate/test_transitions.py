@@ -44,7 +44,7 @@ def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) ->
     curve, transitions = commanded_curve(arm(), samples, plan.exact, times(switched))
     welding = np.array([m.welding for m in samples.moves])[samples.move]
     assert welding.any()
-    assert np.abs(curve[welding] - plan.exact.T_base_tcp[welding]).max() < 1e-9
+    assert np.abs(curve[welding] - plan.exact.T_work_tcp[welding]).max() < 1e-9
     assert not any(samples.moves[t.move].welding for t in transitions)
     assert {(t.move, t.at_goal) for t in transitions} == {(2, True), (5, False)}
 
@@ -75,7 +75,7 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
     curve, transitions = commanded_curve(arm(), samples, plan.exact, t)
     for transition in transitions:
         rows = np.arange(samples.start[transition.move], samples.goal[transition.move] + 1)
-        added = (curve - plan.exact.T_base_tcp)[rows, :3, 3]
+        added = (curve - plan.exact.T_work_tcp)[rows, :3, 3]
         size = np.linalg.norm(added, axis=1)
         end = (0, -1) if not transition.at_goal else (-1, 0)
         assert size[end[0]] == pytest.approx(transition.size_m, rel=1e-9)
@@ -92,7 +92,7 @@ def test_a_correction_without_steps_passes_unchanged() -> None:
     assert plan is not None and plan.transitions == ()
     curve, transitions = commanded_curve(arm(), plan.motion.samples, plan.exact, times(found))
     assert transitions == []
-    assert np.abs(curve - plan.exact.T_base_tcp).max() <= 1e-9
+    assert np.abs(curve - plan.exact.T_work_tcp).max() <= 1e-9
 
 
 def test_another_tool_makes_one_transition_on_the_move_in_the_air() -> None:

@@ -36,8 +36,8 @@ def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
     q = HOME
     for i, step in enumerate(steps):
         given = dict(step)
-        own = given.pop("T_flange_tcp", tool)
-        T = given.get("T_base_tcp")
+        own = given.pop("T_mount_tcp", tool)
+        T = given.get("T_work_tcp")
         if T is None:
             q = np.asarray(given.pop("q"))
         else:
@@ -46,20 +46,20 @@ def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
             turns = found - 2 * np.pi * np.round((found - q) / (2 * np.pi))
             q = turns[int(np.argmin(np.abs(turns - q).max(axis=1)))]
         given.setdefault("first", i == 0)
-        moves.append(Move(event=i, q=q, T_flange_tcp=own, **given))
+        moves.append(Move(event=i, q=q, T_mount_tcp=own, **given))
     return moves
 
 
 def line(T: np.ndarray, **more: Any) -> dict[str, Any]:
-    return {"kind": "line", "T_base_tcp": T, **more}
+    return {"kind": "line", "T_work_tcp": T, **more}
 
 
 def joint(T: np.ndarray, **more: Any) -> dict[str, Any]:
-    return {"kind": "joint", "T_base_tcp": T, **more}
+    return {"kind": "joint", "T_work_tcp": T, **more}
 
 
 def arc(via: np.ndarray, T: np.ndarray, **more: Any) -> dict[str, Any]:
-    return {"kind": "arc", "T_base_tcp": T, "T_base_via": via, **more}
+    return {"kind": "arc", "T_work_tcp": T, "T_work_via": via, **more}
 
 
 def events(moves: list[Move]) -> list[MotionEvent]:

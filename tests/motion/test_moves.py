@@ -37,9 +37,9 @@ def test_si_units_and_joint_angles() -> None:
     assert findings == []
     assert [m.kind for m in moves] == ["joint", "line"]
     assert [m.first for m in moves] == [True, False]
-    assert moves[0].T_base_tcp is not None
-    assert moves[0].T_base_tcp[:3, 3] == pytest.approx([1.0, -0.2, 0.6])
-    assert np.abs(tcp(moves[1].q[None], moves[1].T_flange_tcp)[0] - moves[1].T_base_tcp).max() < 1e-9
+    assert moves[0].T_work_tcp is not None
+    assert moves[0].T_work_tcp[:3, 3] == pytest.approx([1.0, -0.2, 0.6])
+    assert np.abs(tcp(moves[1].q[None], moves[1].T_mount_tcp)[0] - moves[1].T_work_tcp).max() < 1e-9
     assert (moves[0].speed, moves[1].speed) == (pytest.approx(0.2), pytest.approx(0.05))
     assert moves[1].rotation_speed == pytest.approx(np.radians(500))
     assert (moves[0].fine, moves[1].fine) == (True, False)
@@ -62,8 +62,8 @@ def test_work_object() -> None:
     moves, findings, _ = read(f"MoveJ {target},v200,fine,t1\\WObj:=w1;")
     assert all(d.code == "KIN002" for d in findings)
     if moves:
-        assert moves[0].T_base_tcp is not None
-        assert moves[0].T_base_tcp[:3, 3] == pytest.approx([0.9, 0.15, 0.6], abs=1e-6)
+        assert moves[0].T_work_tcp is not None
+        assert moves[0].T_work_tcp[:3, 3] == pytest.approx([0.9, 0.15, 0.6], abs=1e-6)
 
 
 def test_the_weld_speed_governs_the_weld() -> None:
@@ -127,8 +127,8 @@ def test_an_arc_knows_its_circle_point() -> None:
     moves, findings, text = read(f"MoveJ {P1},v200,fine,t1;\nMoveC {via},{P2},v50,fine,t1;")
     assert findings == []
     assert moves[1].kind == "arc"
-    assert moves[1].T_base_via is not None
-    assert moves[1].T_base_via[:3, 3] == pytest.approx([1.05, -0.15, 0.6])
+    assert moves[1].T_work_via is not None
+    assert moves[1].T_work_via[:3, 3] == pytest.approx([1.05, -0.15, 0.6])
     flat = f"[[1000,-150,600],[0,0,1,0],[-1,0,-1,0],{E}]"
     text = (
         f"MODULE M\n{DATA}PROC main()\nMoveJ {P1},v200,fine,t1;\nMoveC {flat},{P2},v50,fine,t1;\nENDPROC\nENDMODULE\n"

@@ -30,10 +30,10 @@ def test_a_line_is_straight_and_turns_evenly() -> None:
     path = sampled(chain(joint(A), line(B, fine=True)))
     rows = np.append(0, np.flatnonzero(path.move == 1))
     u = np.append(0.0, path.u[rows[1:]])
-    p = path.T_base_tcp[rows, :3, 3]
+    p = path.T_work_tcp[rows, :3, 3]
     assert np.abs(p - (A[:3, 3] + u[:, None] * (B - A)[:3, 3])).max() < 1e-12
     whole = Rotation.from_matrix(A[:3, :3].T @ B[:3, :3]).magnitude()
-    turned = Rotation.from_matrix(A[:3, :3].T @ path.T_base_tcp[rows, :3, :3]).magnitude()
+    turned = Rotation.from_matrix(A[:3, :3].T @ path.T_work_tcp[rows, :3, :3]).magnitude()
     assert turned == pytest.approx(u * whole, abs=1e-9)
     step = np.linalg.norm(np.diff(p, axis=0), axis=1)
     assert step.max() <= 0.010 + 1e-12
@@ -45,7 +45,7 @@ def test_a_line_is_straight_and_turns_evenly() -> None:
 def test_joint_angles_belong_to_the_poses() -> None:
     moves = chain(joint(A, zone=0.02), line(B, zone=0.05, zone_rotation=0.08), line(C, zone=0.01), joint(A, fine=True))
     path = sampled(moves)
-    assert np.abs(tcp(path.q) - path.T_base_tcp).max() < 1e-9
+    assert np.abs(tcp(path.q) - path.T_work_tcp).max() < 1e-9
     assert np.abs(np.diff(path.q, axis=0)).max() < 0.2
 
 
@@ -68,7 +68,7 @@ def test_an_arc_lies_on_its_circle(sweep: float) -> None:
 
     end = np.radians(sweep)
     path = sampled(chain(joint(at(0)), arc(at(0.4 * end), at(end), fine=True)))
-    d = path.T_base_tcp[:, :3, 3] - center
+    d = path.T_work_tcp[:, :3, 3] - center
     assert np.abs(np.linalg.norm(d, axis=1) - radius).max() < 1e-12
     assert np.abs(d @ tilt.apply([0, 0, 1])).max() < 1e-12
     assert path.s[-1] == pytest.approx(radius * end, rel=1e-3)
@@ -128,7 +128,7 @@ def corner(zone: float, ahead: float = 0.2) -> Path:
 
 def test_a_corner_stays_in_its_zone_and_keeps_the_direction_at_its_border() -> None:
     path = corner(0.05)
-    p = path.T_base_tcp[:, :3, 3] - np.array([1.1, 0.0, 0.5])
+    p = path.T_work_tcp[:, :3, 3] - np.array([1.1, 0.0, 0.5])
     off_lines = np.minimum(np.abs(p[:, 0]), np.abs(p[:, 1]))
     inside = np.linalg.norm(p, axis=1) < 0.05 - 1e-9
     assert off_lines[~inside].max() < 1e-12
@@ -144,7 +144,7 @@ def test_a_corner_stays_in_its_zone_and_keeps_the_direction_at_its_border() -> N
 @pytest.mark.parametrize(("ahead", "radius"), [(0.2, 0.1), (0.04, 0.02)])
 def test_a_zone_reaches_half_way_to_the_neighbour_at_most(ahead: float, radius: float) -> None:
     path = corner(0.5, ahead)
-    p = path.T_base_tcp[:, :3, 3] - np.array([1.1, 0.0, 0.5])
+    p = path.T_work_tcp[:, :3, 3] - np.array([1.1, 0.0, 0.5])
     off_lines = np.minimum(np.abs(p[:, 0]), np.abs(p[:, 1])) > 1e-9
     assert np.linalg.norm(p[off_lines], axis=1).max() < radius + 1e-9
     assert np.linalg.norm(p[off_lines], axis=1).max() > 0.6 * radius
@@ -158,8 +158,8 @@ def test_orientation_starts_to_turn_earlier_than_the_path() -> None:
         line(pose(1.3, 0.0, 0.5, turned), fine=True),
     ]
     path = sampled(chain(*steps))
-    p = path.T_base_tcp[:, :3, 3]
-    away = Rotation.from_matrix(A[:3, :3].T @ path.T_base_tcp[:, :3, :3]).magnitude()
+    p = path.T_work_tcp[:, :3, 3]
+    away = Rotation.from_matrix(A[:3, :3].T @ path.T_work_tcp[:, :3, :3]).magnitude()
     before = (path.move == 1) & (p[:, 1] < -0.011)
     assert away[before & (p[:, 1] < -0.061)] == pytest.approx(0.0, abs=1e-9)
     assert away[before].max() > 1e-4
@@ -169,7 +169,7 @@ def test_a_corner_between_joint_moves_is_smooth_in_joint_space() -> None:
     moves = chain(joint(A), joint(C, zone=0.1), joint(B, fine=True))
     path = sampled(moves)
     assert path.blend.any()
-    assert np.abs(tcp(path.q) - path.T_base_tcp).max() < 1e-12
+    assert np.abs(tcp(path.q) - path.T_work_tcp).max() < 1e-12
     turn = np.diff(np.diff(path.q, axis=0) / np.linalg.norm(np.diff(path.q, axis=0), axis=1)[:, None], axis=0)
     assert np.linalg.norm(turn, axis=1).max() < 0.7
 
