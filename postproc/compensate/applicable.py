@@ -47,8 +47,10 @@ def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) 
     """The error of the measured tool as the error of the program's tool, None where the program has another."""
     measured = model.T_flange_tcp @ displace(np.concatenate([effect.shift_m, effect.turn_rad]))
     source = events[0].statement.source
-    tools = {e.tool.name: tool_matrix(e.tool) for e in events if e.reason is None}
+    used = {e.tool.name: e.tool for e in events if e.reason is None}
+    tools = {name: tool_matrix(tool) for name, tool in used.items()}
     far = {n: float(np.linalg.norm(T[:3, 3] - measured[:3, 3])) for n, T in tools.items()}
+    far |= {name: np.inf for name, tool in used.items() if not tool.robhold}  # it was not on the flange
     other = next((name for name, distance in far.items() if distance > SAME_TOOL), None)
     if other is not None or not tools:
         text = f"the calibration error of the measured tool is left out: the program uses `{other or 'no tool'}`"

@@ -1,4 +1,4 @@
-"""Motion that is not the arm's alone: tools that stand still, external axes that move."""
+"""Motion that cannot be understood from the arm alone: tool and work that do not meet, external axes that move."""
 
 from __future__ import annotations
 
@@ -16,19 +16,15 @@ def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
     """Findings about motions that cannot be compensated for the arm alone.
 
     Returns:
-        MOT007 stationary tool or work object on the robot, MOT008 external axes that move.
+        MOT007 tool and work object that do not fit together, MOT008 external axes that move.
     """
     findings: list[Diagnostic] = []
     before: tuple[float, ...] | None = None
     for event in events:
         if event.reason is not None or event.target is None:
             continue
-        if not event.tool.robhold or event.wobj.robhold:
-            name = event.tool.name if not event.tool.robhold else event.wobj.name
-            text = f"`{name}` makes the robot carry the work piece to a stationary tool, which is not compensated"
-            role = "tool" if not event.tool.robhold else "\\wobj"
-            help_ = "compensate programs in which the robot holds the tool (robhold TRUE)"
-            findings.append(Diagnostic("MOT007", "error", text, *place(event, role), help_))
+        if event.tool.robhold == event.wobj.robhold:
+            findings.append(_unfit(event))
         axes = event.target.extax
         if before is not None:
             moving = [k for k in range(6) if _moves(before[k], axes[k])]
@@ -39,6 +35,18 @@ def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
                 findings.append(Diagnostic("MOT008", "error", text, *place(event), help_))
         before = axes
     return findings
+
+
+def _unfit(event: MotionEvent) -> Diagnostic:
+    tool, wobj = event.tool.name, event.wobj.name
+    if event.tool.robhold:
+        text = f"the robot would hold both the tool `{tool}` and the work object `{wobj}`"
+    else:
+        text = f"neither the tool `{tool}` nor the work object `{wobj}` is held by the robot"
+    help_ = (
+        "one of tooldata and wobjdata has robhold TRUE; a stationary tool needs \\WObj with a work object on the robot"
+    )
+    return Diagnostic("MOT007", "error", text, *place(event, "tool"), help_)
 
 
 def _moves(before: float, now: float) -> bool:

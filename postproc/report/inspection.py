@@ -20,6 +20,7 @@ from postproc.robot.kinematics import forward, jacobian
 
 NEAR_LIMIT = np.radians(5.0)
 NEAR_SINGULAR = 0.05
+STATIONARY = "stationary tool: the robot carries the work object"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class Row:
         statement: as it stands in the text; runs: how often it is executed, as far as known.
         tool, wobj: their names; payload_mass: tool and grip load [kg].
         position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
-        notes: near a joint limit, near a singularity.
+        notes: a stationary tool, near a joint limit, near a singularity.
         reason: why the statement would be left as it is, None where it would be corrected.
     """
 
@@ -87,7 +88,7 @@ def _row(
         q = np.degrees(first.q)
         mount = mounts_of([first])
         position = mount.base_tcp(mount.work(forward(robot, first.q[None])))[0, :3, 3] * 1e3
-        notes = posture_notes(robot, np.array([move.q for move in known]))
+        notes = (STATIONARY,) * first.stationary + posture_notes(robot, np.array([move.q for move in known]))
     return Row(
         statement, len(executions), event.tool.name, event.wobj.name, mass, position, q, notes, _reason(event, known)
     )

@@ -117,7 +117,9 @@ def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm:
 
 
 def _circle_legal(before: R.Motion, m: R.Motion, arm: A.Arm) -> list[str]:
-    start = (arm.forward(before.q[None], before.tool).tcp[0] if before.q is not None else before.goal)[:3, 3]
+    start = before.goal[:3, 3]
+    if before.q is not None:
+        start = P.on_work(arm.forward(before.q[None], np.eye(4)).flange, before)[0, :3, 3]
     assert m.via is not None
     u, v = m.via[:3, 3] - start, m.goal[:3, 3] - start
     where = f"output line {m.line}: {m.name}"

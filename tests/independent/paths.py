@@ -105,8 +105,14 @@ def shape(start: np.ndarray, m: Motion, step: float) -> tuple[np.ndarray, np.nda
     return u, (arc(start, m.via, m.goal, u) if m.kind == "C" else line(start, m.goal, u))  # type: ignore[arg-type]
 
 
-def _to_flange(t: np.ndarray, tool: np.ndarray) -> np.ndarray:
-    return t @ np.linalg.inv(tool)
+def to_flange(t: np.ndarray, m: Motion) -> np.ndarray:
+    """(n, 4, 4) flange poses for poses of the TCP on the work, which is in the base or on the flange."""
+    return m.tool @ np.linalg.inv(t) if m.stationary else t @ np.linalg.inv(m.tool)
+
+
+def on_work(flange: np.ndarray, m: Motion) -> np.ndarray:
+    """(n, 4, 4) poses of the TCP on the work."""
+    return np.linalg.inv(flange) @ m.tool if m.stationary else flange @ m.tool
 
 
 def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
@@ -117,24 +123,24 @@ def play(arm: A.Arm, moves: list[Motion], step: float = 0.002) -> list[Leg]:
         if m.kind == "A":
             assert m.q is not None
             q = m.q
-            legs.append(Leg(m, arm.forward(q[None], m.tool).tcp, q[None], np.ones(1)))
+            legs.append(Leg(m, on_work(arm.forward(q[None], np.eye(4)).flange, m), q[None], np.ones(1)))
             continue
         if m.kind == "J" or q is None:
-            found = I.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            found = I.solve_target(arm, to_flange(m.goal[None], m)[0], m.conf)
             problem = None if found is not None else "no solution in the stated configuration"
             if found is None and q is not None:
-                path = I.follow(arm, _to_flange(m.goal[None], m.tool), q)
+                path = I.follow(arm, to_flange(m.goal[None], m), q)
                 found = None if path is None else path[0]
             q = found
             joints = np.zeros((0, 6)) if q is None else q[None]
             legs.append(Leg(m, m.goal[None], joints, np.ones(1), problem, q is not None and _wrong(arm, q, m)))
             continue
-        start = arm.forward(q[None], m.tool).tcp[0]
+        start = on_work(arm.forward(q[None], np.eye(4)).flange, m)[0]
         u, command = shape(start, m, step)
-        path = I.follow(arm, _to_flange(command, m.tool), q)
+        path = I.follow(arm, to_flange(command, m), q)
         if path is None:
             legs.append(Leg(m, command, np.zeros((0, 6)), u, "out of reach"))
-            q = I.solve_target(arm, _to_flange(m.goal[None], m.tool)[0], m.conf)
+            q = I.solve_target(arm, to_flange(m.goal[None], m)[0], m.conf)
             continue
         problem = None
         if (path < arm.lower - 1e-9).any() or (path > arm.upper + 1e-9).any():
@@ -157,8 +163,14 @@ def _wrong(arm: A.Arm, q: np.ndarray, m: Motion) -> bool:
 def real(
     arm: A.Arm, q: np.ndarray, m: Motion, displace: A.Displace, force: np.ndarray, moment: np.ndarray
 ) -> np.ndarray:
-    """(n, 3) where the TCP of the elastic arm is."""
+    """(n, 3) where the TCP of the elastic arm is on the work."""
     load = A.Load(m.mass, m.center, force, moment)
+    if m.stationary:
+        # The tool pushes where it stands, whatever part of the bent arm's work is there.
+        point = np.broadcast_to(m.tool[:3, 3], (len(q), 3))
+        push = A.Wrenches([(6, point, np.broadcast_to(force, point.shape), np.broadcast_to(moment, point.shape))])
+        bent = A.equilibrium(arm, q, np.eye(4), A.Load(m.mass, m.center), displace, lambda f: push).frames.flange
+        return on_work(bent, m)[:, :3, 3]
     return A.equilibrium(arm, q, m.tool, load, displace).frames.tcp[:, :3, 3]
 
 
@@ -191,6 +203,7 @@ def cut_corners(legs: list[Leg], n: int = 16) -> list[np.ndarray]:
             or b.motion.kind not in "LC"
             or a.motion.zone <= 0
             or not np.allclose(a.motion.tool, b.motion.tool)
+            or a.motion.stationary != b.motion.stationary
         ):
             continue
         r = min(a.motion.zone, lengths[i] / 2, lengths[i + 1] / 2)

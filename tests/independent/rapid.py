@@ -48,8 +48,9 @@ class Motion:
 
     Args:
         name: instruction as written; kind: J, L, C or A; statement: its index in the file; line of it.
-        goal, via: (4, 4) T_base_tcp; q: (6,) [rad] for MoveAbsJ; conf of the goal.
-        tool: (4, 4) T_flange_tcp; mass [kg] and center (3,) [m] in tool0 of tool plus grip load.
+        goal, via: (4, 4) T_base_tcp, of a stationary tool T_flange_tcp; q: (6,) [rad] for MoveAbsJ; conf of the goal.
+        tool: (4, 4) T_flange_tcp, of a stationary tool T_base_tcp.
+        mass [kg] and center (3,) [m] in tool0 of tool (or of the gripper that holds the work) plus grip load.
         zone: corner radius [m], 0 at stop points; fine; weld: the arc burns on the way to this goal.
         positional, optional: argument texts.
     """
@@ -70,6 +71,7 @@ class Motion:
     weld: bool
     positional: tuple[str, ...]
     optional: dict[str, str] = field(default_factory=dict)
+    stationary: bool = False
 
 
 @dataclass
@@ -269,8 +271,11 @@ class Runner:
         wobj = evaluate(optional["wobj"], scope) if "wobj" in optional else scope["wobj0"]
         tframe = pose(tool[1])
         mass, center = float(tool[2][0]), np.asarray(tool[2][1], float) / 1000
+        carried = pose(wobj[3]) @ pose(wobj[4])
+        if bool(tool[0]) == bool(wobj[0]):
+            raise Unreadable("tool and work object are both held, or neither is")
         if self.grip is not None and self.grip[0] > 0:
-            extra = (tframe @ np.array([*(np.asarray(self.grip[1], float) / 1000), 1.0]))[:3]
+            extra = ((tframe if tool[0] else carried) @ np.array([*(np.asarray(self.grip[1], float) / 1000), 1.0]))[:3]
             total = mass + self.grip[0]
             center, mass = (mass * center + self.grip[0] * extra) / total, total
         weld = arc and not lower.endswith("start")
@@ -279,7 +284,7 @@ class Runner:
             q = np.radians(np.asarray(evaluate(positional[0], scope)[0], float))
             goal = np.eye(4)
         else:
-            frame = pose(wobj[3]) @ pose(wobj[4]) @ self.displacement
+            frame = carried @ self.displacement
             target = evaluate(positional[shift], scope)
             goal = frame @ pose(target)
             conf = tuple(int(c) for c in target[2])
@@ -287,7 +292,7 @@ class Runner:
                 via = frame @ pose(evaluate(positional[0], scope))
         return Motion(
             name, kind, i, s.line, goal, via, q, conf, tframe, mass, center, 0.0 if zone[0] else float(zone[1]) / 1000, bool(zone[0]),
-            weld, tuple(positional), optional,
+            weld, tuple(positional), optional, not tool[0],
         )  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def align(original: list[R.Motion], output: list[R.Motion], arm: A.Arm) -> list[
         return None
 
     def place(m: R.Motion) -> np.ndarray:
-        return arm.forward(m.q[None], m.tool).tcp[0, :3, 3] if m.q is not None else m.goal[:3, 3]
+        return m.goal[:3, 3] if m.q is None else P.on_work(arm.forward(m.q[None], np.eye(4)).flange, m)[0, :3, 3]
 
     def kept(m: R.Motion) -> tuple[str, ...]:
         return m.name.lower(), *(x.lower() for x in m.positional[2 if m.kind == "C" else 1 :])
@@ -173,7 +173,7 @@ def check(
         if blend:
             desired = np.concatenate([c[:, :3, 3] for c in cut_old[max(i - 1, 0) : i + 2]])
             for k in range(first, last + 1):
-                q = I.follow(arm, P._to_flange(cut_new[k], new[k].tool), written[k].q[0]) if len(written[k].q) else None
+                q = I.follow(arm, P.to_flange(cut_new[k], new[k]), written[k].q[0]) if len(written[k].q) else None
                 if q is not None:
                     p = P.real(arm, q, new[k], displace, share * force, share * moment)
                     seg.cut_after = max(seg.cut_after, 1e3 * float(P.polyline_distance(p, desired).max()))
