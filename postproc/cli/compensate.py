@@ -73,7 +73,7 @@ def run(
     if json:
         print_json(result.report)
     if report is not None:
-        write(report, compensation_page(source.path, result.report).encode())
+        write(report, compensation_page(source.path, result).encode())
     if result.output is None:
         return max(1, result.exit_code)
     say(result.summary)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +17,8 @@ from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
 from postproc.model.arm import Model
 
 WORST = 10
-BINS = 12
+FEWEST, MOST, IN_EACH = 12, 48, 30
+"""Bins of a channel, and the rows wanted in each: long records show finer patterns."""
 
 
 @dataclass(frozen=True)
@@ -28,13 +28,16 @@ class Trend:
     Args:
         channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
             less what as many bins would explain of noise.
-        centre, mean, spread: per bin: channel, mean residual (mm along its main direction, or mrad at the joint), its
-            standard error.
+        values: (n,) the residual less its mean, mm along ``direction`` or mrad at the joint, NaN where not measured.
+        direction: (3,) unit vector in instrument axes, (1,) at a joint.
+        centre, mean, spread: per bin: channel, mean of the values, its standard error.
     """
 
     channel: str
     where: str
     share: float
+    values: Array
+    direction: Array
     centre: Array
     mean: Array
     spread: Array
@@ -151,53 +154,66 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     figures = estimate_noise(fit.data, noise)
     error = fit.problem.error[:, :3]
     joint = joint_errors(fit)
-    named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
-    trends = _trends(error, joint, named)
-    bound = nonparametric_bound(fit, named)
-    return Comparison(fit, error, joint, figures, iso9283(error, fit.data.repeats), trends, bound)
+    bound = nonparametric_bound(fit, fit_channels(fit))
+    return Comparison(fit, error, joint, figures, iso9283(error, fit.data.repeats), residual_trends(fit), bound)
+
+
+def fit_channels(fit: Fit) -> dict[str, Array]:
+    """Every channel (n,) of the data beside a fit."""
+    return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
 
 
 def joint_errors(fit: Fit) -> Array:
-    """(n, 6) joint errors of least square sum that would move the TCP by the position error, dq = J^+ e [rad].
+    """(n, 6) joint errors of least square sum that would move the TCP by the position error, dq = J^+ e [rad]."""
+    e = np.nan_to_num(fit.problem.error[:, :3])
+    return np.asarray((joint_inverse(fit) @ e[:, :, None])[:, :, 0])
 
-    Damped least squares with 0.05 m: near singular directions no joint is blamed for what it could hardly cause.
+
+def joint_inverse(fit: Fit) -> Array:
+    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m], damped with s = 0.05 m.
+
+    Near singular directions no joint is blamed for what it could hardly cause.
     """
     J = fit.problem.sensitivity.matrix[:, :3, :6]
-    e = np.nan_to_num(fit.problem.error[:, :3])
     square = J @ np.swapaxes(J, 1, 2) + 0.05**2 * np.eye(3)
-    return np.asarray((np.swapaxes(J, 1, 2) @ np.linalg.solve(square, e[:, :, None]))[:, :, 0])
+    return np.asarray(np.swapaxes(np.linalg.solve(square, J), 1, 2))
 
 
-def _trends(error: Array, joint: Array, named: Mapping[str, Array]) -> tuple[Trend, ...]:
-    good = np.isfinite(error).all(axis=1)
-    if good.sum() < 3 * BINS:
+def residual_trends(fit: Fit) -> tuple[Trend, ...]:
+    """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
+    error, joint, named = fit.problem.error[:, :3], joint_errors(fit), fit_channels(fit)
+    good = np.asarray(np.isfinite(error).all(axis=1))
+    if good.sum() < 3 * FEWEST:
         return ()
     found: list[Trend] = []
     for name, values in named.items():
         member, centre = _bins(values[good])
-        axes = np.stack([error[good, i] * 1e3 for i in range(3)], axis=1)
-        found.append(_trend(name, "space", axes, member, centre))
+        found.append(_trend(name, "space", error * 1e3, good, member, centre))
         if name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456":
             j = int(name[-1]) - 1
-            found.append(_trend(name, f"joint {j + 1}", joint[good, j : j + 1] * 1e3, member, centre))
+            found.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
     return tuple(sorted(found, key=lambda t: -t.share))
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
     distinct = np.unique(values)
-    if len(distinct) <= BINS:
+    count = int(np.clip(len(values) // IN_EACH, FEWEST, MOST))
+    if len(distinct) <= count:
         member = np.searchsorted(distinct, values)
         return member, distinct
-    edges = np.quantile(values, np.linspace(0, 1, BINS + 1)[1:-1])
+    edges = np.quantile(values, np.linspace(0, 1, count + 1)[1:-1])
     member = np.searchsorted(edges, values)
-    centre = np.array([np.median(values[member == k]) if (member == k).any() else np.nan for k in range(BINS)])
+    centre = np.array([np.median(values[member == k]) if (member == k).any() else np.nan for k in range(count)])
     return member, centre
 
 
-def _trend(name: str, where: str, values: Array, member: NDArray[np.int_], centre: Array) -> Trend:
-    values = values - values.mean(axis=0)
-    _, _, turn = np.linalg.svd(values, full_matrices=False)
-    main = values @ turn[0]
+def _trend(
+    name: str, where: str, rows: Array, good: NDArray[np.bool_], member: NDArray[np.int_], centre: Array
+) -> Trend:
+    values = rows[good] - rows[good].mean(axis=0)
+    direction = np.linalg.svd(values, full_matrices=False)[2][0]
+    direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    main = values @ direction
     bins = [k for k in range(len(centre)) if (member == k).sum() > 0]
     means = np.array([values[member == k].mean(axis=0) for k in bins])
     count = np.array([(member == k).sum() for k in bins])
@@ -208,4 +224,6 @@ def _trend(name: str, where: str, values: Array, member: NDArray[np.int_], centr
     share = max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
     spread = np.array([main[member == k].std() / np.sqrt(max(1, (member == k).sum())) for k in bins])
     mean = np.array([main[member == k].mean() for k in bins])
-    return Trend(name, where, share, centre[bins], mean, spread)
+    every = np.full(len(rows), np.nan)
+    every[good] = main
+    return Trend(name, where, share, every, direction, centre[bins], mean, spread)

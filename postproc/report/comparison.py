@@ -3,35 +3,48 @@
 from __future__ import annotations
 
 from postproc.identify.compare import Comparison
+from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
-from postproc.report.svg import bars
+
+BOUND = "any function of the channels (bound)"
 
 
 def comparison_page(name: str, found: Comparison) -> str:
     """HTML of a comparison with the table of that name."""
     document = plain(found.as_json())
-    levels = {"this model": document["rms_mm"], "any function of the channels (bound)": document["bound_mm"]}
+    levels = {"this model": document["rms_mm"], BOUND: document["bound_mm"]}
+    key = {
+        "mean distance": document["mean_mm"],
+        "worst pose": document["maximum_mm"],
+        "rms per axis": document["rms_mm"],
+        "noise per axis": document["noise_mm"],
+    }
+    iso = document["iso9283"]
     figures = [
-        ("rms per axis", document["rms_mm"]),
-        ("mean distance", document["mean_mm"]),
+        ("half of the poses are within", document["percentiles_mm"]["50"]),
         ("95 % of the poses are within", document["percentiles_mm"]["95"]),
-        ("maximum", document["maximum_mm"]),
-        *((f"rms in {axis}", values["rms"]) for axis, values in document["per_axis_mm"].items()),
-        ("ISO 9283 accuracy, largest", document["iso9283"]["accuracy_max_mm"]),
-        ("ISO 9283 repeatability, median", document["iso9283"]["repeatability_median_mm"]),
+        ("99 % of the poses are within", document["percentiles_mm"]["99"]),
+        *((f"{axis}: rms", values["rms"]) for axis, values in document["per_axis_mm"].items()),
+        *((f"{axis}: mean", values["mean"]) for axis, values in document["per_axis_mm"].items()),
+        ("ISO 9283 accuracy, mean", iso["accuracy_mean_mm"]),
+        ("ISO 9283 accuracy, largest", iso["accuracy_max_mm"]),
+        ("ISO 9283 repeatability, median", iso["repeatability_median_mm"]),
+        ("ISO 9283 repeatability, largest", iso["repeatability_max_mm"]),
     ]
     worst = [(row["pose_id"], row["row"], row["error_mm"]) for row in document["worst"]]
-    follows = [(t["channel"], t["where"], 100 * t["share"]) for t in document["channels"][:20]]
+    follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in document["channels"][:20]]
     sections = [
         Section(
-            "How far, and how far it could be", bars(list(levels), list(levels.values()), "mm", document["noise_mm"])
+            "How far, and how far it could be",
+            bars(levels, "mm", document["noise_mm"], aside=BOUND),
+            "Rms per axis. The bound is what a free function of the channels reaches on rows that it has not seen.",
         ),
-        workspace_section(found.fit, found.error),
-        channel_section(found.fit, found.error, [t.channel for t in found.trends], found.noise.position),
+        workspace_section(found.fit),
+        channel_section(found.fit, found.noise.position),
         Section("Figures", table(("figure", "mm"), figures)),
         Section("Worst poses", table(("pose", "row", "mm"), worst)),
-        Section("Share of the residual above chance", table(("channel", "at", "%"), follows)),
+        Section("Share of the residual above chance", table(("channel", "at", "explains"), follows)),
     ]
-    return render_page(f"postproc compare {name}", found.text().splitlines()[0], sections, document)
+    return render_page(f"postproc compare {name}", found.text().splitlines()[0], sections, document, key)

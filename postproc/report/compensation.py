@@ -1,48 +1,117 @@
-"""The page of a compensated program."""
+"""The page of a compensated program: what it was off, what remains, where the targets moved, every statement."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
+from postproc.arrays import Array
+from postproc.compensate.proof import Deviation
+from postproc.compensate.states import along
+from postproc.convert import Conversion
+from postproc.report.charts import course
 from postproc.report.document import plain
+from postproc.report.figures import chosen, enlargement, plane_views
 from postproc.report.page import Section, render_page, table
-from postproc.report.svg import scatter
+from postproc.report.svg import BLUE, RED
+
+MOST_ROWS = 2000
+COLUMNS = ("line", "routine", "instruction", "status", "moved by [mm]", "remains [mm]", "why")
 
 
-def compensation_page(name: str, document: Mapping[str, Any]) -> str:
-    """HTML from the ``postproc/compensate/1`` document of a program."""
-    document = plain(document)
-    before, after = document.get("max_error_before_mm"), document.get("max_error_after_mm")
-    rows = document["statements"]
-    done = [row for row in rows if row["status"] == "compensated"]
-    skipped = [row for row in rows if row["status"] == "skipped"]
-    sentence = "Nothing was corrected." if rows else "The program is not safe to compensate; nothing was written."
-    if done and before is not None and after is not None:
-        sentence = f"The largest deviation falls from {before:.2f} mm to {after:.3f} mm."
-        transient = document.get("max_transient_mm") or 0.0
-        if transient > document.get("tolerance_mm", transient):
-            steady = f"At steady speed the deviation falls from {before:.2f} mm to {after:.3f} mm"
-            sentence = f"{steady}; while the speed changes up to {transient:.3f} mm remain."
+def compensation_page(name: str, found: Conversion) -> str:
+    """HTML of a conversion of the program of that name."""
+    document = plain(found.report)
     sections: list[Section] = []
-    if done:
-        line, shift, residual = (
-            np.array([np.nan if row[key] is None else row[key] for row in done], dtype=float)
-            for key in ("line", "shift_mm", "residual_mm")
-        )
-        charts = scatter(line, shift, "line of the program", "shift [mm]", size=(500, 240))
-        charts += scatter(line, residual, "line of the program", "remaining [mm]", size=(500, 240))
-        note = f"{document['added_targets']} targets were added; the program takes {document['cycle_time_s']:.1f} s."
-        sections.append(Section("How far targets moved, and what remains at them", charts, note))
-    if skipped:
-        reasons = [(row["line"], row["routine"], row["reason"]) for row in skipped]
-        sections.append(Section("Left alone", table(("line", "routine", "why"), reasons)))
+    key: dict[str, object] = {}
+    if found.outputs:
+        key = {
+            "before": document["max_error_before_mm"],
+            "after": document["max_error_after_mm"],
+            "tolerance": document["tolerance_mm"],
+            "targets added": document["added_targets"],
+            "cycle time": f"{document['cycle_time_s']:.1f} s",
+        }
+        sections += [_course(found), _where(found)]
+    rows = document["statements"]
     if document["diagnostics"]:
-        findings = [(d["line"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
-        sections.append(Section("Findings", table(("line", "code", "what", "what to do"), findings)))
-    keys = ("line", "routine", "status", "shift_mm", "residual_mm", "reason")
+        findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
+        columns = ("line", "", "code", "what", "what to do")
+        sections.append(Section("Findings", table(columns, findings[:MOST_ROWS]), _cut(findings)))
+    skipped = [(row["line"], row["routine"], row["reason"]) for row in rows if row["status"] == "skipped"]
+    if skipped:
+        section = table(("line", "routine", "why"), skipped[:MOST_ROWS])
+        sections.append(Section("Left as they are", section, _cut(skipped)))
     if rows:
-        sections.append(Section("Every motion statement", table(keys, [[row[key] for key in keys] for row in rows])))
-    return render_page(f"postproc compensate {name}", sentence, sections, document)
+        sections.append(
+            Section("Every motion statement", table(COLUMNS, [_row(r) for r in rows[:MOST_ROWS]]), _cut(rows))
+        )
+    return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
+
+
+def _sentence(document: Mapping[str, Any], written: bool) -> str:
+    if not written:
+        return "The program is not safe to compensate; nothing was written."
+    if not any(row["status"] == "compensated" for row in document["statements"]):
+        return "Nothing was corrected."
+    before, after = document["max_error_before_mm"], document["max_error_after_mm"]
+    transient = document["max_transient_mm"]
+    if transient > document["tolerance_mm"]:
+        steady = f"At steady speed the deviation falls from {before:.2f} mm to {after:.3f} mm"
+        return f"{steady}; while the speed changes up to {transient:.3f} mm remain."
+    return f"The largest deviation falls from {before:.2f} mm to {after:.3f} mm."
+
+
+def _course(found: Conversion) -> Section:
+    """Deviation from the programmed lines and arcs over the time of the program, before and after."""
+    assert found.plan is not None and found.before is not None and found.after is not None
+    limit = found.report["tolerance_mm"]
+    charts = [
+        course(t, y, "time [s]", "mm", limit=limit, color=color, title=title)
+        for deviation, color, title in (
+            (found.before, RED, "as programmed"),
+            (found.after, BLUE, "as corrected"),
+        )
+        for t, y in [_over_time(found, deviation)]
+        if len(t)
+    ]
+    note = (
+        "Distance of the real torch from the line or arc of each statement, at its start and end from these points. "
+        f"The dashed line is the tolerance, {limit:g} mm. Joint moves have no programmed curve and are left out."
+    )
+    return Section("How far the torch is off along the way", "".join(charts), note)
+
+
+def _over_time(found: Conversion, deviation: Deviation) -> tuple[Array, Array]:
+    assert found.plan is not None
+    trajectory = found.plan.motion.trajectory
+    t = along(trajectory, trajectory.t, deviation.owner + deviation.u)
+    rows = deviation.space
+    return t[rows], 1e3 * deviation.distance[rows]
+
+
+def _where(found: Conversion) -> Section:
+    assert found.plan is not None
+    samples, T_goal = (
+        found.plan.motion.samples,
+        found.plan.exact.T_base_flange @ found.plan.motion.samples.curves.T_flange_tcp,
+    )
+    way = samples.T_base_tcp[:, :3, 3]
+    position = way[samples.goal]
+    shift = T_goal[:, :3, 3] - position
+    rows = chosen(shift)
+    times = enlargement(position, shift)
+    note = f"The way of the torch, and by how much each target moved, drawn {times:g} times as long."
+    if len(rows) < len(shift):
+        note += f" {len(rows)} of {len(shift)} targets are drawn, those that moved most among them."
+    step = -(-len(way) // 5000)
+    return Section("Where the targets moved", plane_views(position[rows], shift[rows], times, way[::step]), note)
+
+
+def _row(row: Mapping[str, Any]) -> list[object]:
+    keys = ("line", "routine", "instruction", "status", "shift_mm", "residual_mm", "reason")
+    return [row[key] for key in keys]
+
+
+def _cut(rows: list[Any]) -> str:
+    return f"The first {MOST_ROWS} of {len(rows)}; --json has all of them." if len(rows) > MOST_ROWS else ""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from postproc.identify.diagnose import Diagnosis
+from postproc.report.charts import bars
+from postproc.report.comparison import BOUND
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
-from postproc.report.svg import bars
+
+MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 
 
 def diagnosis_page(name: str, found: Diagnosis) -> str:
@@ -14,29 +19,71 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     document = plain(found.as_json())
     ladder = {"the model as it came": document["held_out_rms_mm"]}
     ladder |= {f"+ {m['effect']}": m["held_out_rms_mm_after"] for m in document["missing"]}
-    ladder["any function of the channels (bound)"] = document["bound_mm"]
-    ranking = [
-        (c["effect"], c.get("form"), c["rms_mm_after"], c["p_value"], c["why_not"] or "")
-        for c in document["candidates"]
-    ]
+    ladder[BOUND] = document["bound_mm"]
+    key = {
+        "verdict": document["verdict"],
+        "error as it came": document["held_out_rms_mm"],
+        "with what was found": document["held_out_rms_mm_after"] if document["missing"] else None,
+        "noise": document["floor_mm"],
+    }
     sections = [
         Section(
             "The error on rows that the fit has not seen",
-            bars(list(ladder), list(ladder.values()), "mm", document["floor_mm"]),
-            "Per axis. The dashed line is the noise: nothing falls below it.",
-        ),
-        workspace_section(found.final, found.final.position_error),
-        channel_section(found.final, found.final.position_error, [s.channel for s in found.suspects], found.floor),
-        Section(
-            "Ranking of effects on the model as it came",
-            table(("effect", "form", "rms after [mm]", "p", "not testable because"), ranking),
-        ),
+            bars(ladder, "mm", document["floor_mm"], aside=BOUND),
+            "Rms per axis. The dashed line is the noise: no model can be expected below it.",
+        )
     ]
+    if document["missing"]:
+        sections.append(_found(document))
     if found.suspects:
-        suspects = [(s["where"], s["channel"], s["pattern"], 100 * s["share"]) for s in document["suspects"]]
-        note = "The final model's residual; strongest first."
-        sections.append(Section("What remains follows", table(("where", "channel", "pattern", "%"), suspects), note))
+        suspects = [(s["where"], s["channel"], s["pattern"], f"{100 * s['share']:.0f} %") for s in document["suspects"]]
+        note = "Of what the final model leaves above the noise; strongest first."
+        columns = ("where", "channel", "pattern", "explains")
+        sections.append(Section("What remains follows", table(columns, suspects), note))
+    if found.missing:
+        sections.append(workspace_section(found.base, "Where the model as it came is off"))
+        sections.append(channel_section(found.base, found.floor, "What its error follows", most=MOST_TELLING))
+    suspected = [(s.channel, s.where) for s in found.suspects]
+    sections += [
+        workspace_section(found.final, "Where it is off in the end"),
+        channel_section(found.final, found.floor, "What the rest follows", suspected),
+        _ranking(document),
+    ]
     if document["blind_to"]:
         blind = [(b["effect"], b["why"]) for b in document["blind_to"]]
         sections.append(Section("This data could not have shown", table(("effect", "why"), blind)))
-    return render_page(f"postproc diagnose {name}", found.text().splitlines()[0], sections, document)
+    return render_page(f"postproc diagnose {name}", found.text().splitlines()[0], sections, document, key)
+
+
+def _found(document: dict[str, Any]) -> Section:
+    rows = []
+    for m in document["missing"]:
+        other = ", ".join(m["not_separable_from"]) or "nothing"
+        rows.append((m["effect"], m["form"], _p(m["p_value"]), m["held_out_rms_mm_after"], other, _values(m)))
+    columns = ("effect", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
+    return Section("What is missing", table(columns, rows), "Parameters with their standard deviations.")
+
+
+def _values(missing: dict[str, Any]) -> str:
+    return "; ".join(
+        f"{name} " + ", ".join(f"{v:.3g} ± {sigma:.1g}" for v, sigma in values if sigma is not None)
+        for name, values in missing["parameters"].items()
+        if any(sigma is not None for _, sigma in values)
+    )
+
+
+def _ranking(document: dict[str, Any]) -> Section:
+    rows = [
+        (c["effect"], c.get("form"), c["rms_mm_after"], _p(c["p_value"]), c.get("evidence"), c["why_not"] or "")
+        for c in document["candidates"]
+    ]
+    columns = ("effect", "form", "rms after [mm]", "p", "evidence", "not testable because")
+    note = (
+        "Each effect alone on the model as it came. Evidence is twice the logarithm of the odds, after paying for "
+        "parameters and for the number of forms that were tried: above 0 it speaks for the effect."
+    )
+    return Section("Ranking of effects", table(columns, rows), note)
+
+
+def _p(value: float) -> str:
+    return f"{value:.2f}" if value > 0.005 else f"{value:.0e}"

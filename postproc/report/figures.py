@@ -1,61 +1,110 @@
-"""The residual vectors in the workspace: in 3-D where plotly is installed, else from above and from the side."""
+"""Vectors in the workspace: from above and from the side, and in 3-D where plotly is installed."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.svg import MOST_POINTS, vectors
+from postproc.report.charts import vectors
+from postproc.report.page import grid
+from postproc.report.svg import GREY, RED
 
-ARROW = 0.12  # the typical residual is drawn this long, as a share of the workspace
+ARROW = 0.1  # the typical vector is drawn this long, as a share of the workspace
+MOST = 600  # more arrows hide each other
+VIEWS = (((0, 1), "from above: x [m]", "y [m]"), ((0, 2), "from the side: x [m]", "z [m]"))
 
 
-def residual_vectors(position: Array, residual: Array) -> tuple[str, float]:
-    """HTML of the residuals (n, 3) [m] as lines at their positions (n, 3) [m], and how many times they are enlarged."""
-    good = np.isfinite(position).all(axis=1) & np.isfinite(residual).all(axis=1)
-    position, residual = position[good], residual[good]
-    if len(position) == 0:
-        return "", 1.0
-    step = -(-len(position) // MOST_POINTS)
-    position, residual = position[::step], residual[::step]
+def enlargement(position: Array, vector: Array) -> float:
+    """How many times vectors (n, 3) at positions (n, 3) are drawn longer than they are, a round number."""
     extent = float(np.ptp(position, axis=0).max()) or 1.0
-    typical = float(np.sqrt((residual**2).sum(axis=1).mean())) or 1.0
-    times = float(f"{ARROW * extent / typical:.1g}")
-    tip = position + times * residual
-    try:
-        return _in_space(position, tip), times
-    except ImportError:
-        views = (((0, 1), "from above: x [m]", "y [m]"), ((0, 2), "from the side: x [m]", "z [m]"))
-        return "".join(vectors(position[:, axes], tip[:, axes], x, y) for axes, x, y in views), times
+    typical = float(np.sqrt((vector**2).sum(axis=1).mean())) or 1.0
+    return float(f"{ARROW * extent / typical:.1g}")
 
 
-def _in_space(position: Array, tip: Array) -> str:
-    from plotly import graph_objects
+def chosen(vector: Array) -> Array:
+    """Rows (k,) of the vectors (n, 3) that are drawn: every second, third .. where there are many, and the largest."""
+    every = np.arange(0, len(vector), -(-len(vector) // MOST) or 1)
+    largest = np.argsort(-np.linalg.norm(vector, axis=1))[:10]
+    return np.union1d(every, largest)
 
-    gap = np.full_like(position, np.nan)
-    line = np.stack([position, tip, gap], axis=1).reshape(-1, 3).astype(np.float32)
-    points = position.astype(np.float32)
-    figure = graph_objects.Figure(
+
+def plane_views(position: Array, vector: Array, times: float, way: Array | None = None) -> str:
+    """Vectors (n, 3) [m] at positions (n, 3) [m], and a way (m, 3) behind them, in two views."""
+    tip = position + times * vector
+    return grid(
         [
-            graph_objects.Scatter3d(
-                x=line[:, 0],
-                y=line[:, 1],
-                z=line[:, 2],
-                mode="lines",
-                line={"color": "#c5221f", "width": 3},
-                name="residual",
-            ),
-            graph_objects.Scatter3d(
-                x=points[:, 0],
-                y=points[:, 1],
-                z=points[:, 2],
-                mode="markers",
-                marker={"size": 2, "color": "#174ea6"},
-                name="measured",
-            ),
-        ]
+            vectors(position[:, axes], tip[:, axes], x, y, way=None if way is None else way[:, axes])
+            for axes, x, y in VIEWS
+        ],
+        340,
     )
-    axes = {"xaxis_title": "x [m]", "yaxis_title": "y [m]", "zaxis_title": "z [m]", "aspectmode": "data"}
-    figure.update_layout(height=560, margin={"l": 0, "r": 0, "t": 0, "b": 0}, scene=axes)
-    html: str = figure.to_html(full_html=False, include_plotlyjs=False)
-    return html
+
+
+def space_view(position: Array, vector: Array, times: float, label: Sequence[str]) -> str:
+    """The same in 3-D, to be turned by hand; empty without plotly.
+
+    Args:
+        label: what is said at the tip of each arrow when it is pointed at.
+    """
+    try:
+        from plotly import graph_objects
+    except ImportError:
+        return ""
+    tip = position + times * vector
+    size = np.linalg.norm(vector, axis=1) * 1e3
+    line = np.stack([position, tip, np.full_like(position, np.nan)], axis=1).reshape(-1, 3).astype(np.float32)
+    largest = float(size.max()) or 1.0
+    scale = [[0, GREY], [1, RED]]
+    head = (0.25 * times * vector).astype(np.float32)
+    shafts = graph_objects.Scatter3d(
+        x=line[:, 0],
+        y=line[:, 1],
+        z=line[:, 2],
+        mode="lines",
+        hoverinfo="skip",
+        line={"color": np.repeat(size, 3), "colorscale": scale, "cmin": 0, "cmax": largest, "width": 3},
+    )
+    heads = graph_objects.Cone(
+        **dict(zip("xyz", tip.astype(np.float32).T, strict=True)),
+        **dict(zip("uvw", head.T, strict=True)),
+        sizemode="raw",
+        anchor="tip",
+        colorscale=scale,
+        cmin=0,
+        cmax=0.25e-3 * times * largest,
+        showscale=False,
+        hoverinfo="skip",
+    )
+    points = graph_objects.Scatter3d(
+        **dict(zip("xyz", position.astype(np.float32).T, strict=True)),
+        mode="markers",
+        marker={
+            "size": 3,
+            "color": size.astype(np.float32),
+            "colorscale": scale,
+            "cmin": 0,
+            "cmax": largest,
+            "colorbar": {"title": {"text": "mm"}, "thickness": 14, "len": 0.6},
+        },
+        text=list(label),
+        hovertemplate="%{text}<extra></extra>",
+    )
+    figure = graph_objects.Figure([shafts, heads, points])
+    both = np.vstack([position, tip])
+    margin = 0.03 * np.ptp(both, axis=0).max()
+    axes = {
+        f"{axis}axis": {"title": {"text": f"{axis} [m]"}, "range": [float(low - margin), float(high + margin)]}
+        for axis, low, high in zip("xyz", both.min(axis=0), both.max(axis=0), strict=True)
+    }
+    camera = {"eye": {"x": 1.3, "y": -1.3, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.15}}
+    figure.update_layout(
+        height=620,
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        showlegend=False,
+        scene={**axes, "aspectmode": "data", "camera": camera},
+    )
+    # "</" would end the script element.
+    text = figure.to_json().replace("</", "<\\/")
+    return f'<div class="space"><script type="application/json">{text}</script></div>'

@@ -23,11 +23,18 @@ class Section:
     note: str = ""
 
 
-def render_page(title: str, sentence: str, sections: Sequence[Section], document: Mapping[str, Any]) -> str:
+def render_page(
+    title: str,
+    sentence: str,
+    sections: Sequence[Section],
+    document: Mapping[str, Any],
+    key: Mapping[str, object] | None = None,
+) -> str:
     """The page as text.
 
     Args:
         document: the JSON document of the same result, plain values; the page carries it in ``<script id="document">``.
+        key: figures that stand large under the sentence, lengths [mm] as floats; None is left out.
     """
     environment = Environment(
         loader=FileSystemLoader(str(resource("templates"))),
@@ -43,10 +50,15 @@ def render_page(title: str, sentence: str, sections: Sequence[Section], document
     return environment.get_template("report.html.j2").render(
         title=title,
         sentence=sentence,
+        key={label: _figure(value) for label, value in (key or {}).items() if value is not None},
         sections=shown,
         document=Markup(embedded),
-        plotly=Markup(_bundle()) if any("plotly-graph-div" in s.html for s in sections) else "",
+        plotly=Markup(_bundle()) if any('<div class="space">' in s.html for s in sections) else "",
     )
+
+
+def _figure(value: object) -> str:
+    return f"{value:.3f} mm" if isinstance(value, float) else str(value)
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
@@ -56,6 +68,11 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
+def grid(charts: Sequence[str], least: int) -> str:
+    """Charts side by side, as many in a row as are at least ``least`` pixels wide."""
+    return f'<div class="grid" style="--least: {least}px">{"".join(charts)}</div>'
+
+
 def _kind(cell: object) -> str:
     return ' class="number"' if isinstance(cell, (int, float)) and not isinstance(cell, bool) else ""
 
@@ -63,7 +80,7 @@ def _kind(cell: object) -> str:
 def _shown(cell: object) -> str:
     if cell is None:
         return ""
-    return f"{cell:.4g}" if isinstance(cell, float) else escape(str(cell))
+    return f"{cell + 0.0:.4g}" if isinstance(cell, float) else escape(str(cell))
 
 
 def _bundle() -> str:

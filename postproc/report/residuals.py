@@ -2,39 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.channels import UNITS, channels
+from postproc.identify.channels import UNITS
+from postproc.identify.compare import WORST, Trend, fit_channels, joint_inverse, residual_trends
 from postproc.identify.fit import Fit
-from postproc.report.figures import residual_vectors
-from postproc.report.page import Section
-from postproc.report.svg import scatter
+from postproc.report.charts import Bins, Mark, scatter
+from postproc.report.figures import chosen, enlargement, plane_views, space_view
+from postproc.report.page import Section, grid
+
+HOW = (
+    "Points: each pose, less the mean. Red: means with their standard errors; rings: the worst poses. "
+    "In space the residual is taken along its main direction{direction}; at a joint it is the joint error that would "
+    "explain it. "
+    "A pattern is physics that the model lacks, a cloud is noise."
+)
 
 
-def workspace_section(fit: Fit, error: Array) -> Section:
-    """Residuals (n, 3) [m], instrument axes, where they were measured."""
-    html, times = residual_vectors(fit.data.position, error)
-    return Section("Where it is off", html, f"Measured minus predicted position, drawn {times:g} times as long.")
+def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
+    """Residuals in instrument axes, where they were measured."""
+    position, error = fit.data.position, fit.problem.error[:, :3]
+    good = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(error).all(axis=1))
+    if not len(good):
+        return Section(title, "", "No position was measured.")
+    position, error = position[good], error[good]
+    times = enlargement(position, error)
+    rows = chosen(error)
+    label = [
+        f"{_pose(fit, int(good[i]))}: {1e3 * np.linalg.norm(error[i]):.3f} mm off "
+        f"({', '.join(f'{1e3 * e:+.3f}' for e in error[i])}), at ({', '.join(f'{p:.3f}' for p in position[i])}) m"
+        for i in rows
+    ]
+    note = f"Arrows from the measured position along measured minus predicted, drawn {times:g} times as long."
+    if len(rows) < len(good):
+        note += f" {len(rows)} of {len(good)} poses are drawn, the worst among them."
+    views = plane_views(position[rows], error[rows], times)
+    return Section(title, space_view(position[rows], error[rows], times, label) + views, note)
 
 
-def channel_section(fit: Fit, error: Array, names: Sequence[str], noise: float | None) -> Section:
-    """Residuals (n, 3) [m] along their main direction against channels, the most telling first."""
-    named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
-    good = np.isfinite(error).all(axis=1)
-    main = np.full(len(error), np.nan)
-    if good.any():
-        _, _, axes = np.linalg.svd(error[good] - error[good].mean(axis=0), full_matrices=False)
-        main[good] = error[good] @ axes[0] * 1e3
-    band = None if noise is None else 2e3 * noise
+def channel_section(
+    fit: Fit,
+    noise: float | None,
+    title: str = "What it follows",
+    first: Iterable[tuple[str, str]] = (),
+    most: int | None = None,
+) -> Section:
+    """The residual against every channel, each where it tells most.
+
+    Args:
+        first: (channel, place) that come before the others; most: so many channels.
+    """
+    best: dict[str, Trend] = {}
+    asked = set(first)
+    trends = residual_trends(fit)
+    for trend in sorted(trends, key=lambda t: (t.channel, t.where) not in asked):
+        best.setdefault(trend.channel, trend)
+    named = fit_channels(fit)
+    size = np.linalg.norm(fit.problem.error[:, :3], axis=1)
+    worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
+    # The instrument's noise as it looks at a joint: rms over the poses of each row of J^+.
+    at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
     charts = []
-    for name in dict.fromkeys([*names, *named]):
-        if name in named:
-            unit, factor = UNITS.get(name.rstrip("0123456789"), ("", 1.0))
-            charts.append(scatter(named[name] * factor, main, f"{name} [{unit}]" if unit else name, "mm", band))
-    note = "The residual along its main direction. A pattern is physics that the model lacks; a cloud is noise."
-    if band:
-        note += " The grey band is twice the noise."
-    return Section("What it follows", "".join(charts), note)
+    for trend in [*best.values()][:most]:
+        joint = int(trend.where[-1]) - 1 if trend.where.startswith("joint") else None
+        gain = 1e3 if joint is None else at_joint[joint]
+        charts.append(_chart(fit, trend, named[trend.channel], worst, None if noise is None else 2 * noise * gain))
+    direction = next((f" ({', '.join(f'{x:.1f}' for x in t.direction)})" for t in trends if t.where == "space"), "")
+    note = HOW.format(direction=direction) + (" The grey band is twice the noise." if noise is not None else "")
+    return Section(title, grid(charts, 330), note)
+
+
+def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float | None) -> str:
+    unit, factor = UNITS.get(trend.channel.rstrip("0123456789"), ("", 1.0))
+    if trend.where == "space":
+        ours, place = "mm", "in space"
+    else:
+        ours, place = "mrad", f"at {trend.where}"
+    rows = zip(trend.centre * factor, trend.mean, trend.spread, strict=True)
+    text = [f"{trend.channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
+    marks = [
+        Mark(
+            float(values[i]) * factor,
+            float(trend.values[i]),
+            f"{_pose(fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i] * factor:.4g} {unit}",
+        )
+        for i in worst
+    ]
+    return scatter(
+        values * factor,
+        trend.values,
+        f"{trend.channel} [{unit}]" if unit else trend.channel,
+        f"{ours} {place}",
+        band=band,
+        title=f"{trend.channel}: {100 * trend.share:.0f} % of the error {place}",
+        bins=Bins(trend.centre * factor, trend.mean, trend.spread, text),
+        marks=marks,
+    )
+
+
+def _pose(fit: Fit, i: int) -> str:
+    return f"{fit.data.pose_id[i]} (row {fit.data.row[i]})"

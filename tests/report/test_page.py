@@ -5,42 +5,30 @@ from __future__ import annotations
 import builtins
 import json
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from postproc.compensate.options import Options
+from postproc.convert import Conversion, compensate_program
+from postproc.diagnostics import Source
+from postproc.identify.compare import compare
+from postproc.measure.table import read_measurements
+from postproc.model.file import default_model
+from postproc.report.charts import Bins, Mark, bars, course, scatter, vectors
+from postproc.report.comparison import comparison_page
 from postproc.report.compensation import compensation_page
-from postproc.report.figures import residual_vectors
-from postproc.report.page import Section, render_page, table
-from postproc.report.svg import bars, scatter
+from postproc.report.figures import chosen, enlargement, plane_views, space_view
+from postproc.report.page import Section, grid, render_page, table
+from postproc.resources import resource
 
-DOCUMENT: dict[str, Any] = {
-    "schema": "postproc/compensate/1",
-    "statements": [
-        {
-            "line": 12,
-            "routine": "rSeam<1>",
-            "status": "compensated",
-            "reason": None,
-            "shift_mm": 0.41,
-            "residual_mm": 0.0008,
-        },
-        {
-            "line": 14,
-            "routine": "rSeam<1>",
-            "status": "skipped",
-            "reason": "loop </script> index",
-            "shift_mm": None,
-            "residual_mm": float("nan"),
-        },
-    ],
-    "max_error_before_mm": 1.5,
-    "max_error_after_mm": 0.004,
-    "added_targets": 3,
-    "cycle_time_s": 12.5,
-    "diagnostics": [],
-}
+
+@pytest.fixture(scope="module")
+def conversion() -> Conversion:
+    data = resource("samples", "paper_case.mod").read_bytes()
+    return compensate_program(Source("paper_case.mod", data), default_model(), Options(force=(200.0, -200.0, -200.0)))
 
 
 def embedded(page: str) -> Any:
@@ -49,26 +37,66 @@ def embedded(page: str) -> Any:
     return json.loads(found[1])
 
 
-def test_compensation_page() -> None:
-    page = compensation_page("a<b>.mod", DOCUMENT)
-    assert "falls from 1.50 mm to 0.004 mm" in page
+def test_compensation_page(conversion: Conversion) -> None:
+    page = compensation_page("a<b>.mod", conversion)
+    r = conversion.report
+    assert f"from {r['max_error_before_mm']:.2f} mm to {r['max_error_after_mm']:.3f} mm" in page
+    assert f"<dt>after</dt><dd>{r['max_error_after_mm']:.3f} mm</dd>" in page
     assert "a&lt;b&gt;.mod" in page
-    assert "rSeam<1>" not in page.split('id="document"')[0]
+    assert page.count("<svg") == 4  # the deviation before and after, the way from above and from the side
+    assert "plotly" not in page.lower()
+    assert embedded(page) == json.loads(json.dumps(r))
+
+
+def test_names_in_a_page_are_text(conversion: Conversion) -> None:
+    hostile = dict(
+        conversion.report["statements"][0], routine="r<1>", reason="loop </script> index", residual_mm=np.nan
+    )
+    found = replace(conversion, report={**conversion.report, "statements": [hostile]})
+    page = compensation_page("x.mod", found)
+    assert "r<1>" not in page.split('id="document"')[0]
     assert "loop &lt;/script&gt; index" in page
-    document = embedded(page)
-    assert document["statements"][1]["reason"] == "loop </script> index"
-    assert document["statements"][1]["residual_mm"] is None
+    assert embedded(page)["statements"][0]["reason"] == "loop </script> index"
+    assert embedded(page)["statements"][0]["residual_mm"] is None
+
+
+def test_a_refused_program_says_so() -> None:
+    refused = compensate_program(Source("x.mod", b"MODULE x\nENDMODULE\n"), default_model(), Options())
+    page = compensation_page("x.mod", refused)
+    assert "nothing was written" in page
+    assert "CMP002" in page
+
+
+def test_the_course_shows_the_largest_deviation(conversion: Conversion) -> None:
+    page = compensation_page("x.mod", conversion)
+    path = re.findall(r'<path d="M([^"]*)" fill="none" stroke="#c5221f"', page)[0]
+    heights = [float(part.split()[1]) for part in re.split("[ML]", path)]
+    assert conversion.before is not None
+    # The axis ends 6 % above the largest value; 24 and 154 are its ends on the page.
+    assert min(heights) == pytest.approx(154 - 130 / 1.06, abs=0.1)
 
 
 def test_pages_load_nothing_from_elsewhere() -> None:
-    html, _ = residual_vectors(np.random.default_rng(0).normal(size=(50, 3)), np.full((50, 3), 1e-4))
+    html = space_view(np.random.default_rng(0).normal(size=(50, 3)), np.full((50, 3), 1e-4), 100.0, ["</script>"] * 50)
     page = render_page("t", "s", [Section("a", html)], {})
-    assert "plotly-graph-div" in page
+    assert 'class="space"' in page
     assert len(page) > 3e6
-    own = page.replace(page[page.index("<script>") : page.index("</script>")], "")
+    own, bundle = page.split("<script>", 1)
+    assert own.count("</script>") == 2  # the figure's and the document's: labels do not end an element
     assert not re.search(r"""(src|href)\s*=\s*["']""", own)
-    plain = render_page("t", "s", [Section("a", scatter(np.arange(5.0), np.arange(5.0), "x", "y", 1.0))], {})
+    assert not re.search(r"""<(script|link|img)[^>]+(src|href)=""", bundle)
+    plain = render_page("t", "s", [Section("a", scatter(np.arange(5.0), np.arange(5.0), "x", "y", band=1.0))], {})
     assert len(plain) < 1e4
+
+
+def test_space_fits_the_data_and_states_lengths() -> None:
+    position = np.array([[1.0, 2.0, 3.0], [1.5, 2.0, 3.0]])
+    vector = np.array([[1e-3, 0.0, 0.0], [0.0, 0.0, 2e-3]])
+    html = space_view(position, vector, 100.0, ["P1", "P2"])
+    figure = json.loads(re.findall(r'<script type="application/json">(.*)</script>', html)[0])
+    ranges = [figure["layout"]["scene"][f"{axis}axis"]["range"] for axis in "xyz"]
+    assert ranges == [pytest.approx([0.985, 1.515]), pytest.approx([1.985, 2.015]), pytest.approx([2.985, 3.215])]
+    assert figure["data"][2]["text"] == ["P1", "P2"]
 
 
 def test_vectors_are_drawn_without_plotly(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,22 +108,83 @@ def test_vectors_are_drawn_without_plotly(monkeypatch: pytest.MonkeyPatch) -> No
         return original(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    html, times = residual_vectors(np.eye(3), np.full((3, 3), 1e-3))
-    assert html.count("<svg") == 2
-    assert times == pytest.approx(0.12 / (np.sqrt(3) * 1e-3), rel=0.1)
-    assert residual_vectors(np.full((2, 3), np.nan), np.zeros((2, 3))) == ("", 1.0)
+    assert space_view(np.eye(3), np.full((3, 3), 1e-3), 1.0, ["a", "b", "c"]) == ""
+    assert plane_views(np.eye(3), np.full((3, 3), 1e-3), 100.0).count("<svg") == 2
+
+
+def test_arrows_are_enlarged_by_a_round_number() -> None:
+    assert enlargement(np.eye(3), np.full((3, 3), 1e-3)) == 60.0  # 0.1 of 1 m, 1.7 mm each
+    vector = np.zeros((5000, 3))
+    vector[17] = 1.0
+    rows = chosen(vector)
+    assert 17 in rows
+    assert len(rows) < 700
+
+
+def test_arrows_point_from_start_to_end() -> None:
+    svg = vectors(np.zeros((1, 2)), np.array([[1.0, 1.0]]), "x", "y", way=np.array([[0.0, 0.0], [0.0, 1.0]]))
+    x0, y0, x1, y1 = map(float, re.findall(r'<path d="M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)M', svg)[0])
+    assert x1 > x0
+    assert y1 < y0  # up on the page
+    assert x1 - x0 == pytest.approx(y0 - y1)
+
+
+def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
+    model = default_model()
+    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
+    found = compare(model, read_measurements(Source("cell.csv", data), model.robot))
+    page = comparison_page("cell.csv", found)
+    j = found.as_json()
+    assert f"<dt>mean distance</dt><dd>{j['mean_mm']:.3f} mm</dd>" in page
+    titles = re.findall(r'font-weight="bold">([^<]*)<', page)
+    channels = [title.split(":")[0] for title in titles]
+    assert len(set(channels)) == len(channels) == len({t["channel"] for t in j["channels"]})
+    first = j["channels"][0]
+    at = "in space" if first["where"] == "space" else f"at {first['where']}"
+    assert titles[0] == f"{first['channel']}: {100 * first['share']:.0f} % of the error {at}"
+    assert re.search(r"<title>q2 [-\d.]+ deg: mean [-+\d.]+ \+- [\d.]+ (mrad|mm)</title>", page)
+    assert f"{j['worst'][0]['pose_id']} (row {j['worst'][0]['row']})" in page
+
+
+def points(svg: str) -> list[tuple[float, float]]:
+    return [(float(x), float(y)) for x, y in re.findall(r"M([\d.]+) ([\d.]+)h0", svg)]
 
 
 def test_charts_place_points_and_band() -> None:
     svg = scatter(np.array([0.0, 1.0, np.nan]), np.array([2.0, -2.0, 5.0]), "q1 [deg]", "error", band=1.0)
-    circles = [(float(x), float(y)) for x, y in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', svg)]
-    assert len(circles) == 2
-    assert circles[0][0] < circles[1][0]
-    assert circles[0][1] < circles[1][1]  # larger is higher up
+    (x0, y0), (x1, y1) = points(svg)
+    assert x0 < x1
+    assert y0 < y1  # larger is higher up
     assert "<rect" in svg
     assert scatter(np.array([np.nan]), np.array([1.0]), "x", "y") == ""
-    widths = [float(w) for w in re.findall(r'width="([\d.]+)" height="18"', bars(["a", "b"], [1.0, 0.5], "mm", 0.1))]
+    many = scatter(np.linspace(0, 1, 100_000), np.zeros(100_000), "x", "y")
+    assert len(points(many)) < 1000  # what falls on the same half pixel is drawn once
+
+
+def test_few_values_become_columns() -> None:
+    svg = scatter(np.repeat([-1.0, 1.0], 50), np.tile(np.arange(50.0), 2), "dir2", "mrad")
+    x = np.array(points(svg))[:, 0]
+    assert len(np.unique(x)) > 30
+    assert np.sort(x)[49] < np.sort(x)[50] - 50  # the columns stay apart
+
+
+def test_means_and_marks_speak_when_pointed_at() -> None:
+    bins = Bins(np.arange(8.0), np.zeros(8), np.full(8, 0.1), [f"bin {i}" for i in range(8)])
+    svg = scatter(np.arange(8.0), np.arange(8.0), "x", "y", bins=bins, marks=[Mark(1.0, 2.0, "P<1>")])
+    assert svg.count("<title>") == 9
+    assert "<title>P&lt;1&gt;</title>" in svg
+
+
+def test_bars_end_at_the_floor() -> None:
+    chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, "mm", 0.1, aside="b")
+    widths = [float(w) for w in re.findall(r'width="([\d.]+)" height="18"', chart)]
     assert widths[1] == pytest.approx(widths[0] / 2, abs=0.1)
+    assert len(widths) == 2
+    assert "noise 0.100 mm" in chart
+    assert (
+        course(np.arange(5.0), np.ones(5), "t", "mm", limit=0.5, color="#000", title="x").count("stroke-dasharray") == 1
+    )
+    assert grid(["a", "b"], 300) == '<div class="grid" style="--least: 300px">ab</div>'
 
 
 def test_tables_escape_and_align() -> None:
