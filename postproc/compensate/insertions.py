@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 
 from postproc.compensate.values import Insertion, TargetValue
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program
 
 # An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
-# Instructions that do something at their target (triggers, outputs, procedure calls) get plain moves as well.
+# Instructions that do something at their target (outputs, procedure calls) get plain moves as well; those with triggers
+# at distances from their start or end get none.
 _ARC = re.compile(r"(?P<stem>Arc[LC])(?P<system>\d?)(?P<phase>Start|End)?(?P<older>\d?)$")
-_PLAIN = re.compile(r"(Move|Trigg|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync|IOs)?$")
+_PLAIN = re.compile(r"(Move|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync)?$")
+
+TIME_DECIMALS = 5  # of a divided duration: 10 microseconds, finer than `num` has for some seconds
+_DECIMAL = re.compile(r"\d+\.?\d*|\.\d+")
+_TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
 _OPENS = re.compile(
@@ -22,7 +28,7 @@ _OPENS = re.compile(
 def added_instruction(instruction: str) -> str | None:
     """Name of the instruction that may stand before one, on the same curve; None where nothing may be added.
 
-    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "TriggL", "SearchL")]
+    >>> [added_instruction(i) for i in ("ArcL", "ArcL1End", "ArcLStart", "ArcCStart", "MoveLDO", "SearchL")]
     ['ArcL', 'ArcL1', 'MoveL', 'MoveC', 'MoveL', None]
     """
     arc = _ARC.match(instruction)
@@ -34,16 +40,22 @@ def added_instruction(instruction: str) -> str | None:
     return "Move" + plain["way"] if plain else None
 
 
-def why_indivisible(event: MotionEvent) -> str | None:
-    """Why no target may be added before a statement, or None."""
+def why_indivisible(event: MotionEvent, length: float) -> str | None:
+    """Why no target may be added before a statement, or None.
+
+    Args:
+        length: of the TCP's way to its target [m].
+    """
     statement = event.statement
+    if statement.instruction.startswith("Trigg"):
+        return "its triggers are placed along the whole way"
     if added_instruction(statement.instruction) is None:
         return f"nothing may be added before {statement.instruction}"
     if event.detached:
         return "the arm may come here from more than one place"
     if statement.argument("\\id") is not None:
         return "`\\ID` coordinates it with another task"
-    if statement.argument("\\t") is not None:
+    if statement.argument("\\t") is not None and (length < _TURN_ONLY or stated_time(event) is None):
         return "`\\T` gives the time of the whole move"
     if statement.argument("\\corr") is not None:
         return "`\\Corr` follows a sensor"
@@ -64,12 +76,27 @@ def _stands_alone(data: bytes, offset: int) -> bool:
     return True
 
 
-def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str) -> Insertion:
+def stated_time(event: MotionEvent) -> Decimal | None:
+    """The duration ``\\T`` [s] where it can be divided: a plain number, and no weld speed that governs instead."""
+    argument = event.statement.argument("\\t")
+    if argument is None or event.weld is not None or not _DECIMAL.fullmatch(argument.text):
+        return None
+    return Decimal(argument.text)
+
+
+def divided_time(event: MotionEvent, share: float) -> Decimal | None:
+    """The part of ``\\T`` for a share of the way: as even in time as the whole move, so the speed stays the same."""
+    whole = stated_time(event)
+    return None if whole is None else round(whole * Decimal(share), TIME_DECIMALS).normalize()
+
+
+def insertion_of(event: MotionEvent, to: TargetValue, via: TargetValue | None, zone: str, share: float) -> Insertion:
+    """The statement to add for a target, after a share of the way to the event's target."""
     name = added_instruction(event.statement.instruction)
     assert name is not None
     if event.statement.argument("\\on") is not None:  # the older form of ArcLStart
         name = "Move" + name[3]
-    return Insertion(event.statement, name, to, via, zone)
+    return Insertion(event.statement, name, to, via, zone, divided_time(event, share))
 
 
 def small_zone(program: Program, event: MotionEvent) -> str:

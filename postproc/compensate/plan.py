@@ -128,7 +128,9 @@ def plan_changes(
     t = along(motion.trajectory, motion.trajectory.t, place)
     settled = steady(motion.trajectory, options, place)
     exact = invert_model(model, samples, motion.state)
-    indivisible = {i: why for i, m in enumerate(moves) if (why := why_indivisible(events[m.event])) is not None}
+    lengths = samples.curves.length.tolist()
+    asked = ((i, why_indivisible(events[m.event], lengths[i])) for i, m in enumerate(moves))
+    indivisible = {i: why for i, why in asked if why is not None}
     refused: dict[StatementKey, str] = {}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     while True:
@@ -254,8 +256,8 @@ class _Values:
         confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
         to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
         vias = self.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
-        zone = zone_name(event)
-        return [insertion_of(event, t, vias[k] if vias else None, zone) for k, t in enumerate(to)]
+        zone, shares = zone_name(event), np.diff(self.motion.samples.u[goals], prepend=0.0).tolist()
+        return [insertion_of(event, t, vias[k] if vias else None, zone, shares[k]) for k, t in enumerate(to)]
 
     def insertions(
         self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str]
@@ -289,7 +291,7 @@ def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion]) -> bool:
     if len(a) != len(b):
         return False
     for x, y in zip(a, b, strict=True):
-        if not same_value(x.to, y.to) or (x.via is None) != (y.via is None):
+        if not same_value(x.to, y.to) or (x.via is None) != (y.via is None) or x.duration != y.duration:
             return False
         if x.via is not None and y.via is not None and not same_value(x.via, y.via):
             return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Literal
 
 from postproc.rapid.events import MotionStatement, TargetSpans
@@ -52,7 +53,7 @@ class Insertion:
         instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
         to, via: its targets.
         zone: zone argument, a fly-by zone: an added target never stops.
-        duration: ``\\T`` [s] of the added statement where the original had one.
+        duration: what the added statement takes over of the original's ``\\T`` [s], exact in decimals.
     """
 
     statement: MotionStatement
@@ -60,7 +61,7 @@ class Insertion:
     to: TargetValue
     via: TargetValue | None
     zone: str
-    duration: float | None = None
+    duration: Decimal | None = None
 
 
 @dataclass(frozen=True, slots=True)

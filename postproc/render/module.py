@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.rapid.edits import Edit
-from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
+from postproc.rapid.events import MotionStatement
+from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like
 from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
@@ -79,11 +81,28 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
             if insertion.via is not None:
                 replaced["via"] = aggregate(insertion.via)
             if insertion.duration is not None:
-                replaced["\\t"] = "\\T:=" + rapid_number(insertion.duration, 4)
+                replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             lines.append(fill(template, {"statement": values}).encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
+        edits += _time_left(statement, group)
     return edits
+
+
+def _with_time(statement: MotionStatement, duration: Decimal) -> str:
+    """The argument ``\\T`` as the original writes it, with another number."""
+    argument = statement.argument("\\t")
+    assert argument is not None
+    lead = statement.source.data[argument.whole[0] : argument.span[0]].decode("latin-1")
+    return f"{lead}{duration:f}"
+
+
+def _time_left(statement: MotionStatement, added: Sequence[Insertion]) -> list[tuple[Source, Edit]]:
+    """What is left of the original's ``\\T`` after the added statements: the sum stays the same to the last decimal."""
+    argument, taken = statement.argument("\\t"), [i.duration for i in added if i.duration is not None]
+    if argument is None or not taken:
+        return []
+    return [(statement.source, Edit(*argument.span, f"{Decimal(argument.text) - sum(taken):f}".encode()))]
 
 
 def _arguments(insertion: Insertion, replaced: Mapping[str, str]) -> list[dict[str, str]]:

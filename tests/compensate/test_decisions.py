@@ -266,7 +266,8 @@ def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     [
         "IF TRUE MoveL far,v50,fine,tT;",
         "MoveL far\\ID:=10,v50,fine,tT;",
-        "MoveL far,v50\\T:=12,fine,tT;",
+        "MoveL far,v50\\T:=12.5*1,fine,tT;",
+        "TriggL far,v50,tgOn,fine,tT;",
     ],
 )
 def test_where_nothing_may_be_added(statement: str) -> None:

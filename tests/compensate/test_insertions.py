@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from postproc.compensate.insertions import added_instruction
+from postproc.compensate.options import Options
+from postproc.compensate.plan import read_motion
 from postproc.convert import Conversion
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
-from tests.compensate.build import body_of, convert, events, independent, module, outcome, target, written
+from tests.compensate.build import arm, body_of, convert, events, independent, module, outcome, target, written
 
 SEAM = "v100,sm,wd\\Weave:=wv,{zone},tT\\Track:=tr"
 
@@ -176,8 +179,8 @@ def test_names_of_added_instructions() -> None:
         "MoveC": "MoveC",
         "MoveLDO": "MoveL",
         "MoveLSync": "MoveL",
-        "TriggL": "MoveL",
-        "TriggC": "MoveC",
+        "TriggL": None,
+        "TriggC": None,
         "ArcLStart": "MoveL",
         "ArcL": "ArcL",
         "ArcLEnd": "ArcL",
@@ -200,6 +203,46 @@ def test_longer_seams_need_proportionally_many() -> None:
         counts.append(1 + convert(text, tolerance_m=2e-6).report["added_targets"])
     for a, b in pairwise(counts):
         assert b == pytest.approx(2 * a, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("written_time", "statement"),
+    [
+        ("12", "MoveL {far},v50\\T:=12,fine,tT;"),
+        ("7.25", "MoveL {far},v50 \\t := 7.25, fine, tT;"),
+        ("0.9", "MoveC {via},{far},v50\\T:=0.9,z1,tT;"),
+    ],
+)
+def test_the_time_of_a_move_is_divided_with_its_way(written_time: str, statement: str) -> None:
+    """The parts of `\\T` are the whole to the last decimal, and the TCP moves as fast as it did, everywhere."""
+    places = {"via": target(1400, -260), "far": target(1350, -20)}
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\n{statement.format(**places)}")
+    found = convert(text, tolerance_m=5e-6)
+    report = independent(text, found)
+    assert report.violations == []
+    assert report.after <= 5e-3
+    parts = [e.duration for e in events(written(found))[1:]]
+    assert len(parts) == 1 + found.report["added_targets"] > 1
+    assert sum(Decimal(str(p)) for p in parts) == Decimal(written_time)
+    assert ":=" in body_of(written(found))[1].replace(" ", "").split("\\")[1]
+    before, after = (speed_along(t) for t in (text, written(found)))
+    assert after == pytest.approx(before, rel=2e-3)
+
+
+def speed_along(text: str) -> np.ndarray:
+    """TCP speed [m/s] at evenly spaced places of the path of everything but the first move, away from its ends."""
+    motion, findings = read_motion(arm(), events(text), Options(inertia=False))
+    assert motion is not None, findings
+    path = motion.trajectory.path
+    return np.interp(np.linspace(0.1, 0.9, 40) * path.s[-1], path.s, motion.trajectory.tcp_speed)
+
+
+def test_the_time_of_a_turn_in_place_is_not_divided() -> None:
+    there = target(1350, -500).replace("0.300294,-0.015738,0.95241,0.049914", "0.37,-0.16,0.9,0.166")
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {there},v50\\T:=3,fine,tT;")
+    found = convert(text, tolerance_m=2e-7)
+    assert found.report["added_targets"] == 0
+    assert any("`\\T` gives the time" in d.help for d in found.diagnostics)
 
 
 @pytest.mark.parametrize("zone", ["z1", "z20", "z50", "z80", "z150"])

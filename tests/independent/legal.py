@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 
 import numpy as np
 
@@ -22,6 +23,7 @@ def _skeleton(s: R.Statement) -> str:
     if move and not move[1].lower().startswith("moveabsj"):
         positional, optional = R.split_arguments(s.code[move.end() :].rstrip(";"))
         drop = 2 if re.match(r"movec|arcc", move[1], re.I) else 1
+        optional |= dict.fromkeys({"t"} & optional.keys(), "<S>")  # the durations are summed up in check_added
         return f"{move[1]} <T> {positional[drop:]} {sorted(optional.items())}"
     return s.code
 
@@ -109,6 +111,9 @@ def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm:
                     found.append(f"{where}: \\{name} differs")
             if not np.allclose(x.tool, m.tool):
                 found.append(f"{where}: other tool")
+        parts = [Decimal(x.optional["t"]) for x in new[previous + 1 : last + 1] if "t" in x.optional]
+        if "t" in m.optional and (len(parts) != last - previous or sum(parts) != Decimal(m.optional["t"])):
+            found.append(f"output line {new[last].line}: the durations {parts} do not sum up to {m.optional['t']} s")
         for k in range(max(previous + 1, 1), last + 1):
             if new[k].kind == "C":
                 found += _circle_legal(new[k - 1], new[k], arm)
