@@ -66,9 +66,14 @@ class Conversion:
             return "nothing written"
         r = self.report
         known = r["expected_accuracy"]
-        transient = r["max_transient_mm"]
-        shown = transient > r["tolerance_mm"]
-        passing = f" at steady speed, {transient:.3f} mm while it changes" if shown else ""
+        transient, jump = (
+            f", {r[key]:.3f} mm {where}" if r[key] > r["tolerance_mm"] else ""
+            for key, where in (
+                ("max_transient_mm", "while it changes"),
+                ("max_transition_mm", "where the correction jumps"),
+            )
+        )
+        passing = f" at steady speed{transient}{jump}" if transient else jump
         expected = (
             f"; 95 % of positions within {known['within_95_percent_mm']:.3f} mm of where the program says"
             if known
@@ -217,6 +222,7 @@ def _conclude(
     before_m = before.largest(_counted(before.space, before.steady))
     after_m = after.largest(_counted(after.space & ~passing, after.steady))
     transient_m = after.largest(after.space & ~after.steady & ~passing)
+    transition_m = after.largest(passing)
     outcomes, more = judge_statements(program, events, plan, after, options)
     findings += more
     accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])
@@ -239,6 +245,7 @@ def _conclude(
                 "before_mm": f"{1e3 * before_m:.3f}",
                 "after_mm": f"{1e3 * after_m:.3f}",
                 "transient_mm": f"{1e3 * transient_m:.3f}" if transient_m > options.tolerance_m else "",
+                "transition_mm": f"{1e3 * transition_m:.3f}" if transition_m > options.tolerance_m else "",
                 "added": len(plan.insertions),
                 "indent": indent_after(s.data, head),
             }
@@ -251,7 +258,7 @@ def _conclude(
         "statements": [o.as_json() for o in outcomes],
         "max_error_before_mm": _mm(before_m),
         "max_error_after_mm": _mm(after_m),
-        "max_transition_mm": _mm(after.largest(passing)),
+        "max_transition_mm": _mm(transition_m),
         "max_transient_mm": _mm(transient_m),
         "max_joint_move_mm": _mm(after.largest(~after.space)),
         "tolerance_mm": _mm(options.tolerance_m),

@@ -25,6 +25,7 @@ from postproc.motion.values import Move
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import pose_error
 
+BEFORE_TARGET, FROM_START = "before its target", "from its start"
 NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
 
 
@@ -48,15 +49,15 @@ class Transition:
     """A jump of the correction inside or beside one move, made jerk-limited.
 
     Args:
-        move: index of the move; at_goal: it ends at the goal, else it begins at the start;
-        target: the move whose goal that place is.
+        move: index of the move; where: in it, for people.
+        target: the move whose goal that place is, or the move itself.
         size_m: distance that the correction jumps [m]; duration: of the transition [s].
         complete: there was enough time in the move; otherwise it takes the whole move.
         samples: (a, b) the samples it covers.
     """
 
     move: int
-    at_goal: bool
+    where: str
     target: int
     size_m: float
     duration: float
@@ -141,7 +142,8 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
             size = float(np.linalg.norm(jumps[i, :3]))
             ends_at = (int(inside[0]), int(inside[-1]))
             target = int(i) if is_goal else int(i) - 1
-            found.append(Transition(int(i), is_goal, target, size, ramp.duration, ramp.complete, ends_at))
+            where = BEFORE_TARGET if is_goal else FROM_START
+            found.append(Transition(int(i), where, target, size, ramp.duration, ramp.complete, ends_at))
     return T, found
 
 

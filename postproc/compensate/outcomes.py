@@ -7,13 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction import Transition
+from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.compensate.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, StatementKey, key_of
 from postproc.diagnostics import Diagnostic
+from postproc.motion.values import Flags
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
@@ -36,7 +37,7 @@ def judge_statements(
     for index, event in enumerate(events):
         runs.setdefault(key_of(event.statement), []).append(index)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
-    at_goal = np.where(after.goal_steady, after.goal_distance, 0.0)
+    at_goal = np.where(after.goal_steady & ~_for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
@@ -109,6 +110,13 @@ def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
     return worst
 
 
+def _for_the_next(plan: Plan) -> Flags:
+    """(m,) moves whose targets are corrected for the state in which the next move starts."""
+    result = np.zeros(len(plan.motion.moves), dtype=bool)
+    result[[t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.target not in plan.left]] = True
+    return result
+
+
 def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     """(n,) samples at which the correction passes over from one state to another."""
     samples = plan.motion.samples
@@ -134,8 +142,7 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
     findings = []
     for t in largest.values():
         move = plan.motion.moves[t.move]
-        where = "before its target" if t.at_goal else "from its start"
-        text = f"the correction changes by {MM * t.size_m:.3f} mm {where}, within {t.duration:.2f} s"
+        text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:
             action = "start and end the seam with a stop, or let the force act on the whole program"
             text += ", while the arc burns"

@@ -21,7 +21,8 @@ from postproc.compensate.insertions import insertion_of, why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
-from postproc.compensate.samples import Samples, sample_moves
+from postproc.compensate.reversals import find_reversals, sample_for
+from postproc.compensate.samples import Samples
 from postproc.compensate.sharing import Users
 from postproc.compensate.states import SWIFT, along, build_state, steady
 from postproc.compensate.targets import Pieces, divide_moves
@@ -85,7 +86,7 @@ def read_samples(
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
     dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
     try:
-        return sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways), findings
+        return sample_for(model, moves, dense, joint_ways), findings
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
 
@@ -136,6 +137,7 @@ def plan_changes(
     while True:
         written = place_targets(model, samples, exact, left)
         curve, transitions = commanded_curve(model, samples, written, t)
+        transitions += find_reversals(model, samples, curve, t, options.tolerance_m)
         divisible = [i not in indivisible and i not in left for i in range(len(moves))]
         pieces = divide_moves(samples, curve, options.tolerance_m, divisible, settled)
         values = _Values(model.robot, motion, events, written, curve)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensate.correction import commanded_curve
+from postproc.compensate.correction import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.convert import Conversion
 from tests.compensate.build import arm, codes, convert, events, independent, module, target, written
 
@@ -46,7 +46,7 @@ def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) ->
     assert welding.any()
     assert np.abs(curve[welding] - plan.exact.T_work_tcp[welding]).max() < 1e-9
     assert not any(samples.moves[t.move].welding for t in transitions)
-    assert {(t.move, t.at_goal) for t in transitions} == {(2, True), (5, False)}
+    assert {(t.move, t.where) for t in transitions} == {(2, BEFORE_TARGET), (5, FROM_START)}
 
 
 def test_the_transition_lies_beside_the_seam_and_is_reported(switched: Conversion) -> None:
@@ -77,7 +77,7 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
         rows = np.arange(samples.start[transition.move], samples.goal[transition.move] + 1)
         added = (curve - plan.exact.T_work_tcp)[rows, :3, 3]
         size = np.linalg.norm(added, axis=1)
-        end = (0, -1) if not transition.at_goal else (-1, 0)
+        end = (-1, 0) if transition.where == BEFORE_TARGET else (0, -1)
         assert size[end[0]] == pytest.approx(transition.size_m, rel=1e-9)
         assert size[end[1]] < 1e-12
         assert (np.diff(size) <= 1e-12).all() or (np.diff(size) >= -1e-12).all()
@@ -157,7 +157,7 @@ def test_two_seams_that_follow_each_other() -> None:
     )
     found = convert(text, force_on="arc")
     assert found.plan is not None
-    assert [(t.move, t.at_goal) for t in found.plan.transitions if t.move == 3] == [(3, False), (3, True)]
+    assert [t.where for t in found.plan.transitions if t.move == 3] == [FROM_START, BEFORE_TARGET]
     report = independent(text, found)
     assert [s.after <= 0.01 for s in report.segments if s.welding] == [True, True]
 
