@@ -92,13 +92,11 @@ def _over_time(found: Conversion, deviation: Deviation) -> tuple[Array, Array]:
 
 def _where(found: Conversion) -> Section:
     assert found.plan is not None
-    samples, T_goal = (
-        found.plan.motion.samples,
-        found.plan.exact.T_base_flange @ found.plan.motion.samples.curves.T_flange_tcp,
-    )
-    way = samples.T_base_tcp[:, :3, 3]
+    samples = found.plan.motion.samples
+    T_work_goal = samples.curves.mounts.work(found.plan.exact.T_base_flange)
+    way = samples.T_work_tcp[:, :3, 3]
     position = way[samples.goal]
-    shift = T_goal[:, :3, 3] - position
+    shift = T_work_goal[:, :3, 3] - position
     rows = chosen(shift)
     times = enlargement(position, shift)
     note = f"The way of the torch, and by how much each target moved, drawn {times:g} times as long."
