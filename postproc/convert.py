@@ -24,7 +24,7 @@ from postproc.compensate.plan import Plan, plan_changes, read_motion, read_sampl
 from postproc.compensate.proof import Deviation, measure_deviation
 from postproc.compensate.readback import owners_of, places_of
 from postproc.compensate.sharing import target_users
-from postproc.compensate.states import build_state, steady
+from postproc.compensate.states import build_state
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, Source, has_errors
 from postproc.model.arm import Model
@@ -160,7 +160,7 @@ def _prove(
     motion = plan.motion
     own = np.arange(len(motion.moves))
     place = motion.samples.move + motion.samples.u
-    still = steady(motion.trajectory, options, place)
+    still = motion.timeline.steady(options, place)
     before = measure_deviation(model, motion.samples, motion.samples, own, motion.state, still)
     written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
     ran_events = walk(written, options.entry)
@@ -176,8 +176,8 @@ def _prove(
         return before, None, [*findings, failed]
     owner = np.array(of)
     place = places_of(motion.samples, ran, owner, plan.pieces)
-    state = build_state(model, ran, motion.trajectory, options, place)
-    still = steady(motion.trajectory, options, place)
+    state = build_state(model, ran, motion.timeline, options, place)
+    still = motion.timeline.steady(options, place)
     return before, measure_deviation(model, motion.samples, ran, owner, state, still), []
 
 
@@ -229,7 +229,7 @@ def _conclude(
     findings += more
     motion = plan.motion
     limits, more = check_corrected(
-        model.robot, motion.trajectory, motion.samples, plan.exact.q, plan.curve, plan.transitions, sources[0]
+        model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, sources[0]
     )
     findings += more
     changed = [s for s in sources if edits[s.path]]

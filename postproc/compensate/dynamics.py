@@ -7,9 +7,9 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.correction import Transition
 from postproc.compensate.samples import Samples
+from postproc.compensate.timeline import Timeline
 from postproc.diagnostics import Diagnostic, Source
-from postproc.motion.limits import LimitReport, check_limits
-from postproc.motion.values import Trajectory
+from postproc.motion.limits import LimitReport, check_limits, join_reports
 from postproc.robot.arm import Robot
 from postproc.robot.pose import pose_error
 
@@ -18,7 +18,7 @@ _LONGER = 1.002  # factor on the cycle time worth a word
 
 def check_corrected(
     robot: Robot,
-    trajectory: Trajectory,
+    timeline: Timeline,
     samples: Samples,
     q_exact: Array,
     curve: Array,
@@ -39,10 +39,12 @@ def check_corrected(
         wanted = samples.T_work_tcp[rows]
         joints_by_shift = samples.mounts[rows].joints_by_shift(robot, samples.q[rows], wanted)
         shift[rows] = (joints_by_shift @ pose_error(wanted, curve[rows])[:, :, None])[:, :, 0]
-    path = trajectory.path
     place, first = np.unique(samples.move + samples.u, return_index=True)
-    at_path = np.stack([np.interp(path.move + path.u, place, column[first]) for column in shift.T], axis=1)
-    report = check_limits(robot, trajectory, path.q + at_path)
+    reports = []
+    for part, profile in timeline.legs:
+        shifts = [np.interp(timeline.place[part], place, column[first]) for column in shift.T]
+        reports.append(check_limits(robot, profile, timeline.q[part] + np.stack(shifts, axis=1)))
+    report = join_reports(reports)
     if report.slower <= _LONGER * report.cycle_time:
         return report, []
     kinds = {"speed": report.speed, "acceleration": report.acceleration, "jerk": report.jerk}

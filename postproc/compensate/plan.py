@@ -19,21 +19,19 @@ from postproc.compensate.correction import (
 from postproc.compensate.decisions import Decisions, Wish, decide_changes, same_value
 from postproc.compensate.insertions import insertion_of, why_indivisible
 from postproc.compensate.options import Options
-from postproc.compensate.periods import first_periods
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.reversals import find_reversals, sample_for
 from postproc.compensate.samples import Samples
 from postproc.compensate.sharing import Users
-from postproc.compensate.states import SWIFT, along, build_state, steady
+from postproc.compensate.states import build_state
 from postproc.compensate.targets import Pieces, divide_moves
+from postproc.compensate.timeline import SWIFT, Timeline, plan_timeline
 from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
-from postproc.motion.trajectory import retime
-from postproc.motion.values import Move, Trajectory
+from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
 from postproc.rapid.units import target_poses
@@ -51,7 +49,7 @@ class Motion:
     """What a program makes the arm do: moves, their timing, and samples of the programmed curves."""
 
     moves: tuple[Move, ...]
-    trajectory: Trajectory
+    timeline: Timeline
     samples: Samples
     state: State
 
@@ -99,15 +97,14 @@ def read_motion(
     if samples is None:
         return None, findings
     try:
-        path, more = sample_path(model.robot, samples.moves, events)
-        findings += more
-        if has_errors(findings):
-            return None, findings
-        trajectory = retime(model.robot, path, events, first_periods(model, path))
+        timeline, more = plan_timeline(model, samples, events)
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
-    state = build_state(model, samples, trajectory, options)
-    return Motion(samples.moves, trajectory, samples, state), findings
+    findings += more
+    if timeline is None:
+        return None, findings
+    state = build_state(model, samples, timeline, options)
+    return Motion(samples.moves, timeline, samples, state), findings
 
 
 def plan_changes(
@@ -126,8 +123,8 @@ def plan_changes(
     """
     samples, moves = motion.samples, motion.moves
     place = samples.move + samples.u
-    t = along(motion.trajectory, motion.trajectory.t, place)
-    settled = steady(motion.trajectory, options, place)
+    t = motion.timeline.at(motion.timeline.t, place)
+    settled = motion.timeline.steady(options, place)
     exact = invert_model(model, samples, motion.state)
     lengths = samples.curves.length.tolist()
     asked = ((i, why_indivisible(events[m.event], lengths[i])) for i, m in enumerate(moves))

@@ -7,23 +7,21 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
+from postproc.compensate.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.motion.values import Flags, Trajectory
+from postproc.motion.values import Flags
 
-STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
-SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
-STANDSTILL = 1e-9  # [m/s]
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
 def build_state(
-    model: Model, samples: Samples, trajectory: Trajectory, options: Options, place: Array | None = None
+    model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
 ) -> State:
     """The state at every sample.
 
     Args:
-        trajectory: timing of the programmed path.
+        timeline: of the programmed path.
         place: (n,) where the samples stand on the programmed path, as move + fraction; None: they are its own samples.
     """
     moves, rows = samples.moves, samples.move
@@ -31,14 +29,13 @@ def build_state(
     loaded = burning(samples) if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
     wrench[loaded] = np.array([*options.force, *options.moment])
     where = rows + samples.u if place is None else place
-    v, a, t = (along(trajectory, x, where) for x in (trajectory.v, trajectory.a_sustained, trajectory.t))
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
     keeps_speed = options.inertia or any("v" in effect.reads for effect in model.effects)
     return State(
         q=samples.q,
-        v=v if keeps_speed else None,
-        a=a if options.inertia else None,
-        time=t,
+        v=timeline.at(timeline.v, where) if keeps_speed else None,
+        a=timeline.at(timeline.a, where) if options.inertia else None,
+        time=timeline.at(timeline.t, where),
         approach=approach_side(samples),
         payload_mass=np.array([m.payload_mass for m in moves])[rows],
         payload_center=np.array([m.payload_center for m in moves])[rows],
@@ -47,42 +44,10 @@ def build_state(
     )
 
 
-def _restless(trajectory: Trajectory) -> Flags:
-    """(k,) whether the TCP's speed changes; at a stop nothing loads the arm but its weight."""
-    speed = trajectory.tcp_speed
-    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
-    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * speed) & (speed > STANDSTILL)
-    return changing
-
-
-def _fast_corner(trajectory: Trajectory) -> Flags:
-    return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)
-
-
 def burning(samples: Samples) -> Flags:
     """(n,) whether the arc burns at a sample."""
     burns: Flags = np.array([m.welding for m in samples.moves])[samples.move]
     return burns
-
-
-def along(trajectory: Trajectory, values: Array, place: Array) -> Array:
-    """Values (k,) or (k, j) of the trajectory's samples, read at places (n,) given as move + fraction."""
-    path = trajectory.path
-    known = path.move + path.u
-    if values.ndim == 1:
-        return np.interp(place, known, values)
-    return np.stack([np.interp(place, known, column) for column in values.T], axis=1)
-
-
-def steady(trajectory: Trajectory, options: Options, place: Array) -> Flags:
-    """(n,) whether the TCP keeps its speed (or stands) at places given as move + fraction; all of them without inertia.
-
-    Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
-    """
-    if not options.inertia:
-        return np.ones(len(place), dtype=bool)
-    moving = _restless(trajectory) | _fast_corner(trajectory)
-    return along(trajectory, moving.astype(float), place) <= 0.0
 
 
 def approach_side(samples: Samples) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.spline import fit_spline
 from postproc.motion.timing import JointMotion, Profile, joint_motion
-from postproc.motion.values import Index, Trajectory
 from postproc.robot.arm import Robot
 
 _BLOCK = 100_000  # instants looked at together: keeps the memory of long programs flat
@@ -21,7 +21,6 @@ class LimitReport:
 
     Args:
         speed, acceleration, jerk: (6,) largest ratios to the limits, 1 = at the limit.
-        at: (3,) sample nearest to the largest ratio of each kind.
         stretch: largest factor by which a run between two stops has to take longer so that all limits hold, or 1.
         cycle_time: [s] as planned; slower: [s] with every run stretched as far as its own worst place asks for.
     """
@@ -29,22 +28,20 @@ class LimitReport:
     speed: Array
     acceleration: Array
     jerk: Array
-    at: Index
     stretch: float
     cycle_time: float
     slower: float
 
 
-def check_limits(robot: Robot, trajectory: Trajectory, q_corrected: Array) -> LimitReport:
+def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitReport:
     """Compare the corrected motion, on the time law of the programmed one, with speed, acceleration and jerk limits.
 
     Args:
+        profile: of the programmed motion.
         q_corrected: (n, 6) commanded joint angles at the samples of the path [rad].
     """
-    profile: Profile = trajectory.profile
-    t = trajectory.t
-    worst, at = np.zeros((3, 6)), np.zeros(3, dtype=np.int64)
-    cycle_time = float(t[-1]) if len(t) else 0.0
+    worst = np.zeros((3, 6))
+    cycle_time = float(profile.start[-1])
     needed = np.ones(max(1, profile.runs.count))
     if profile.runs.count:
         curve = fit_spline(profile.runs.s, q_corrected[profile.runs.sample], profile.runs.run)
@@ -54,16 +51,24 @@ def check_limits(robot: Robot, trajectory: Trajectory, q_corrected: Array) -> Li
         for k in range(0, len(moments), _BLOCK):
             part = moments[k : k + _BLOCK]
             run, inner = profile.at(part)
-            ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve=curve))
+            ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve))
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
                 np.maximum.at(needed, run, ratio.max(axis=1) ** power)
             for kind, ratio in enumerate(ratios):
-                if ratio.max() > worst[kind].max():
-                    moment = part[int(np.argmax(ratio.max(axis=1)))]
-                    at[kind] = min(int(np.searchsorted(t, moment)), len(t) - 1)
                 worst[kind] = np.maximum(worst[kind], ratio.max(axis=0))
     extra = float(np.sum(profile.law.duration * (needed - 1.0))) if profile.runs.count else 0.0
-    return LimitReport(worst[0], worst[1], worst[2], at, float(needed.max()), cycle_time, cycle_time + extra)
+    return LimitReport(worst[0], worst[1], worst[2], float(needed.max()), cycle_time, cycle_time + extra)
+
+
+def join_reports(reports: Sequence[LimitReport]) -> LimitReport:
+    """The report on parts of a program that follow each other."""
+    speed, acceleration, jerk = (
+        np.max([getattr(r, kind) for r in reports], axis=0) for kind in ("speed", "acceleration", "jerk")
+    )
+    stretch = max(r.stretch for r in reports)
+    return LimitReport(
+        speed, acceleration, jerk, stretch, sum(r.cycle_time for r in reports), sum(r.slower for r in reports)
+    )
 
 
 def _ratios(robot: Robot, m: JointMotion) -> tuple[Array, Array, Array]:

@@ -19,24 +19,19 @@ GAP = 1e-3  # [m] of the parameter between two runs
 
 
 @dataclass(frozen=True, slots=True)
-class Runs:
-    """A path cut at its stops.
+class Knots:
+    """Where a path is cut at its stops.
 
     Args:
         sample: (k,) sample behind each knot; a stop between two runs stands for two knots.
         run: (k,) index of the run of each knot; count: number of runs.
         s: (k,) path parameter [m], increasing, ``GAP`` between runs.
-        travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
-        curve: q(s) [rad].
     """
 
     sample: Index
     run: Index
     count: int
     s: Array
-    travel: Array
-    turn: Array
-    curve: PPoly
 
     @property
     def inside(self) -> Flags:
@@ -50,6 +45,20 @@ class Runs:
         change = ~self.inside
         result: Flags = np.append(True, change) | np.append(change, True)
         return result
+
+
+@dataclass(frozen=True, slots=True)
+class Runs(Knots):
+    """A path in runs from rest to rest.
+
+    Args:
+        travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
+        curve: q(s) [rad].
+    """
+
+    travel: Array
+    turn: Array
+    curve: PPoly
 
 
 def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:

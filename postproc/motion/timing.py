@@ -15,7 +15,7 @@ from postproc.motion.fastest import fastest
 from postproc.motion.findings import at_move
 from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
 from postproc.motion.inertia import inertial_torque
-from postproc.motion.spline import Runs, derivatives
+from postproc.motion.spline import Knots, Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law, times_at
 from postproc.motion.values import Flags, Index, Path
 from postproc.rapid.events import MotionEvent
@@ -31,9 +31,9 @@ _MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """The runs of a path and their time law; start: (r + 1,) time at which each run begins [s]."""
+    """The knots of a path and the time law along it; start: (r + 1,) time at which each run begins [s]."""
 
-    runs: Runs
+    runs: Knots
     law: TimeLaw
     start: Array
 
@@ -41,6 +41,10 @@ class Profile:
         """Run and time in the run of times (k,) from the start of the program [s]."""
         run = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, max(self.runs.count - 1, 0))
         return run, t - self.start[run]
+
+    def bare(self) -> Profile:
+        """The same without the curve, should it be there: what is kept of long programs."""
+        return Profile(Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s), self.law, self.start)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +66,15 @@ class JointMotion:
     jerk_slope: Array
 
 
-def joint_motion(runs: Runs, law: TimeLaw, run: Index, t: Array, curve: PPoly | None = None) -> JointMotion:
+def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
     """Motion at times ``t`` (k,) from the start of each run [s].
 
-    The joints follow ``runs.curve``, or another curve over the same parameter:
+    The joints follow the curve over the path parameter:
     qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
     """
     s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
     place = _place(runs, run, s[:, 0])
-    q1, q2, q3 = derivatives(runs.curve if curve is None else curve, place)
+    q1, q2, q3 = derivatives(curve, place)
     bend = q3 * sd**3 + 3 * q2 * sd * sdd
     slope = q1 * sdd
     return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
@@ -86,7 +90,7 @@ def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
     return result
 
 
-def _place(runs: Runs, run: Index, s: Array) -> Array:
+def _place(runs: Knots, run: Index, s: Array) -> Array:
     """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
     low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
@@ -163,7 +167,7 @@ def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Arr
         law = time_law(grid.run, grid.s, speed, window)
         ratio = np.ones(runs.count)
         for shift in (0.0, 1.0):
-            m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9)
+            m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9, runs.curve)
             led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
             jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / robot.jerk
             np.maximum.at(ratio, run, jerk.max(axis=1))
@@ -190,7 +194,7 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index
     between = 0.5 * (passes + np.append(passes[1:], passes[-1:]))
     between = np.where(np.append(np.diff(rows) == 1, False) & (between > passes), between, passes)
     for t in (begins, begins + law.window[run], passes - _BESIDE, passes + _BESIDE, between):
-        m = joint_motion(runs, law, run, t)
+        m = joint_motion(runs, law, run, t, runs.curve)
         i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
         over = np.maximum.reduce([
             (np.abs(m.v) / robot.speed).max(axis=1),

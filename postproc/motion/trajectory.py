@@ -1,4 +1,4 @@
-"""A path with time: speeds, accelerations and inertial torques at every sample, on the jerk-limited profile."""
+"""A path with time: speeds and accelerations at every sample, on the jerk-limited profile."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.motion.inertia import inertial_torque, point_velocity
+from postproc.motion.inertia import point_velocity
 from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained
 from postproc.motion.timelaw import times_at
@@ -43,7 +43,6 @@ def retime(
         PostprocError: MOT010, no speed along the path keeps the limits of a joint.
     """
     n = len(path.q)
-    mass, center = _held(path)
     runs = cut_runs(path)
     law = limited_law(robot, path, runs, events, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
@@ -54,7 +53,7 @@ def retime(
         base = runs.s[np.flatnonzero(np.diff(runs.run, prepend=-1))]
         inner = times_at(law, runs.run, runs.s - base[runs.run])
         t[runs.sample] = start[runs.run] + inner
-        motion = joint_motion(runs, law, runs.run, inner)
+        motion = joint_motion(runs, law, runs.run, inner, runs.curve)
         v[runs.sample], a[runs.sample], slope[runs.sample] = motion.v, motion.a, motion.a_slope
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
@@ -69,7 +68,6 @@ def retime(
         )
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
         a_sustained = _bridged(a - slope + kept, path.blend)
-    torque = inertial_torque(robot, path.q, v, a_sustained, mass, center)
     tcp_speed = np.empty(n)
     for first in range(0, n, _BLOCK):
         part = slice(first, first + _BLOCK)
@@ -77,7 +75,7 @@ def retime(
         point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
         velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
         tcp_speed[part] = np.linalg.norm(velocity, axis=1)
-    return Trajectory(path, t, v, a, a_sustained, torque, tcp_speed, profile)
+    return Trajectory(path, t, v, a, a_sustained, tcp_speed, profile)
 
 
 def _bridged(a: Array, blend: Flags) -> Array:
@@ -89,12 +87,3 @@ def _bridged(a: Array, blend: Flags) -> Array:
         return a
     rows = np.arange(len(a))
     return np.stack([np.interp(rows, rows[~blend], column[~blend]) for column in a.T], axis=1)
-
-
-def _held(path: Path) -> tuple[Array, Array]:
-    """Payload mass (n,) and centre (n, 3) at every sample."""
-    if not path.moves:
-        return np.zeros(0), np.zeros((0, 3))
-    index = path.move
-    mass = np.array([m.payload_mass for m in path.moves])[index]
-    return mass, np.array([m.payload_center for m in path.moves])[index]

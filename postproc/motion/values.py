@@ -99,7 +99,6 @@ class Trajectory:
         path: samples the arrays below belong to.
         t: (n,) time [s]; v, a: (n, 6) joint speeds and accelerations [rad/s, rad/s^2] as they happen;
         a_sustained: (n, 6) accelerations that last longer than the first natural period: what compensation uses.
-        torque: (n, 6) inertial joint torque M qdd + C qd [N m] at a_sustained (pinocchio, rigid arm with payload).
         tcp_speed: (n,) on the work [m/s].
         profile: the path as a function of its parameter and the time law along it (``timing.Profile``).
     """
@@ -109,6 +108,5 @@ class Trajectory:
     v: Array
     a: Array
     a_sustained: Array
-    torque: Array
     tcp_speed: Array
     profile: Any = None

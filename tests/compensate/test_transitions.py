@@ -32,8 +32,8 @@ def times(conversion: Conversion) -> np.ndarray:
     """Time at every sample of the programmed curves [s]."""
     plan = conversion.plan
     assert plan is not None
-    trajectory, s = plan.motion.trajectory, plan.motion.samples
-    return np.interp(s.move + s.u, trajectory.path.move + trajectory.path.u, trajectory.t)
+    timeline, s = plan.motion.timeline, plan.motion.samples
+    return np.interp(s.move + s.u, timeline.place, timeline.t)
 
 
 def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) -> None:

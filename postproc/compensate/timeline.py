@@ -1,0 +1,104 @@
+"""When the arm is where, how fast, and under which acceleration that lasts: the timing of a whole program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.options import Options
+from postproc.compensate.periods import first_periods
+from postproc.compensate.samples import Samples
+from postproc.diagnostics import Diagnostic, has_errors
+from postproc.model.arm import Model
+from postproc.motion.findings import once
+from postproc.motion.legs import cut_legs
+from postproc.motion.path import sample_path
+from postproc.motion.timing import Profile
+from postproc.motion.trajectory import retime
+from postproc.motion.values import Flags, Trajectory
+from postproc.rapid.events import MotionEvent
+
+STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
+SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
+STANDSTILL = 1e-9  # [m/s]
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """k samples of the programmed path, corners cut as the controller cuts them.
+
+    Args:
+        place: (k,) ascending, as move + fraction; t: (k,) [s].
+        q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
+            natural period; restless: (k,) whether the load of inertia changes.
+        legs: rows of every leg, and its profile.
+    """
+
+    place: Array
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    restless: Flags
+    legs: tuple[tuple[slice, Profile], ...]
+
+    def at(self, values: Array, place: Array) -> Array:
+        """Values (k,) or (k, j) of the samples, read at places (n,) given as move + fraction."""
+        if values.ndim == 1:
+            return np.interp(place, self.place, values)
+        return np.stack([np.interp(place, self.place, column) for column in values.T], axis=1)
+
+    def steady(self, options: Options, place: Array) -> Flags:
+        """(n,) whether the TCP keeps its speed (or stands) at places; all of them without inertia.
+
+        Elsewhere the load of inertia changes within a few millimetres, which targets cannot follow.
+        """
+        if not options.inertia:
+            return np.ones(len(place), dtype=bool)
+        return self.at(self.restless.astype(float), place) <= 0.0
+
+
+def plan_timeline(
+    model: Model, samples: Samples, events: Sequence[MotionEvent]
+) -> tuple[Timeline | None, list[Diagnostic]]:
+    """Time the moves of a program leg by leg; None where an error makes that impossible.
+
+    Raises:
+        PostprocError: MOT010, no speed along the path keeps the limits of a joint.
+    """
+    findings: list[Diagnostic] = []
+    parts: list[tuple[Array, ...]] = []
+    restless: list[Flags] = []
+    legs: list[tuple[slice, Profile]] = []
+    done, rows, begin = 0, 0, 0.0
+    for first, moves in cut_legs(samples.moves, samples.goal - samples.start + 1):
+        path, more = sample_path(model.robot, moves, events)
+        findings += more
+        if has_errors(findings):
+            continue  # with what is wrong elsewhere
+        leg = retime(model.robot, path, events, first_periods(model, path))
+        known = int(first < done)  # the stop that the leg goes on from
+        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, leg.a_sustained)
+        parts.append(tuple(column[known:] for column in columns))
+        restless.append((_changes_speed(leg) | _fast_corner(leg))[known:])
+        legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
+        done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
+    if has_errors(findings):
+        return None, once(findings)
+    place, t, q, v, a = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Timeline(place, t, q, v, a, np.concatenate(restless), tuple(legs)), once(findings)
+
+
+def _changes_speed(trajectory: Trajectory) -> Flags:
+    """(k,) whether the TCP's speed changes; at a stop nothing loads the arm but its weight."""
+    speed = trajectory.tcp_speed
+    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
+    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * speed) & (speed > STANDSTILL)
+    return changing
+
+
+def _fast_corner(trajectory: Trajectory) -> Flags:
+    return trajectory.path.blend & (trajectory.tcp_speed > SWIFT)
