@@ -1,14 +1,27 @@
-"""Regression tests of outputs: two programs are the same if the arm does the same with them."""
+"""Regression tests of outputs: two programs are the same if the arm does the same with them.
+
+pytest loads this module as a plug-in at every start: what it needs is imported when a test asks for it.
+"""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
-from postproc.diagnostics import PostprocError, Source, has_errors
-from postproc.rapid.diff import compare_programs
-from postproc.rapid.program import Program, read_program
+import pytest
+
+if TYPE_CHECKING:
+    from postproc.rapid.program import Program
 
 MODULES = (".mod", ".prg", ".sys", ".modx", ".sysx")
+UPDATE = "--approve-programs"
+
+
+class ApprovedProgram(Protocol):
+    """What the fixture ``approved_program`` gives a test."""
+
+    def __call__(self, produced: str | Path, approved: str | Path, tolerance_mm: float = 0.001) -> None: ...
 
 
 def programs(folder: str | Path) -> list[str]:
@@ -24,6 +37,8 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
         AssertionError: with every statement that differs, or because one of the files is not there.
         PostprocError: a file that is not a program.
     """
+    from postproc.rapid.diff import compare_programs
+
     for path in (approved, produced):
         if not Path(path).is_file():
             raise AssertionError(f"{path} is not there")
@@ -32,7 +47,44 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
         raise AssertionError(f"{produced} is not as approved in {approved}\n{found.render()}")
 
 
+@pytest.fixture
+def approved_program(pytestconfig: pytest.Config) -> ApprovedProgram:
+    """Fail where a produced program does not do what the approved one does.
+
+    With ``--approve-programs`` the produced program takes the place of an approved one that differs or is not there.
+    """
+
+    def check(produced: str | Path, approved: str | Path, tolerance_mm: float = 0.001) -> None:
+        failure = _difference(produced, approved, tolerance_mm)
+        if failure and pytestconfig.getoption(UPDATE) and Path(produced).is_file():
+            _read(produced)  # what is no program is not approved
+            Path(approved).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(produced, approved)
+        elif failure:
+            pytest.fail(f"{failure}\nif this is as it should be: pytest {UPDATE}", pytrace=False)
+
+    return check
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("postproc", "robot programs")
+    group.addoption(UPDATE, action="store_true", help="produced programs take the place of approved ones that differ")
+
+
+def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float) -> str:
+    from postproc.diagnostics import PostprocError
+
+    try:
+        assert_same_program(approved, produced, tolerance_mm)
+    except (AssertionError, PostprocError) as error:
+        return str(error)
+    return ""
+
+
 def _read(path: str | Path) -> Program:
+    from postproc.diagnostics import PostprocError, Source, has_errors
+    from postproc.rapid.program import read_program
+
     program = read_program(Source(str(path), Path(path).read_bytes()))
     if has_errors(program.diagnostics):
         raise PostprocError(program.diagnostics)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
 from typing import Literal
 
 from postproc.rapid.align import aligned
@@ -35,10 +36,10 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
 
         for x, y in aligned(ours, theirs, near):
             if x is None or y is None:
-                differences.append(_lonely(place, x, y))
+                differences.append(_lonely(x, y))
                 continue
             compared += 1
-            found = _compare(place, x, y, events_a.get(_key(x), []), events_b.get(_key(y), []))
+            found = _compare(x, y, events_a.get(_key(x), []), events_b.get(_key(y), []))
             most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
             far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
             if far or found.conf or found.arguments:
@@ -65,7 +66,7 @@ def _by_statement(events: Sequence[MotionEvent]) -> dict[Key, list[MotionEvent]]
 def _motions(program: Program) -> dict[str, list[MotionStatement]]:
     found: dict[str, list[MotionStatement]] = {}
     for statement in program.statements:
-        found.setdefault(f"{statement.module}.{statement.routine}".lower(), []).append(statement)
+        found.setdefault(_place(statement).lower(), []).append(statement)
     return found
 
 
@@ -80,15 +81,19 @@ def _near(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> bool:
     return x is None and y is None
 
 
-def _lonely(place: str, x: MotionStatement | None, y: MotionStatement | None) -> Difference:
-    name = x.instruction if x else y.instruction if y else ""
+def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
+    there = x or y
+    assert there is not None
     kind: Literal["added", "removed"] = "removed" if x else "added"
-    return Difference(kind, "motion", place, name, x.line if x else None, y.line if y else None)
+    lines = x.line if x else None, y.line if y else None
+    return Difference(kind, "motion", _place(there), there.instruction, *lines)
 
 
-def _compare(
-    place: str, x: MotionStatement, y: MotionStatement, a: Sequence[MotionEvent], b: Sequence[MotionEvent]
-) -> Difference:
+def _place(statement: MotionStatement) -> str:
+    return f"{statement.module}.{statement.routine}"
+
+
+def _compare(x: MotionStatement, y: MotionStatement, a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> Difference:
     distance: float | None = None
     angle: float | None = None
     conf = None
@@ -115,7 +120,7 @@ def _compare(
         texts.update(_values(one, two))
     texts.update(_arguments(x, y, bool(a) and bool(b)))
     rows = tuple((role, *pair) for role, pair in texts.items())
-    return Difference("changed", "motion", place, y.instruction, x.line, y.line, distance, angle, conf, rows)
+    return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows)
 
 
 def angle_between(p: Quat, q: Quat) -> float:
@@ -142,7 +147,16 @@ def _values(a: MotionEvent, b: MotionEvent) -> dict[str, tuple[str, str]]:
 
 
 def _shown(value: object) -> str:
-    return "not known" if value is None else str(value)
+    """A value as RAPID writes it, ``[100,500,5000,1000]``."""
+    if value is None:
+        return "not known"
+    if isinstance(value, bool):
+        return str(value).upper()
+    if is_dataclass(value) and not isinstance(value, type):
+        value = tuple(getattr(value, field.name) for field in fields(value))
+    if isinstance(value, tuple):
+        return f"[{','.join(map(_shown, value))}]"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 BY_VALUE = ("to", "via", "speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload")

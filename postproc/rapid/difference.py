@@ -72,9 +72,10 @@ class ProgramDiff:
 
     def render(self) -> str:
         """Text for a terminal."""
+        count = len(self.differences)
         summary = (
             f"{self.compared} motion statements compared, largest distance {self.max_distance_mm:.3f} mm, largest angle"
-            f" {self.max_angle_deg:.4f} deg, {len(self.differences)} differences beyond {self.tolerance_mm:g} mm"
+            f" {self.max_angle_deg:.4f} deg, {count} difference{'s' * (count != 1)} beyond {self.tolerance_mm:g} mm"
         )
         return "\n".join([*(d.render() for d in self.differences), summary])
 

@@ -114,9 +114,8 @@ def test_joint_targets() -> None:
 def test_text_and_json() -> None:
     found = compare(BODY.replace("q,v100,fine", "q,v150,fine"), DATA.replace("[200,", "[200.25,"))
     assert found.render().splitlines() == [
-        "changed m.main:4/4 MoveL  0.250 mm  0.0000 deg  speed: SpeedData(v_tcp=100.0, v_ori=500.0, v_leax=5000.0,"
-        " v_reax=1000.0) -> SpeedData(v_tcp=150.0, v_ori=500.0, v_leax=5000.0, v_reax=1000.0)",
-        "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 differences beyond 0.001 mm",
+        "changed M.main:4/4 MoveL  0.250 mm  0.0000 deg  speed: [100,500,5000,1000] -> [150,500,5000,1000]",
+        "3 motion statements compared, largest distance 0.250 mm, largest angle 0.0000 deg, 1 difference beyond 0.001 mm",
     ]
     data = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert data["schema"] == "postproc/diff/1"
