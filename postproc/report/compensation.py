@@ -7,7 +7,6 @@ from typing import Any
 
 from postproc.arrays import Array
 from postproc.compensate.proof import Deviation
-from postproc.compensate.states import along
 from postproc.convert import Conversion
 from postproc.report.charts import course
 from postproc.report.document import plain
@@ -84,8 +83,8 @@ def _course(found: Conversion) -> Section:
 
 def _over_time(found: Conversion, deviation: Deviation) -> tuple[Array, Array]:
     assert found.plan is not None
-    trajectory = found.plan.motion.trajectory
-    t = along(trajectory, trajectory.t, deviation.owner + deviation.u)
+    timeline = found.plan.motion.timeline
+    t = timeline.at(timeline.t, deviation.owner + deviation.u)
     rows = deviation.space
     return t[rows], 1e3 * deviation.distance[rows]
 
