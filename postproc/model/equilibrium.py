@@ -53,8 +53,11 @@ class Equilibrium:
     bodies: tuple[int, ...] = ()
 
 
-def equilibrium(model: Model, state: State) -> Equilibrium:
+def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equilibrium:
     """Solve xi = C load(q, xi) by fixed-point sweeps, which contract by about 1e-3 each.
+
+    Args:
+        also: bodies whose loads are wanted beside those that the effects move or read.
 
     Raises:
         PostprocError: MOD010, the arm is so soft that its loads do not settle.
@@ -66,7 +69,7 @@ def equilibrium(model: Model, state: State) -> Equilibrium:
         )
         return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), 0, ())
     loaded = carries_load(model)
-    bodies = active_bodies(model, state) if loaded else ()
+    bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     last = np.inf
     for sweep in range(1, SWEEPS + 1):
@@ -134,7 +137,13 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     body_load = np.zeros((8, 7, 6))
     body_load[ALL_BODIES, ALL_BODIES] = np.nan
     chain = deflected_chain(model.robot, probe.q, {}, False)
-    probe = probe.with_(T_base_body=chain.T_base_body, joint_load=np.zeros((8, 6)), body_load=body_load)
+    probe = probe.with_(
+        robot=model.robot,
+        gravity=model.gravity,
+        T_base_body=chain.T_base_body,
+        joint_load=np.zeros((8, 6)),
+        body_load=body_load,
+    )
     found: set[int] = set()
     for effect in model.effects:
         share = displacement_of(effect, probe)

@@ -13,8 +13,7 @@ from postproc.arrays import Array
 from postproc.effects.base import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.derivatives import effect_derivatives
-from postproc.model.equilibrium import equilibrium
+from postproc.model.derivatives import effect_derivatives, movable
 from postproc.model.states import take
 from postproc.model.tangent import tangent
 
@@ -76,14 +75,14 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> Array:
     """(n, 3, p) of the position by the fitted parameters."""
-    rest = equilibrium(model, state)
+    rest = movable(model, state)
     at = tangent(model, rest)
     columns = np.zeros((len(state), 3, len(known.parameters)))
     for effect in model.effects:
         wanted = [k for k, (key, _) in enumerate(known.parameters) if key == effect.key]
         if wanted and (instrument or displacement_of(effect, rest.state).instrument is None):
             index = [known.parameters[k][1] for k in wanted]
-            columns[:, :, wanted] = effect_derivatives(model, effect, rest, at)[:, :3, index]
+            columns[:, :, wanted] = effect_derivatives(model, effect, rest, at, index)[:, :3]
     return columns
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_offset import JointOffset
+from postproc.effects.registry import effect_library
 from postproc.model.derivatives import parameters, pose_derivatives, with_parameters
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, read_model, write_model
@@ -93,3 +94,22 @@ def test_a_model_without_a_fit_says_so() -> None:
     model = default_model()
     assert np.isnan(predict_sigma(model, model.state(np.zeros((2, 6))))).all()
     assert beyond_range(model, model.state(np.zeros((2, 6)))) == ()
+
+
+@pytest.mark.parametrize("key", ["link_geometry", "bearing_tilt", "base_compliance", "link_compliance"])
+def test_a_parameter_that_stands_at_null_counts_too(key: str) -> None:
+    """Some bodies move by nothing yet: sigma is the change of the prediction per change of the parameter."""
+    null = effect_library()[key]()
+    model = default_model()
+    model = model.with_effects(*model.effects, null)
+    state = model.state(RNG.uniform(-1, 1, (3, 6)), payload_mass=np.full(3, 20.0))
+    for index in range(len(null.vector())):
+        size = 1e-3 * null.scale()[index]
+        known = replace(model, fit=uncertainty_table(model, Uncertainty(((key, index),), np.array([[size**2]]))))
+        ends = []
+        for side in (1, -1):
+            x = null.vector()
+            x[index] += side * size
+            ends.append(predict(model.with_effects(*model.effects[:-1], null.with_vector(x)), state)[:, :3, 3])
+        expected = np.linalg.norm(ends[0] - ends[1], axis=1) / 2 / np.sqrt(3)
+        assert predict_sigma(known, state) == pytest.approx(expected, rel=1e-3, abs=1e-12), index
