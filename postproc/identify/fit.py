@@ -16,8 +16,10 @@ from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
 from postproc.identify.problem import Problem, make_weights
-from postproc.identify.solve import FRAMES, Masks, determined_columns, far_off, solve
+from postproc.identify.reweight import far_off
+from postproc.identify.solve import solve
 from postproc.identify.start import start_frames
+from postproc.identify.step import FRAMES, Masks, slope
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
@@ -235,13 +237,14 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
         np.zeros((len(problem.residual), 0)),
         np.zeros(0),
         figures,
-        far_off(problem, problem.weights, 0),
+        far_off(problem, problem.weights),
     )
 
 
 def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
     """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
-    held = [(key, i) for key, i in determined_columns(problem, masks, set())[2] if key in fresh and key not in FRAMES]
+    masks = {e.key: masks[e.key] & (e.roughness() is None) for e in problem.model.effects}
+    held = [(key, i) for key, i in slope(problem, masks, set(), {}).held if key in fresh and key not in FRAMES]
     if not held:
         return problem
     effects = []
@@ -266,4 +269,5 @@ def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
 
 def _fitted(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Fit:
     s = solve(problem, masks, figures, robust, penalty)
-    return Fit(s.problem, masks, s.held, s.at_bound, s.columns, s.penalty, figures, s.set_aside, dict(penalty))
+    at = s.slope
+    return Fit(s.problem, masks, at.held, s.at_bound, at.columns, at.penalty, figures, s.set_aside, dict(penalty))

@@ -103,15 +103,15 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
         for at in range(0, len(members), chunk):
             some = members[at : at + chunk]
             stacked = np.hstack([forms[i].columns * forms[i].scale for i in some])
-            projected = linear.project(stacked)
+            inside = linear.nuisance.T @ stacked
             for k, i in enumerate(some):
                 own = slice(k * width, (k + 1) * width)
                 flexible = forms[i].effect.roughness() is not None
-                result[i] = gain(linear, stacked[:, own], projected[:, own], forms[i].forming, flexible)
+                result[i] = gain(linear, stacked[:, own], inside[:, own], forms[i].forming, flexible)
     return result
 
 
-def gain(linear: Linear, columns: Array, projected: Array, forming: int = 0, flexible: bool = False) -> Gain:
+def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexible: bool = False) -> Gain:
     """What columns C, each for an ordinary size of its parameter, would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
@@ -120,36 +120,33 @@ def gain(linear: Linear, columns: Array, projected: Array, forming: int = 0, fle
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
 
     Args:
-        projected: M C, the columns with the fitted parameters projected out.
+        inside: U^T C, what of the columns the fitted parameters do as well; M = I - U U^T.
     """
+    from scipy.linalg import cho_factor, cho_solve, solve_triangular
+    from scipy.linalg.lapack import dpstrf
+
     before, freedom = linear.square, float(linear.freedom)
-    # Below a thousandth of its length a direction is what the fitted parameters can do as well.
-    G = columns.T @ projected
+    G = columns.T @ columns - inside.T @ inside
     length = np.linalg.norm(columns, axis=0)
     unit = np.where(length > 0, length, 1.0)
-    value, vector = np.linalg.eigh(G / np.outer(unit, unit))
-    good = value > 1e-6
-    count = int(good.sum())
+    # Below a thousandth of its length a direction is what the fitted parameters can do as well.
+    R, pivot, count, _ = dpstrf(G / np.outer(unit, unit), tol=1e-6)
     if not count or freedom - count - forming < 1:
         return NOTHING
-    basis = vector[:, good] / np.sqrt(value[good])
     b = columns.T @ linear.rest
-    along = basis.T @ (b / unit)
+    along = solve_triangular(R[:count, :count], (b / unit)[pivot[:count] - 1], trans="T")
     fall = min(float(along @ along), before)
     s2 = max(before - fall, 1e-12 * before) / (freedom - count - forming)
-    strength, turn = np.linalg.eigh(G)
-    strength = np.maximum(strength, 0.0)
-    seen = turn.T @ b
-    q = float(np.sum(seen**2 / (strength + s2 / WIDE**2)))
-    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(
-        np.sum(np.log1p(strength * WIDE**2 / s2))
-    )
+    width = WIDE**2 / s2
+    whole = cho_factor(width * G + np.eye(len(b)))
+    q = width * float(b @ cho_solve(whole, b))
+    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - 2 * float(np.sum(np.log(np.diag(whole[0]))))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
     worth = bayes - 0.5 * forming * float(np.log(freedom))
     if flexible:
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
         worth = min(worth, schwarz(before, fall, count, freedom, 1.0))
-    return Gain(fall, count + forming, float(np.sqrt(strength.sum())), worth)
+    return Gain(fall, count + forming, float(np.sqrt(max(np.trace(G), 0.0))), worth)
 
 
 def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:

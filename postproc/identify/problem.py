@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -85,6 +85,12 @@ class Problem:
             parts.append(self.data.joint - self.rest.chain.q)
         return np.hstack(parts)
 
+    def weighted(self, weights: Weights) -> Problem:
+        """The same model and measurements with other weights; nothing of the model is worked out again."""
+        other = Problem(self.model, self.data, weights)
+        other.__dict__.update({k: v for k, v in self.__dict__.items() if k in ("rest", "error", "sensitivity")})
+        return other
+
     @cached_property
     def residual(self) -> Array:
         """(N,) whitened errors of what was measured and is used."""
@@ -109,14 +115,23 @@ class Problem:
             matrix[:, pose:, :6] = np.eye(6)
         return Sensitivity(matrix, found.state, found.along, found.column, found.springs)
 
+    @cached_property
+    def whitened(self) -> Sensitivity:
+        """The sensitivity with every row divided by its noise, 0 where it is not used."""
+        found = self.sensitivity
+        return replace(found, matrix=found.matrix * self.weights.values[:, :, None])
+
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """(N, p) whitened derivative of the prediction by free parameters of an effect."""
-        return self.whiten(self.sensitivity.by_parameter(effect, free))
+        return self._rows(self.whitened.by_parameter(effect, free))
 
     def whiten(self, columns: Array) -> Array:
         """(n, r, p) -> (N, p): the used rows, each divided by its noise."""
+        return self._rows(columns * self.weights.values[:, :, None])
+
+    def _rows(self, whitened: Array) -> Array:
         used = self.weights.used
-        return np.asarray(columns[used] * self.weights.values[used][:, None])
+        return whitened.reshape(-1, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
 
     def at(self, effects: Iterable[Effect]) -> Problem:
         """The same measurements beside a model with other effects."""

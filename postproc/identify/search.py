@@ -11,7 +11,17 @@ from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import Form
 from postproc.identify.linear import Linear
-from postproc.identify.selection import MATERIAL, Candidate, Screen, compose, confusable, convincing, judged, refit
+from postproc.identify.selection import (
+    MATERIAL,
+    Candidate,
+    Screen,
+    compose,
+    confusable,
+    convincing,
+    grown,
+    judged,
+    refit,
+)
 from postproc.identify.suspects import ODDS, Pattern, Suspect, find_suspects
 
 MOST = 6
@@ -202,11 +212,12 @@ def thinned(base: Fit, noise: float | None) -> Fit:
 
 def final_fit(base: Fit, search: Search, missing: list[Missing], noise: float | None) -> Fit:
     """The missing effects fitted on the whole data; free functions get the order and smoothness that it can carry."""
-    rough = [m.candidate.key for m in missing if m.candidate.effect.roughness() is not None]
-    fit = refit_all(base, search.fit, [m.candidate for m in missing if m.candidate.key not in rough], noise)
-    for key in rough:
-        screen = Screen(fit.problem, {key: search.classes[key]})
-        best = compose(screen, fit.linear, key)
+    rough = [m.candidate for m in missing if m.candidate.effect.roughness() is not None]
+    firm = [m.candidate for m in missing if m.candidate.effect.roughness() is None]
+    fit = refit_all(base, search.fit, firm, noise)
+    for candidate in rough:
+        screen = Screen(fit.problem, {candidate.key: search.classes[candidate.key]})
+        best = grown(screen, fit.linear, candidate)
         after = None if best is None else refit(fit, screen, fit.linear, best)
         fit = fit if after is None else after
     return fit

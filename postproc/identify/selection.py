@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
-from postproc.effects.base import Effect
+from postproc.effects.base import Effect, variant
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, ordinary, schwarz
+from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, make_form, ordinary, schwarz
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
-from postproc.identify.solve import Masks
+from postproc.identify.step import Masks
 
 SIGNIFICANT = 2e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -93,12 +93,13 @@ class Screen:
 
 
 def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
-    """Three lines in the spectrum of one joint, or one more line of a mapped joint, are a map of its errors.
+    """Three lines in the spectrum of one joint, or one more line beside a map, are a map of its errors.
 
-    Not an eccentric gear.
+    Not an eccentric gear. Beside a map: on a mapped joint, or on any where three joints or more have one (one kind of
+    gear is in all of them).
     """
     joint = getattr(effect, "joint", ())
-    return bool(np.max(np.bincount(joint, minlength=1)) > 2) or bool(set(joint) & set(mapped))
+    return len(mapped) > 2 or bool(np.max(np.bincount(joint, minlength=1)) > 2) or bool(set(joint) & set(mapped))
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
@@ -111,9 +112,10 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
         return None
     measured = gains(linear, forms)
     best = max(range(len(forms)), key=lambda i: measured[i].evidence)
-    narrow = min((g.count for g in measured if g.count), default=0)
-    thin = [i for i, g in enumerate(measured) if g.count == narrow]
-    starts = {best, max(thin, key=lambda i: measured[i].evidence)} if narrow else set()
+    seen = [i for i, g in enumerate(measured) if g.count]
+    narrow = min((forms[i].columns.shape[1] for i in seen), default=0)
+    thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
+    starts = {best, max(thin, key=lambda i: measured[i].evidence)} if thin else set()
     visible = max((g.visible for g in measured), default=0.0)
     found = [_grow(screen, linear, forms[i], measured[i], len(forms)) for i in starts]
     if not found:
@@ -125,6 +127,14 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     order = sorted(range(len(forms)), key=lambda i: -measured[i].evidence)[:STARTS]
     others = [_alone(linear, forms[i], measured[i], len(forms)) for i in order if forms[i].effect is not chosen.effect]
     return replace(chosen, starts=(chosen, *others))
+
+
+def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | None:
+    """A candidate that other data chose, with more of its own where this data can carry it."""
+    effect = candidate.effect.with_vector(candidate.effect.null_vector())
+    chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
+    form = make_form(screen.problem, chosen, True)
+    return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 1)
 
 
 def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
@@ -162,7 +172,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         columns = _columns(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
-        trial = gain(linear, columns, linear.project(columns), forming, flexible)
+        trial = gain(linear, columns, linear.nuisance.T @ columns, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
         effect, free, whole, inner = new, mask, trial, linear.extended(columns)

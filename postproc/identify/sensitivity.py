@@ -50,7 +50,14 @@ class Sensitivity:
         index = np.flatnonzero(free)
         basis = None if effect.missing(self.state) else effect.basis(self.state)
         if basis is not None:
-            return self.matrix[:, :, basis.joint[index]] * basis.values[:, None, index]
+            found = np.empty((*self.matrix.shape[:2], len(index)))
+            for j in np.unique(basis.joint[index]):
+                own = np.flatnonzero(basis.joint[index] == j)
+                # Runs of one joint's columns are written as one block.
+                for run in np.split(own, np.flatnonzero(np.diff(own) > 1) + 1):
+                    there = slice(int(run[0]), int(run[-1]) + 1)
+                    found[:, :, there] = self.matrix[:, :, j, None] * basis.values[:, None, index[there]]
+            return found
         moved = self.displacement_by_parameter(effect, index)
         result = np.zeros((len(self.state), self.matrix.shape[1], len(index)))
         for k in range(len(index)):

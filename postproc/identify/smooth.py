@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.identify.fit import Fit, rms
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
+from postproc.identify.linear import Linear, bases_of, contiguous_blocks, hold_out
 
 STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 
@@ -22,24 +22,12 @@ def choose_strength(fit: Fit, key: str) -> float:
     if effect is None or rough is None:
         return 0.0
     A, row = fit.columns, fit.problem.row
-    values = np.array([_value(fit, k, i) for k, i in fit.parameters])
-    weights = rough / effect.scale()
-    own = [(c, i) for c, (k, i) in enumerate(fit.parameters) if k == key]
-    scale = np.sqrt(max(fit.variance, 1e-12))
-    y = fit.problem.residual + A @ values
+    values = {e.key: e.vector() for e in fit.model.effects}
+    y = fit.problem.residual + A @ np.array([values[k][i] for k, i in fit.parameters])
+    mine = np.array([k == key for k, _ in fit.parameters])
+    scale = float(np.sqrt(max(fit.variance, 1e-12)))
+    weights = np.array([(scale * rough / effect.scale())[i] if k == key else 0.0 for k, i in fit.parameters])
     blocks = contiguous_blocks(fit.data.repeats)[row]
-    best, smallest = 0.0, np.inf
-    for strength in STRENGTHS:
-        penalty = fit.penalty.copy()
-        for c, i in own:
-            penalty[c] = strength * scale * weights[i]
-        error = rms(hold_out(Linear(y, basis_of(A, penalty), row), (), blocks))
-        if error < smallest:
-            best, smallest = strength * scale, error
-    return float(best)
-
-
-def _value(fit: Fit, key: str, index: int) -> float:
-    effect = fit.model.effect(key)
-    assert effect is not None
-    return float(effect.vector()[index])
+    bases = bases_of(A, np.where(mine, 0.0, fit.penalty), weights, STRENGTHS)
+    errors = [rms(hold_out(Linear(y, U, row), (), blocks)) for U in bases]
+    return scale * STRENGTHS[int(np.argmin(errors))]

@@ -156,36 +156,32 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
 
     With the fitted parameters projected out.
     """
-    used = problem.weights.used
     rows = problem.row
-    weights = problem.weights.values[used]
-    values = np.array([p.values for p in every]).T[rows]
+    values = np.array([p.values for p in every]).T
     before = linear.square
-    places_ = places(problem)
+    places_ = {name: problem.whiten(J) for name, J in places(problem).items()}
     tried = len(every) * len(places_)
     found: list[tuple[float, float, str, int]] = []
     for where, J in places_.items():
-        whitened = J[used] * weights[:, None]
-        fall, count = _falls(linear, whitened, values)
+        fall, count = _falls(problem, linear, J, values)
         for k in np.argsort(-fall)[:top]:
             worth = schwarz(before, float(fall[k]), count, linear.freedom, tried) - ODDS
             found.append((worth, float(fall[k]), where, int(k)))
     every = list(every)
     scale = problem.whiten(_scaling(problem))
-    scaled = float(_falls(linear, scale, np.ones((len(scale), 1)))[0][0])
+    scaled = float(_falls(problem, linear, scale, np.ones((len(problem.error), 1)))[0][0])
     every.append(Pattern(("x", "y", "z"), "proportional: the instrument's scale", np.ones(len(problem.error))))
-    places_["scale of the instrument"] = _scaling(problem)
+    places_["scale of the instrument"] = scale
     found.append(
         (schwarz(before, scaled, 1, linear.freedom, tried) - ODDS, scaled, "scale of the instrument", len(every) - 1)
     )
     found.sort(key=lambda item: -item[0])
     found, every = _sharpened(problem, linear, found[:top], every, places_, tried)
-    values = np.array([p.values for p in every]).T[rows]
     above = max(before - linear.freedom, 0.1 * before)
     result: list[Suspect] = []
     for worth, fall_, where, k in found[:top]:
-        columns = places_[where][used] * weights[:, None] * values[:, k : k + 1]
         pattern = every[k]
+        columns = places_[where] * pattern.values[rows, None]
         share = min(1.0, fall_ / above)
         for channel in pattern.channels:
             result.append(Suspect(channel, where, pattern.text, share, fall_, worth, columns))
@@ -201,8 +197,6 @@ def _sharpened(
     tried: int,
 ) -> tuple[list[tuple[float, float, str, int]], list[Pattern]]:
     """The same with the edge of the best step and the knot of the best kink moved to where they explain most."""
-    used = problem.weights.used
-    weights = problem.weights.values[used]
     before = linear.square
     every = list(every)
     done: set[tuple[str, str, str]] = set()
@@ -213,8 +207,7 @@ def _sharpened(
             continue
         done.add((where, pattern.channels[0], kind))
         finer = _finer(kind, pattern)
-        values = np.array([p.values for p in finer]).T[problem.row]
-        fall, count = _falls(linear, places_[where][used] * weights[:, None], values)
+        fall, count = _falls(problem, linear, places_[where], np.array([p.values for p in finer]).T)
         best = int(np.argmax(fall))
         worth = schwarz(before, float(fall[best]), count, linear.freedom, 4 * tried) - ODDS
         every.append(finer[best])
@@ -237,28 +230,34 @@ def _finer(kind: str, pattern: Pattern) -> list[Pattern]:
     return [Pattern((name,), f"kink near {shown(name, float(e))}", np.abs(values - e) / half) for e in edges]
 
 
-def _falls(linear: Linear, whitened: Array, values: Array) -> tuple[Array, int]:
-    """Fall of the sum of squares by place times each pattern, (P,)."""
-    N, m = whitened.shape
-    Q, rest = linear.nuisance[:N], linear.rest[:N]
+def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tuple[Array, int]:
+    """Fall of the sum of squares by a place times each pattern, (P,), and the parameters of one.
+
+    A pattern has one value a pose, so that all products are summed over the numbers of a pose first.
+
+    Args:
+        place: (N, m) whitened columns; values: (n, P).
+    """
+    m = place.shape[1]
+    starts = np.flatnonzero(np.diff(problem.row, prepend=-1))
+    pose = problem.row[starts]
+
+    def by_pose(x: Array) -> Array:
+        return np.asarray(np.add.reduceat(x, starts, axis=0))
+
+    U = [by_pose(linear.nuisance * place[:, i, None]).T for i in range(m)]
+    square = by_pose(place[:, :, None] * place[:, None, :])
+    rest = by_pose(linear.rest[:, None] * place)
     P = values.shape[1]
     fall = np.zeros(P)
-    chunk = max(1, int(2e7 / max(1, N * m)))
+    chunk = max(1, int(2e7 / max(1, len(pose) * m)))
     for at in range(0, P, chunk):
-        b = values[:, at : at + chunk]
-        C = (whitened[:, :, None] * b[:, None, :]).reshape(N, -1)
-        inside = Q.T @ C
-        gram_raw = (
-            np.einsum("nic,njc->cij", C.reshape(N, m, -1), C.reshape(N, m, -1))
-            if m > 1
-            else np.sum(C**2, axis=0)[:, None, None]
-        )
-        inner = inside.reshape(-1, m, b.shape[1])
-        gram = gram_raw - (
-            np.einsum("kic,kjc->cij", inner, inner) if m > 1 else np.sum(inside**2, axis=0)[:, None, None]
-        )
-        along = (rest @ C).reshape(m, -1).T
-        scale = np.einsum("cii->c", gram_raw)
+        b = values[pose, at : at + chunk]
+        inside = np.stack([V @ b for V in U])
+        raw = np.einsum("nij,nc->cij", square, b**2)
+        gram = raw - np.einsum("ikc,jkc->cij", inside, inside)
+        along = (rest.T @ b).T
+        scale = np.einsum("cii->c", raw)
         alive = np.einsum("cii->c", gram) > 1e-5 * scale
         ridge = 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
         solved = np.linalg.solve(gram + ridge, along[:, :, None])[:, :, 0]

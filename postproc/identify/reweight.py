@@ -1,0 +1,65 @@
+"""How rows and orientations weigh in a fit, by the residual they leave."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.identify.problem import Problem, Weights
+from postproc.measure.repeat import Noise
+
+
+def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
+    """Weights by the present residual, and the rows that are set aside.
+
+    Args:
+        base: weights by the instrument's noise alone. robust: Huber weights for all rows.
+    """
+    aside = far_off(problem, base)
+    values = _balanced(base, problem, figures)
+    if robust:
+        values = values * _huber(problem, values)[:, None]
+    values[list(aside)] = 0.0
+    return Weights(values), aside
+
+
+def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
+    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty."""
+    square = problem.weighted(weights).row_square()
+    typical = float(np.median(square))
+    far = np.flatnonzero(square > max(100 * typical, 1e-12))
+    return tuple(int(i) for i in far) if len(far) <= max(1, len(square) // 20) else ()
+
+
+def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
+    """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise."""
+    values = weights.values.copy()
+    start = 3
+    for measured, known in (
+        (problem.data.rotation is not None, figures.rotation),
+        (problem.data.joint is not None, None),
+    ):
+        if not measured:
+            continue
+        stop = start + (3 if start == 3 and problem.data.rotation is not None else 6)
+        if known is None:
+            own = robust_rms(problem.error[:, start:stop])
+            reference = robust_rms(problem.error[:, :3]) * np.nanmax(values[:, :3], initial=0.0)
+            if own > 0 and reference > 0:
+                values[:, start:stop] = (values[:, start:stop] > 0) * reference / own
+            elif own > 0:
+                values[:, start:stop] = (values[:, start:stop] > 0) / own
+        start = stop
+    return values
+
+
+def robust_rms(error: Array) -> float:
+    """1.4826 times the median absolute value of the finite numbers."""
+    good = error[np.isfinite(error)]
+    return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
+
+
+def _huber(problem: Problem, values: Array) -> Array:
+    length = np.sqrt(np.nansum((problem.error * values) ** 2, axis=1))
+    limit = 1.5 * float(np.median(length))
+    return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(length, 1e-300))))

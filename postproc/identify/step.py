@@ -1,0 +1,203 @@
+"""One step of a fit: which parameters the data determines, their columns, and where the normal equations lead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.identify.linear import MANY
+from postproc.identify.problem import Problem, Weights
+
+FRAMES = ("instrument_frame", "tool_frame")
+
+Masks = Mapping[str, NDArray[np.bool_]]
+Name = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The residual's slope at one point, good for as long as the model hardly bends.
+
+    Args:
+        columns: (N, p) whitened derivatives by the parameters that the data determines, as (effect, index).
+        held: parameters that it does not. penalty: (p,) weights of smoothness. anchor: (p,) with the weak pull to null.
+        weights: with which the columns are whitened.
+    """
+
+    columns: Array
+    parameters: tuple[Name, ...]
+    held: tuple[Name, ...]
+    penalty: Array
+    anchor: Array
+    weights: Weights
+
+    def values(self, problem: Problem) -> Array:
+        """(p,) the parameters of a model."""
+        vectors = {e.key: e.vector() for e in problem.model.effects}
+        return np.array([vectors[key][i] for key, i in self.parameters])
+
+    def cost(self, problem: Problem) -> float:
+        """Sum of squares with what penalty and anchor count."""
+        pulled = self.anchor * self.values(problem)
+        return float(problem.residual @ problem.residual + pulled @ pulled)
+
+    @cached_property
+    def length(self) -> Array:
+        length = np.sqrt(np.einsum("np,np->p", self.columns, self.columns) + self.anchor**2)
+        return np.where(length > 0, length, 1.0)
+
+    @cached_property
+    def factor(self) -> Array:
+        """R of [A; anchor] = Q R, columns of unit length; many through the normal equations (the steps correct it)."""
+        if len(self.parameters) > MANY:
+            from scipy.linalg import LinAlgError, cholesky
+
+            gram = (self.columns.T @ self.columns) / np.outer(self.length, self.length)
+            gram[np.diag_indices_from(gram)] += (self.anchor / self.length) ** 2
+            try:
+                return np.asarray(cholesky(gram))
+            except LinAlgError:
+                pass
+        tied = np.flatnonzero(self.anchor)
+        extra = np.zeros((len(tied), len(self.anchor)))
+        extra[np.arange(len(tied)), tied] = (self.anchor / self.length)[tied]
+        return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, extra]), mode="r"))
+
+    def reweighted(self, weights: Weights) -> Slope | None:
+        """The same slope with other weights; None where they use rows that it has not seen."""
+        old, new = self.weights, weights
+        if (new.used & ~old.used).any():
+            return None
+        kept = new.used[old.used]
+        ratio = new.values[new.used] / old.values[new.used]
+        columns = self.columns if kept.all() else self.columns[kept]
+        return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
+
+    def step(self, problem: Problem) -> tuple[Array, set[Name]]:
+        """(p,) the Gauss-Newton step inside the bounds, and the parameters that stop at one.
+
+        What would leave its bounds is put on them and the rest solved again, until nothing leaves. R^T R x = A^T b
+        (semi-normal equations, Bjoerck 1996, Sec. 2.4.6).
+        """
+        from scipy.linalg import solve_triangular
+
+        x = self.values(problem)
+        lowest, highest = self._over(problem, lambda e: e.bounds()[0]), self._over(problem, lambda e: e.bounds()[1])
+        reach = self._over(problem, _reach)
+        low, high = np.maximum(lowest, x - reach), np.minimum(highest, x + reach)
+        R = self.factor
+        along = (self.columns.T @ problem.residual - self.anchor**2 * x) / self.length
+        rhs = (
+            solve_triangular(R, along, trans="T", check_finite=False) if _regular(R) else np.linalg.lstsq(R.T, along)[0]
+        )
+        step, free = np.zeros(len(x)), np.ones(len(x), dtype=bool)
+        for _ in range(len(x)):
+            target = rhs - R[:, ~free] @ (step[~free] * self.length[~free])
+            if free.all() and _regular(R):
+                solution = solve_triangular(R, target, check_finite=False)
+            else:
+                solution = np.linalg.lstsq(R[:, free], target, rcond=1e-12)[0]
+            step[free] = solution / self.length[free]
+            outside = free & ((x + step < low) | (x + step > high))
+            if not outside.any():
+                break
+            step[outside] = np.clip(x + step, low, high)[outside] - x[outside]
+            free &= ~outside
+        stopped = ~free & ((x + step <= lowest) | (x + step >= highest))
+        return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
+
+    def moved(self, problem: Problem, step: Array) -> Problem:
+        """The problem a step farther, inside the bounds."""
+        changes: dict[str, Array] = {e.key: e.vector().copy() for e in problem.model.effects}
+        for (key, i), change in zip(self.parameters, step, strict=True):
+            changes[key][i] += change
+        return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
+
+    def _over(self, problem: Problem, figure) -> Array:  # type: ignore[no-untyped-def]
+        every = {e.key: figure(e) for e in problem.model.effects}
+        return np.array([every[key][i] for key, i in self.parameters])
+
+
+def slope(problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float]) -> Slope:
+    """The slope by all free parameters that the data determines, effect by effect; the others are held.
+
+    A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or
+    where it only repeats what stands before it (rank 1e-7).
+    """
+    kept: list[Array] = []
+    parameters: list[Name] = []
+    held: list[Name] = []
+    basis = np.zeros((len(problem.residual), 0))
+    for effect in problem.model.effects:
+        mask = np.array(masks[effect.key], dtype=bool)
+        mask[[i for key, i in frozen if key == effect.key]] = False
+        if not mask.any():
+            continue
+        index = np.flatnonzero(mask)
+        columns = problem.columns(effect, mask)
+        if effect.roughness() is not None:
+            # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
+            good = np.einsum("np,np->p", columns, columns) > 0
+        else:
+            good, basis = _determined(columns, 10 * effect.scale()[index], basis)
+        kept.append(columns if good.all() else columns[:, good])
+        parameters += [(effect.key, int(i)) for i in index[good]]
+        held += [(effect.key, int(i)) for i in index[~good]]
+    whole = kept[0] if len(kept) == 1 else np.hstack(kept) if kept else basis
+    penalty = _penalty(problem, parameters, strength)
+    anchor = np.hypot(penalty, _weak(problem, parameters))
+    return Slope(whole, tuple(parameters), tuple(held), penalty, anchor, problem.weights)
+
+
+def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Which columns say something new beside a basis, and the basis with them."""
+    from scipy.linalg import qr
+
+    length = np.linalg.norm(columns, axis=0)
+    alive = length > 0
+    unit = columns / np.where(alive, length, 1.0)
+    for _ in range(2):
+        unit = unit - basis @ (basis.T @ unit)
+    triangle, pivot = qr(unit, mode="r", pivoting=True)
+    diagonal = np.zeros(len(ordinary))
+    diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
+    good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
+    return good, np.hstack([basis, np.linalg.qr(unit[:, good])[0]]) if good.any() else basis
+
+
+def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, float]) -> Array:
+    weights = {}
+    for effect in problem.model.effects:
+        rough = effect.roughness()
+        if rough is not None:
+            weights[effect.key] = strength.get(effect.key, 0.01) * rough / effect.scale()
+    return np.array([weights[key][i] if key in weights else 0.0 for key, i in parameters])
+
+
+def _weak(problem: Problem, parameters: list[Name]) -> Array:
+    """For all amplitudes but frames a weak pull to null, with a deviation of thirty ordinary sizes.
+
+    It is far below the noise of anything that the data determines, and keeps what it barely determines from running
+    away.
+    """
+    every = {
+        e.key: np.zeros(len(e.vector())) if e.key in FRAMES else np.where(e.amplitudes(), 1 / (30 * e.scale()), 0.0)
+        for e in problem.model.effects
+    }
+    return np.array([every[key][i] for key, i in parameters])
+
+
+def _reach(effect: Effect) -> Array:
+    """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
+    return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
+
+
+def _regular(R: Array) -> bool:
+    diagonal = np.abs(np.diag(R))
+    return R.shape[0] == R.shape[1] and bool(diagonal.min(initial=np.inf) > 1e-12 * diagonal.max(initial=0.0))
