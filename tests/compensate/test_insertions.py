@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from postproc.compensate.insertions import added_instruction
-from postproc.compensate.options import Options
-from postproc.compensate.plan import read_motion
 from postproc.convert import Conversion
+from postproc.motion.moves import read_moves
+from postproc.motion.path import sample_path
+from postproc.motion.trajectory import retime
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
 from tests.compensate.build import arm, body_of, convert, events, independent, module, outcome, target, written
@@ -231,10 +232,10 @@ def test_the_time_of_a_move_is_divided_with_its_way(written_time: str, statement
 
 def speed_along(text: str) -> np.ndarray:
     """TCP speed [m/s] at evenly spaced places of the path of everything but the first move, away from its ends."""
-    motion, findings = read_motion(arm(), events(text), Options(inertia=False))
-    assert motion is not None, findings
-    path = motion.trajectory.path
-    return np.interp(np.linspace(0.1, 0.9, 40) * path.s[-1], path.s, motion.trajectory.tcp_speed)
+    found, robot = events(text), arm().robot
+    path, _ = sample_path(robot, read_moves(robot, found)[0], found)
+    trajectory = retime(robot, path, found)
+    return np.interp(np.linspace(0.1, 0.9, 40) * path.s[-1], path.s, trajectory.tcp_speed)
 
 
 def test_the_time_of_a_turn_in_place_is_not_divided() -> None:
