@@ -14,6 +14,10 @@ from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model
+from postproc.motion.moves import read_moves
+from postproc.motion.path import sample_path
+from postproc.motion.trajectory import retime
+from postproc.motion.values import Trajectory
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import read_program
 from postproc.rapid.records import RobTarget
@@ -76,6 +80,12 @@ def body_of(text: str) -> list[str]:
 
 def events(text: str) -> list[MotionEvent]:
     return list(walk(read_program([Source("m.mod", text.encode("latin-1"))])))
+
+
+def timed(text: str) -> Trajectory:
+    """The programmed path with its time."""
+    found, robot = events(text), arm().robot
+    return retime(robot, sample_path(robot, read_moves(robot, found)[0], found)[0], found)
 
 
 def places(text: str) -> list[tuple[float, float, float]]:

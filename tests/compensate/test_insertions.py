@@ -11,12 +11,9 @@ import pytest
 
 from postproc.compensate.insertions import added_instruction
 from postproc.convert import Conversion
-from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
-from postproc.motion.trajectory import retime
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
-from tests.compensate.build import arm, body_of, convert, events, independent, module, outcome, target, written
+from tests.compensate.build import body_of, convert, events, independent, module, outcome, target, timed, written
 
 SEAM = "v100,sm,wd\\Weave:=wv,{zone},tT\\Track:=tr"
 
@@ -232,10 +229,9 @@ def test_the_time_of_a_move_is_divided_with_its_way(written_time: str, statement
 
 def speed_along(text: str) -> np.ndarray:
     """TCP speed [m/s] at evenly spaced places of the path of everything but the first move, away from its ends."""
-    found, robot = events(text), arm().robot
-    path, _ = sample_path(robot, read_moves(robot, found)[0], found)
-    trajectory = retime(robot, path, found)
-    return np.interp(np.linspace(0.1, 0.9, 40) * path.s[-1], path.s, trajectory.tcp_speed)
+    trajectory = timed(text)
+    way = trajectory.path.s
+    return np.interp(np.linspace(0.1, 0.9, 40) * way[-1], way, trajectory.tcp_speed)
 
 
 def test_the_time_of_a_turn_in_place_is_not_divided() -> None:

@@ -15,7 +15,7 @@ from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.effects.tool_frame import ToolFrame
 from postproc.report.inspection import inspect_program
-from tests.compensate.build import DATA, arm, codes, convert, events, independent, places, written
+from tests.compensate.build import DATA, arm, codes, convert, events, independent, places, timed, written
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.independent.arm import ARMS
@@ -126,7 +126,7 @@ def test_the_target_moves_against_the_work() -> None:
 
 
 def test_speed_is_that_of_the_torch_on_the_work() -> None:
-    trajectory = converted().plan.motion.trajectory  # type: ignore[union-attr]
+    trajectory = timed(seam())
     middle = np.flatnonzero((trajectory.path.move == 3) & (np.abs(trajectory.path.u - 0.5) < 0.2))
     assert trajectory.tcp_speed[middle] == pytest.approx(0.009, rel=1e-4)
     steps = np.linalg.norm(np.diff(trajectory.path.T_work_tcp[middle, :3, 3], axis=0), axis=1)
