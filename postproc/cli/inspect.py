@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
 from postproc.cli.inputs import load_model, read_source
 from postproc.cli.options import EffectFiles, Flag, ModelFile
 from postproc.cli.report import print_json, say, show
+from postproc.compensate.options import Options
+from postproc.compensate.values import Place
+from postproc.convert import compensate_program
 from postproc.diagnostics import has_errors
+from postproc.model.arm import Model
 from postproc.report.inspection import Row, inspect_program
+from postproc.robot.library import load_robot
+
+EDITED: Mapping[Place | None, str] = {
+    "declaration": "; its declaration is edited",
+    "element": "; its array element is edited",
+    "aggregate": "; its numbers are edited",
+    "argument": "; it gets a target of its own",
+    "derived": "; it moves with the target that it is derived from",
+    None: "",
+}
 
 
 def run(
     program: str, /, *, model: ModelFile = None, robot: str | None = None, effects: EffectFiles = (), json: Flag = False
 ) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
+
+    What would be edited is decided as ``compensate`` does without a force.
 
     Args:
         program: RAPID module; - reads stdin.
@@ -21,16 +40,16 @@ def run(
         effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/inspect/1 document.
     """
-    from postproc.robot.library import load_robot
-
-    arm = load_robot(robot) if model is None and robot is not None else load_model(model, robot, effects).robot
-    found = inspect_program(read_source(program), arm)
+    source, arm = read_source(program), _arm(model, robot, effects)
+    found = inspect_program(source, arm.robot)
+    if not has_errors(found.diagnostics):
+        found = found.decided(compensate_program(source, arm, Options()).outcomes)
     show(found.diagnostics)
     if json:
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]
         print_json(
-            {"schema": "postproc/inspect/1", "robot": arm.name, "statements": statements, "diagnostics": findings}
+            {"schema": "postproc/inspect/1", "robot": arm.robot.name, "statements": statements, "diagnostics": findings}
         )
     elif found.rows:
         print("\n".join(_text(row) for row in found.rows))
@@ -39,13 +58,20 @@ def run(
     return int(has_errors(found.diagnostics))
 
 
+def _arm(model: Path | None, robot: str | None, effects: Sequence[Path]) -> Model:
+    """The model that decides; an arm whose stiffness nobody knows is looked at as it is."""
+    if model is None and robot is not None and (bare := load_robot(robot)).joint_compliance is None:
+        return Model(bare, robot_name=robot)
+    return load_model(model, robot, effects)
+
+
 def _text(row: Row) -> str:
     statement = row.statement
     where = "      no position" if row.position_mm is None else "".join(f"{x:9.1f}" for x in row.position_mm)
     head = f"{statement.line:5}  {statement.routine:16} {statement.instruction:10} {where}"
     load = f"  {row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
     times = f", {row.runs} times" if row.runs > 1 else ""
-    lines = [head + load + times, *(f"{'':7}note: {note}" for note in row.notes)]
+    lines = [head + load + times + EDITED[row.edited], *(f"{'':7}note: {note}" for note in row.notes)]
     return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
 
 
@@ -62,5 +88,6 @@ def _document(row: Row) -> dict[str, object]:
         "position_mm": row.position_mm,
         "joints_deg": row.q_deg,
         "notes": row.notes,
+        "edited": row.edited,
         "reason": row.reason,
     }

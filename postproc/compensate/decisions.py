@@ -10,17 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from postproc.compensate.sharing import Users, fully_wished
-from postproc.compensate.values import Change, StatementKey, TargetValue, key_of
+from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
 from postproc.rapid.events import MotionEvent, Origin
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
 DIFFERENT = "it runs several times and each time needs another correction"
 FOLLOWS = "it follows the target that it is derived from"
+
+IN_PLACE: Mapping[str, Place] = {"inline": "aggregate", "declared": "declaration", "element": "element"}
 
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
 PlaceKey = tuple[str, int]  # path and offset of the literal numbers of a target
@@ -36,7 +39,7 @@ class Wish:
     value: TargetValue
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Decisions:
     """What is written.
 
@@ -49,6 +52,19 @@ class Decisions:
     changes: tuple[Change, ...]
     refused: Mapping[StatementKey, str] = field(default_factory=dict)
     following: Mapping[StatementKey, frozenset[str]] = field(default_factory=dict)
+
+    @cached_property
+    def _replaced(self) -> frozenset[StatementKey]:
+        return frozenset(key_of(c.statement) for c in self.changes if c.role == "to" and c.spans is None)
+
+    def place(self, event: MotionEvent) -> Place | None:
+        """Where the new target of a statement that is compensated is written."""
+        key = key_of(event.statement)
+        if key in self.following:
+            return "derived"
+        if key in self._replaced or event.target_origin is None:
+            return "argument"
+        return IN_PLACE.get(event.target_origin.kind)
 
 
 def same_value(a: TargetValue, b: TargetValue) -> bool:

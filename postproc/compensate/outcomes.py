@@ -88,9 +88,15 @@ def _outcome(
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
-    if key_of(statement) in plan.decisions.following:
-        reason = FOLLOWS
-    return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5))
+    edited = plan.decisions.place(events[next(i for i in indices if i in moves)])
+    return Outcome(
+        statement,
+        "compensated",
+        FOLLOWS if edited == "derived" else reason,
+        round(shift, 4),
+        round(residual, 5),
+        edited,
+    )
 
 
 def _shifts(plan: Plan) -> Array:

@@ -11,6 +11,9 @@ from postproc.rapid.records import Ax6, Pose
 
 StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
+Place = Literal["declaration", "element", "aggregate", "argument", "derived"]
+"""Where the new target of a statement is written: the numbers of a declaration, of an array element, of the aggregate
+that is the argument; another argument; or nowhere, because it moves with the target that it is derived from."""
 
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
@@ -66,13 +69,14 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What happened to one motion statement, and why; shift and residual at its goal [mm]."""
+    """What happened to one motion statement, why, and where it is written; shift and residual at its goal [mm]."""
 
     statement: MotionStatement
     status: Status
     reason: str | None = None
     shift_mm: float | None = None
     residual_mm: float | None = None
+    edited: Place | None = None
 
     def as_json(self) -> dict[str, object]:
         return {
@@ -83,6 +87,7 @@ class Outcome:
             "instruction": self.statement.instruction,
             "status": self.status,
             "reason": self.reason,
+            "edited": self.edited,
             "shift_mm": self.shift_mm,
             "residual_mm": self.residual_mm,
         }

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.values import Outcome, Place, key_of
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
@@ -33,6 +34,7 @@ class Row:
         position_mm: (3,) goal of the TCP in base axes, q_deg: (6,) posture there; None where not known.
         notes: a stationary tool, near a joint limit, near a singularity.
         reason: why the statement would be left as it is, None where it would be corrected.
+        edited: where its new target would be written, None where that is not known.
     """
 
     statement: MotionStatement
@@ -44,12 +46,18 @@ class Row:
     q_deg: Array | None
     notes: tuple[str, ...]
     reason: str | None
+    edited: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Inspection:
     rows: tuple[Row, ...]
     diagnostics: tuple[Diagnostic, ...]
+
+    def decided(self, outcomes: Sequence[Outcome]) -> Inspection:
+        """With what a compensation decides for each statement; without outcomes as it is."""
+        known = {key_of(outcome.statement): outcome for outcome in outcomes}
+        return replace(self, rows=tuple(_decided(row, known.get(key_of(row.statement))) for row in self.rows))
 
 
 def inspect_program(source: Source, robot: Robot) -> Inspection:
@@ -67,6 +75,13 @@ def inspect_program(source: Source, robot: Robot) -> Inspection:
         for statement in program.statements
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
+
+
+def _decided(row: Row, outcome: Outcome | None) -> Row:
+    if outcome is None:
+        return row
+    left = outcome.status == "skipped" and outcome.statement.interpolation not in ("absjoint", "none")
+    return replace(row, edited=outcome.edited, reason=row.reason or (outcome.reason if left else None))
 
 
 def _row(

@@ -21,7 +21,7 @@ def test_samples_are_reachable_as_they_are(call: Call, samples: Path, name: str)
         assert row["notes"] == []
         assert row["runs"] >= 1
         assert len(row["position_mm"]) == 3
-        assert (row["reason"] is None) == (row["instruction"] != "MoveAbsJ")
+        assert (row["reason"] is None) == (row["edited"] is not None) == (row["instruction"] != "MoveAbsJ")
 
 
 def test_the_study_is_reachable_for_both_geometries(call: Call, samples: Path) -> None:
@@ -32,11 +32,15 @@ def test_rows_say_where_and_with_what(call: Call, samples: Path) -> None:
     text = call("inspect", samples / "panel_300.mod").out.splitlines()
     tacks = [line for line in text if "rTacks" in line]
     assert len(tacks) == 3
-    assert all(line.endswith("48 times") for line in tacks)
+    assert [line.split(", 48 times; ")[1] for line in tacks] == [
+        "it moves with the target that it is derived from",
+        "its array element is edited",
+        "it moves with the target that it is derived from",
+    ]
     # The work object is turned by a third of a degree only, so base and work object positions nearly add up.
     first = next(line for line in text if "ArcLStart" in line).split()
     assert [float(x) for x in first[3:6]] == pytest.approx([1010 + 12.5 + 116, -8 - 475, 430], abs=6.0)
-    assert first[6:] == ["tTorch", "5.6", "kg,", "wPanel"]
+    assert first[6:] == ["tTorch", "5.6", "kg,", "wPanel;", "its", "declaration", "is", "edited"]
 
 
 def edited(samples: Path, tmp_path: Path, *changes: tuple[str, str]) -> Path:
@@ -106,3 +110,41 @@ def test_wrong_model_files(call: Call, samples: Path, tmp_path: Path, text: str,
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.startswith("error[")
     assert f"{model}{place or ''}" in outcome.err
+
+
+SHARED = """MODULE shared
+  PERS tooldata t:=[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]];
+  CONST robtarget p1:=[[1200,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST robtarget p2:=[[1300,200,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveJ p1,v100,fine,t;
+    FOR i FROM 1 TO 4 DO
+      MoveL Offs([[1200,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],0,100*i,0),v100,fine,t;
+    ENDFOR
+    MoveL Offs(p2,0,0,50),v100,fine,t;
+    MoveL p2,v100,fine,t;
+    MoveL [[1250,100,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t;
+    MoveL p1,v100,fine,tool0;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_the_decision_for_every_statement_is_that_of_compensate(call: Call, tmp_path: Path) -> None:
+    """p1 serves two tools and cannot be edited, the loop asks for four corrections of one argument."""
+    path = tmp_path / "shared.mod"
+    path.write_text(SHARED)
+    rows = json.loads(call("inspect", path, "--json").out)["statements"]
+    decided = ["argument", None, "argument", "declaration", "aggregate", "argument"]
+    assert [row["edited"] for row in rows] == decided
+    assert rows[1]["reason"] == "it runs several times and each time needs another correction"
+    document = json.loads(call("compensate", path, "--json").out)
+    assert [row["edited"] for row in document["statements"]] == decided
+
+
+def test_an_arm_of_unknown_stiffness_is_looked_at_as_it_is(call: Call, samples: Path) -> None:
+    outcome = call("inspect", samples / "hull_seam.mod", "--robot", "irb4600_20_250", "--json")
+    assert outcome.code == 0
+    document = json.loads(outcome.out)
+    assert document["robot"] == "irb4600_20_250"
+    assert {row["edited"] for row in document["statements"]} == {None}
