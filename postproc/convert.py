@@ -20,9 +20,10 @@ from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import in_transition, judge_statements
-from postproc.compensate.plan import Plan, plan_changes, read_motion, read_samples
+from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, measure_deviation
 from postproc.compensate.readback import owners_of, places_of
+from postproc.compensate.reading import read_motion, read_samples
 from postproc.compensate.sharing import target_users
 from postproc.compensate.states import build_state
 from postproc.compensate.values import Outcome

@@ -67,11 +67,11 @@ class Decisions:
         return IN_PLACE.get(event.target_origin.kind)
 
 
-def same_value(a: TargetValue, b: TargetValue) -> bool:
+def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bool:
     return (
         a.robconf == b.robconf
-        and float(np.abs(np.subtract(a.pose.trans, b.pose.trans)).max()) <= SAME_MM
-        and float(np.abs(np.subtract(a.pose.rot, b.pose.rot)).max()) <= SAME_QUATERNION
+        and float(np.abs(np.subtract(a.pose.trans, b.pose.trans)).max()) <= within_mm
+        and float(np.abs(np.subtract(a.pose.rot, b.pose.rot)).max()) <= SAME_QUATERNION * within_mm / SAME_MM
     )
 
 

@@ -42,7 +42,7 @@ def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
 
 
 # The first word of a statement and what follows it.
-LEAD = re.compile(GAP + rb"(?:(" + IDENTIFIER + rb")" + GAP + rb"(:=|:|\{|\.)?)?")
+LEAD = re.compile(GAP + rb"(?:(" + IDENTIFIER + rb")" + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
 WORD = re.compile(GAP + rb"(" + IDENTIFIER + rb")")
 TO_SEMICOLON = re.compile(rb"(?:[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\")*+")
 TO_LINE_END = re.compile(rb"[^\n]*+")

@@ -142,6 +142,9 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
         ]
     if data.lstrip().startswith((b"<?xml", b"<Program")):
         return [], []  # a .pgf lists the modules of a task
+    if b"\n" not in data and b"\r" in data.strip():
+        text, help = "the lines end in carriage returns alone", "save it with CR LF or LF at the end of lines"
+        return [], [Diagnostic("RAP017", "error", text, source, None, help)]
     modules, problems = parse(source)
     if not modules:
         help = "give a file with MODULE .. ENDMODULE"

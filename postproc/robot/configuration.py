@@ -54,3 +54,13 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
     opw = closed_form(robot)
     turns = np.floor((np.asarray(q)[..., TURNING] + ON_BOUNDARY) / QUARTER).astype(np.int64)
     return np.concatenate([turns, branch(opw, q)[..., None]], axis=-1)
+
+
+def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> NDArray[np.bool_]:
+    """(n,) whether joint angles (n, 6) [rad] stand at most ``margin`` [rad] outside what confdata (n, 4) say."""
+    turning = np.asarray(q)[..., TURNING]
+    outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2
+    other = branch(closed_form(robot), q) ^ conf[..., 3]
+    straight = (other == 1) & (np.abs(np.sin(q[..., 4])) <= margin)
+    result: NDArray[np.bool_] = (outside <= margin).all(axis=-1) & ((other == 0) | straight)
+    return result

@@ -10,6 +10,7 @@ import pytest
 
 from postproc.convert import Conversion
 from tests.compensate.build import (
+    AXES,
     body_of,
     codes,
     convert,
@@ -249,6 +250,30 @@ def test_a_name_of_32_characters() -> None:
     accurate(text, convert(text))
 
 
+def test_runs_that_arrive_differently_share_the_middle_of_what_they_ask_for() -> None:
+    """A fly-by target of a routine is reached at two speeds: its inertial corrections differ by micrometres."""
+    data = f"CONST robtarget a:={A};\nCONST robtarget b:={B};\nCONST robtarget c:={C};"
+    visit = "  PROC visit()\n    MoveL b,v300,z20,tT;\n    MoveL c,v300,fine,tT;\n  ENDPROC\n"
+    text = module(data, "MoveJ a,v100,fine,tT;\nvisit;\nMoveL a,v1000,z50,tT;\nvisit;", visit)
+    found = convert(text, inertia=True)
+    assert found.output is not None, codes(found)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    passed = [o for o in found.outcomes if o.statement.routine == "visit"]
+    assert all(o.shift_mm is not None and o.shift_mm > 1.0 for o in passed)
+    assert passed[0].residual_mm is not None
+    assert 1e-4 < passed[0].residual_mm < 0.05
+
+
+def test_runs_that_ask_for_quite_different_corrections_are_left_alone() -> None:
+    data = f"CONST robtarget a:={A};\nCONST robtarget b:={B};"
+    visit = "  PROC visit(PERS tooldata t)\n    MoveL b,v300,fine,t;\n  ENDPROC\n"
+    other = "PERS tooldata tOther:=[TRUE,[[0,0,350],[1,0,0,0]],[60,[0,300,420],[1,0,0,0],0,0,0]];"
+    light = "PERS tooldata tLight:=[TRUE,[[0,0,350],[1,0,0,0]],[0.001,[0,0,1],[1,0,0,0],0,0,0]];"
+    body = "MoveJ a,v100,fine,tLight;\nvisit tLight;\nMoveL a,v100,fine,tOther;\nvisit tOther;"
+    found = convert(module(data + "\n" + other + "\n" + light, body, visit), force=(0.0, 0.0, 0.0))
+    assert [o.status for o in found.outcomes if o.statement.routine == "visit"] == ["skipped"]
+
+
 def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     """Axis 1 stands at -0.04 deg; the correction of 1.5 mm turns it to the other side of zero."""
     near, beyond = target(1350, -70), target(1350, 50)
@@ -259,6 +284,17 @@ def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     assert goals[0].robconf == (-1, 0, -1, 0)
     assert goals[-1].robconf == (0, 0, -1, 0)
     accurate(text, found)
+
+
+def test_a_target_taught_beside_its_quadrant_gets_the_one_it_is_carried_into() -> None:
+    """Axis 6 stands at -0.05 deg, taught as cf6 = 0; the correction turns it another 1.05 mrad away."""
+    conf = ",[0,0,0,0]," + AXES + "]"
+    first = "[[1378.86,253.48,877.66],[-0.0032759,-0.0657812,0.9971188,0.0376332]" + conf
+    second = "[[1369.17,301.44,877.66],[-0.0039322,-0.0831733,0.9958189,0.0375703]" + conf
+    text = module("", f"MoveJ {first},v100,fine,tool0;\nMoveL {second},v100,fine,tool0;")
+    found = convert(text, force=(0.0, 0.0, 0.0), moment=(150.0, 0.0, -400.0))
+    assert found.output is not None, codes(found)
+    assert [e.target.robconf for e in events(written(found))] == [(0, 0, -1, 0)] * 2
 
 
 @pytest.mark.parametrize(

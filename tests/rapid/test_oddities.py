@@ -63,7 +63,7 @@ def test_encrypted_module(first: int) -> None:
 @pytest.mark.parametrize(
     ("data", "code"),
     [(b"", "RAP001"), (b" \r\n", "RAP001"), (b"PK\x03\x04\x00\x00", "RAP002"), (b"hello", "RAP011"),
-     ("MODULE M\nENDMODULE".encode("utf-16"), "RAP016")],
+     ("MODULE M\nENDMODULE".encode("utf-16"), "RAP016"), (b"MODULE M\r! new\rENDMODULE\r", "RAP017")],
 )  # fmt: skip
 def test_files_that_are_no_program(data: bytes, code: str) -> None:
     found = program(data)
@@ -187,6 +187,10 @@ def test_numbers(spelling: str, value: float) -> None:
     assert event.target_origin.spans is not None
     start, end = event.target_origin.spans.trans[0]
     assert event.statement.source.data[start:end] == spelling.encode()
+
+
+def test_a_number_without_its_zero_after_an_instruction() -> None:
+    assert codes(module("WaitTime .5;\nIF TRUE VelSet .5e2,1000;")) == []
 
 
 def test_arrays_of_targets() -> None:

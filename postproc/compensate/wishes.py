@@ -1,0 +1,145 @@
+"""What the correction asks for: targets as the program would write them, and statements to add."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.correction import Exact
+from postproc.compensate.decisions import SAME_MM, Wish, same_value
+from postproc.compensate.insertions import insertion_of
+from postproc.compensate.proof import distance_to_curves
+from postproc.compensate.reading import Motion
+from postproc.compensate.targets import Pieces
+from postproc.compensate.values import Insertion, TargetValue, key_of
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.records import RobTarget
+from postproc.rapid.units import target_poses
+from postproc.robot.arm import Robot
+from postproc.robot.configuration import confdata, within
+from postproc.robot.inverse import BOUNDARY
+from postproc.robot.pose import displace, pose_error
+
+Conf = tuple[int, int, int, int]
+
+
+class Wishes:
+    """Corrected targets of one round, as the program writes them."""
+
+    def __init__(
+        self, robot: Robot, motion: Motion, events: Sequence[MotionEvent], written: Exact, curve: Array
+    ) -> None:
+        self.robot, self.motion, self.events, self.written, self.curve = robot, motion, events, written, curve
+        nominal = np.array([m.q for m in motion.moves])
+        self.conf_after = confdata(robot, written.q_goal)
+        self.crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
+        self.T_goal = motion.samples.curves.mounts.work(written.T_base_flange)
+
+    def wishes(self, chosen: Sequence[int], pieces: Sequence[Pieces]) -> list[Wish]:
+        """Corrected goals and circle points of the chosen moves."""
+        divided = {p.move: p for p in pieces}
+        asked: list[tuple[int, str, Array, Conf]] = []
+        for i in chosen:
+            move = self.motion.moves[i]
+            event = self.events[move.event]
+            if not isinstance(event.target, RobTarget):
+                continue
+            asked.append((i, "to", self.T_goal[i], self._goal_conf(i, event.target.robconf)))
+            if event.via is not None and not move.first:
+                asked.append((i, "via", self._via(i, divided[i]), event.via.robconf))
+        values = self.values([(i, T, conf) for i, _, T, conf in asked])
+        found = []
+        for (i, role, _, _), value in zip(asked, values, strict=True):
+            event = self.events[self.motion.moves[i].event]
+            origin = event.target_origin if role == "to" else event.via_origin
+            assert origin is not None
+            found.append(Wish(self.motion.moves[i].event, role, origin, value))
+        return found
+
+    def _goal_conf(self, i: int, taught: Conf) -> Conf:
+        """The confdata as it was taught, while the corrected joints stand where it says."""
+        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
+        kept = within(self.robot, self.written.q_goal[i], np.array(taught), BOUNDARY / 2)
+        return taught if kept and not self.crossed[i] else _conf(self.conf_after[i])
+
+    def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
+        """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
+        events = [self.events[self.motion.moves[i].event] for i, _, _ in asked]
+        poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
+        result = []
+        for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
+            assert isinstance(event.target, RobTarget)
+            result.append(TargetValue(pose, conf, event.target.extax))
+        return result
+
+    def _via(self, i: int, pieces: Pieces) -> Array:
+        """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part."""
+        if pieces.goals:
+            middle: Array = self.curve[pieces.vias[-1]]
+            return middle
+        samples, move = self.motion.samples, self.motion.moves[i]
+        assert move.T_work_via is not None
+        _, u = distance_to_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])
+        rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+        shifts = pose_error(samples.T_work_tcp[rows], self.curve[rows])
+        shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])
+        T = move.T_work_via.copy()
+        turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
+        T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
+        return T
+
+    def _added(self, i: int, part: Pieces | None, zone_name: Callable[[MotionEvent], str]) -> list[Insertion]:
+        """The statements to add before one move."""
+        if part is None:
+            return []
+        event = self.events[self.motion.moves[i].event]
+        goals = list(part.goals)
+        confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
+        to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+        vias = self.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        zone, shares = zone_name(event), np.diff(self.motion.samples.u[goals], prepend=0.0).tolist()
+        return [insertion_of(event, t, vias[k] if vias else None, zone, shares[k]) for k, t in enumerate(to)]
+
+    def insertions(
+        self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str], tolerance: float
+    ) -> tuple[list[Insertion], dict[int, str]]:
+        """Statements to add; moves whose statement runs several times and would need different ones.
+
+        Different is what differs by more than half of the tolerance [m].
+        """
+        same = max(SAME_MM, 500.0 * tolerance)
+        by_statement: dict[tuple[str, int], list[tuple[int, list[Insertion]]]] = {}
+        divided = {p.move: p for p in pieces if p.goals}
+        runs: dict[tuple[str, int], list[int]] = {}
+        for i, move in enumerate(self.motion.moves):
+            runs.setdefault(key_of(self.events[move.event].statement), []).append(i)
+        for key, group in runs.items():
+            if not any(i in divided for i in group):
+                continue
+            by_statement[key] = [(i, self._added(i, divided.get(i), zone_name)) for i in group]
+        found: list[Insertion] = []
+        clashing: dict[int, str] = {}
+        for runs_of in by_statement.values():
+            _, first = runs_of[0]
+            if all(_same_insertions(first, other, same) for _, other in runs_of[1:]):
+                found += first
+            else:
+                clashing.update({i: "it runs several times on different ways" for i, _ in runs_of})
+        return found, clashing
+
+
+def _conf(row: Array) -> Conf:
+    return int(row[0]), int(row[1]), int(row[2]), int(row[3])
+
+
+def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion], within_mm: float) -> bool:
+    if len(a) != len(b):
+        return False
+    for x, y in zip(a, b, strict=True):
+        if not same_value(x.to, y.to, within_mm) or (x.via is None) != (y.via is None) or x.duration != y.duration:
+            return False
+        if x.via is not None and y.via is not None and not same_value(x.via, y.via, within_mm):
+            return False
+    return True
