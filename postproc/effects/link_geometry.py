@@ -40,6 +40,7 @@ class LinkGeometry(
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         # Bodies 0 and 6 belong to the instrument's frame and to the tool.
-        inner = np.repeat((np.arange(7) > 0) & (np.arange(7) < 6), 3)
-        free = np.concatenate([inner, inner])
-        return (variant(current or cls(), "bodies 1 to 5", free, free),)
+        effect, body = current or cls(), np.tile(np.repeat(np.arange(7), 3), 2)
+        inner = (body > 0) & (body < 6)
+        alone = [variant(effect, f"body {b}", body == b, body == b) for b in range(1, 6)]
+        return (variant(effect, "bodies 1 to 5", inner, inner), *alone)

@@ -22,14 +22,16 @@ class PayloadError(
 ):
     """The tool is heavier, lighter or hangs elsewhere than the program says.
 
-    Equation: extra force m (g - acceleration) at the extra centre c, with m and m c [kg, kg m] in tool0; and the share
-    ``fraction`` of the stated payload at its stated centre. Source: Newton.
-    Typical size: 1 to 10 kg, 1 to 3 kg m: 7 to 70 micrometres per load of that size on a 60 kg arm.
+    Equation: extra force m (g - acceleration) at the extra centre c, with m and m c [kg, kg m] in tool0; the share
+    ``fraction`` of the stated payload at its stated centre; and the stated payload's centre, wherever that is said to
+    be, off by ``centre_m``. Source: Newton.
+    Typical size: 1 to 10 kg, 1 to 3 kg m, 20 to 100 mm: 7 to 70 micrometres per load of that size on a 60 kg arm.
     """
 
     mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0)
     moment_kgm: Array = param(unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, labels=("x", "y", "z"))
     fraction: float = param(unit="1", low=-1.0, high=5.0, typical=0.1)
+    centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:
         T_body_flange = np.eye(4) if state.robot is None else state.robot.link[6]
@@ -38,14 +40,19 @@ class PayloadError(
         if state.payload_mass is not None:
             stated = self.fraction * state.payload_mass
             centre = np.zeros(3) if state.payload_center is None else state.payload_center
-            mass, moment = mass + stated, moment + stated[:, None] * centre
+            off = np.asarray(state.payload_mass)[..., None] * self.centre_m
+            mass, moment = mass + stated, moment + stated[:, None] * centre + off
         return Load(body={6: weight(state, 6, mass, moment, T_body_flange)})
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        effect, constant = current or cls(), np.arange(5) < 4
+        effect, part = current or cls(), np.arange(8)
+        constant, share, centre = part < 4, part == 4, part > 4
         found = [variant(effect, "mass and centre", constant, constant)]
         stated = channel(state, "payload")
         if stated is not None and np.any(stated != 0.0):
-            found.append(variant(effect, "share of the stated payload", ~constant, ~constant))
+            found.append(variant(effect, "share of the stated payload", share, share))
+        if stated is not None and np.ptp(stated) > 0.0:
+            # With one payload this is the constant moment again.
+            found.append(variant(effect, "centre of the stated payload", centre, centre))
         return tuple(found)

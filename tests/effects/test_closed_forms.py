@@ -223,6 +223,9 @@ def test_payload_error_in_tool0_and_as_a_share_of_the_stated_payload():
     assert_allclose(given, [*force, *np.cross([1.15, 0, 1], force)], atol=1e-12)
     stated = replace(state, payload_mass=np.array([50.0]), payload_center=np.array([[0, 0, 0.1]]))
     assert_allclose(wrench_on(PayloadError(fraction=0.1), stated, 6), given, atol=1e-12)
+    # 50 kg that hang 20 mm farther along tool0's z: a pure moment.
+    off = wrench_on(PayloadError(centre_m=[0, 0, 0.02]), stated, 6)
+    assert_allclose(off, [0, 0, 0, *np.cross([0.02, 0, 0], [0, 0, -50 * 9.81])], atol=1e-12)
 
 
 def test_dress_pack_pulls_when_taut_and_hangs_when_slack():
