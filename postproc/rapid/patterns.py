@@ -1,23 +1,23 @@
-"""Regular expressions for pieces larger than a token; every repetition is possessive, so none can run away."""
+"""Regular expressions for pieces larger than a token; none comes back to what it matched, so none can run away."""
 
 from __future__ import annotations
 
 import re
 
-from postproc.rapid.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING
+from postproc.rapid.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING, many
 
-GAP = rb"(?:" + BLANK + rb"++|" + COMMENT + rb")*+"
+GAP = many(BLANK + rb"|" + COMMENT)
 DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array in an aggregate needs 5)
 
 
 def _nested(depth: int) -> bytes:
     inner = b"|" + _nested(depth - 1) if depth > 1 else b""
-    return rb"[\[({](?:[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner + rb")*+[\])}]"
+    return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
 
 
 BRACKETED = _nested(DEPTH)
 # An expression up to a comma, backslash, semicolon or closing bracket outside its own brackets.
-EXPRESSION = rb"(?:[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED + rb")*+"
+EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED)
 
 
 def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
@@ -25,30 +25,19 @@ def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
     first = word[:1]
     both = first.lower() + first.upper()
     semicolon = b";" if stop_at_semicolon else b""
-    return re.compile(
-        rb"(?:[^\"!"
-        + both
-        + semicolon
-        + rb"]++|"
-        + STRING
-        + rb"|"
-        + COMMENT
-        + rb"|(?!(?<![\w\x80-\xff])(?i:"
-        + word
-        + rb")(?![\w\x80-\xff]))["
-        + both
-        + rb"]|\")*+"
-    )
+    other = rb"[^\"!" + both + semicolon + rb"]++"
+    begins_otherwise = rb"(?!(?<![\w\x80-\xff])(?i:" + word + rb")(?![\w\x80-\xff]))[" + both + rb"]"
+    return re.compile(many(other + rb"|" + STRING + rb"|" + COMMENT + rb"|" + begins_otherwise + rb"|\""))
 
 
 # The first word of a statement and what follows it.
 LEAD = re.compile(GAP + rb"(?:(" + IDENTIFIER + rb")" + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
 WORD = re.compile(GAP + rb"(" + IDENTIFIER + rb")")
-TO_SEMICOLON = re.compile(rb"(?:[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\")*+")
+TO_SEMICOLON = re.compile(many(rb"[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\""))
 TO_LINE_END = re.compile(rb"[^\n]*+")
 PLACE = re.compile(PLACEHOLDER)
 REFERENCE = re.compile(
-    IDENTIFIER + rb"(?:" + GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb"))*+" + GAP + rb"(:=)"
+    IDENTIFIER + many(GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb")") + GAP + rb"(:=)"
 )
 # A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
 HARD_STOP = re.compile(
@@ -76,7 +65,7 @@ DECLARATION = re.compile(
 MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + rb"(" + IDENTIFIER + rb")(?:" + GAP + rb"(\([^()]*+\)))?")
 ROUTINE_HEAD = re.compile(
     rb"(?i:(?:(FUNC)" + GAP + rb"(" + IDENTIFIER + rb")|(PROC|TRAP)))" + GAP + rb"(" + IDENTIFIER + rb")"
-    rb"(?:" + GAP + rb"(\((?:[^()\"!]++|" + STRING + rb"|" + COMMENT + rb")*+\)))?"
+    rb"(?:" + GAP + rb"(\(" + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
 )
 PARAMETER = re.compile(
     GAP
@@ -103,7 +92,7 @@ PIECE = re.compile(
     GAP
     + rb"(,?)"
     + GAP
-    + rb"(?:\\"
+    + rb"(?>(?:\\"
     + GAP
     + rb"("
     + IDENTIFIER
@@ -116,15 +105,15 @@ PIECE = re.compile(
     + GAP
     + rb":="
     + GAP
-    + rb")?+("
+    + rb")?)("
     + EXPRESSION
     + rb")"
 )
 # Arguments that are names, nothing else between them than commas.
-PLAIN_REST = re.compile(rb"(?:,[A-Za-z_]\w*+)++")
+PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.
-TOKEN = re.compile(rb"((?:" + BLANK + rb"++|" + COMMENT + rb"))|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
-PART = re.compile(rb"(?:[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED + rb")*+")
+TOKEN = re.compile(rb"(" + BLANK + many(BLANK) + rb"|" + COMMENT + rb")|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
+PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED))
 
 
 def trimmed(data: bytes, start: int, end: int) -> int:

@@ -9,7 +9,7 @@ from postproc.rapid import patterns
 from postproc.rapid.cursor import Cursor, text
 from postproc.rapid.expressions import ExpressionError, read_expression
 from postproc.rapid.syntax import Branch, Declaration, Statement
-from postproc.rapid.tokens import skip
+from postproc.rapid.tokens import COMMENT, STRING, many, skip
 
 MAX_NESTING = 100
 DATA_WORDS = {b"const", b"pers", b"var"}
@@ -27,9 +27,11 @@ TO_FROM = patterns.up_to(b"FROM")
 TO_TO = patterns.up_to(b"TO")
 TO_STEP = patterns.up_to(b"STEP")
 TO_TEST_BODY = re.compile(
-    rb"(?:(?!(?<![\w\x80-\xff])(?i:CASE|DEFAULT|ENDTEST)(?![\w\x80-\xff]))(?:\"(?:[^\"\r\n]|\"\")*+\"|![^\n]*+|[^;]))*+"
+    many(
+        rb"(?!(?<![\w\x80-\xff])(?i:CASE|DEFAULT|ENDTEST)(?![\w\x80-\xff]))(?:" + STRING + rb"|" + COMMENT + rb"|[^;])"
+    )
 )
-TO_COLON = re.compile(rb"(?:[^;:!\"\n]++|\"(?:[^\"\r\n]|\"\")*+\"|![^\n]*+|\n)*+")
+TO_COLON = re.compile(many(rb"[^;:!\"\n]++|" + STRING + rb"|" + COMMENT + rb"|\n"))
 SIMPLE = {b"return": "return", b"goto": "goto", b"connect": "connect", **{w: "leave" for w in LEAVE_WORDS}}
 BLOCKS = {b"if", b"for", b"while", b"test"}
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 import re
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from postproc import rapid
 from postproc.diagnostics import Source
 from postproc.rapid.edits import Edit, apply_edits
 from postproc.rapid.program import read_program
@@ -101,3 +104,13 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
     assert again.target is not None
     assert again.target.trans == (1.5, -2.361, 3.0)  # type: ignore[union-attr]
     assert again.target.rot == event.target.rot  # type: ignore[union-attr]
+
+
+def test_no_group_is_possessive() -> None:
+    """Python before 3.11.5 loses its place in ``(?:..)*+`` (cpython gh-106052); atomic groups are used."""
+    modules = [importlib.import_module(f"postproc.rapid.{m.name}") for m in pkgutil.iter_modules(rapid.__path__)]
+    patterns = [value for m in modules for value in vars(m).values() if isinstance(value, re.Pattern)]
+    assert len(patterns) > 20
+    for pattern in patterns:
+        text = pattern.pattern if isinstance(pattern.pattern, str) else pattern.pattern.decode("latin-1")
+        assert not re.search(r"(?<!\\)\)[*+?]\+", text), text
