@@ -21,6 +21,7 @@ EDITED: Mapping[Place | None, str] = {
     "element": "; its array element is edited",
     "aggregate": "; its numbers are edited",
     "argument": "; it gets a target of its own",
+    "call": "; the argument of its call is edited",
     "derived": "; it moves with the target that it is derived from",
     None: "",
 }

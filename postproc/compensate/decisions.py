@@ -1,16 +1,16 @@
-"""Which text to change: the numbers of a declaration, of an array element or of an aggregate, or the whole argument.
+"""Which text to change: the numbers of a declaration, of an array element or of an aggregate, or a whole argument.
 
 A declaration is edited when all that it serves for are targets of compensated moves and all of them ask for the same
-value; otherwise each statement gets a target of its own. A statement that runs several times with different corrections
-cannot have one of its own: where its target is derived (Offs, RelTool) from one that is edited it follows that, else it
-is left alone, with that reason.
+value; otherwise each statement gets a target of its own. Where a call hands the target to a routine, the call gets it.
+A statement that runs several times with different corrections cannot have one of its own: where its target is derived
+(Offs, RelTool) from one that is edited it follows that, else it is left alone, with that reason.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -21,12 +21,14 @@ from postproc.rapid.events import MotionEvent, Origin
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
 DIFFERENT = "it runs several times and each time needs another correction"
+ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 FOLLOWS = "it follows the target that it is derived from"
 
 IN_PLACE: Mapping[str, Place] = {"inline": "aggregate", "declared": "declaration", "element": "element"}
 
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
-PlaceKey = tuple[str, int]  # path and offset of the literal numbers of a target
+# Path and offset of the literal numbers of a target, or of the whole argument of a call.
+PlaceKey = tuple[Literal["numbers", "call"], str, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,32 +41,21 @@ class Wish:
     value: TargetValue
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Decisions:
     """What is written.
 
     Args:
         changes: texts to change.
         refused: statements that stay as they are, with the reason.
-        following: statements whose targets move with the declarations named, because they are derived from them.
+        following: statements whose targets move with the declarations and parameters named, being derived from them.
+        edited: where the target of every other statement is written.
     """
 
     changes: tuple[Change, ...]
     refused: Mapping[StatementKey, str] = field(default_factory=dict)
     following: Mapping[StatementKey, frozenset[str]] = field(default_factory=dict)
-
-    @cached_property
-    def _replaced(self) -> frozenset[StatementKey]:
-        return frozenset(key_of(c.statement) for c in self.changes if c.role == "to" and c.spans is None)
-
-    def place(self, event: MotionEvent) -> Place | None:
-        """Where the new target of a statement that is compensated is written."""
-        key = key_of(event.statement)
-        if key in self.following:
-            return "derived"
-        if key in self._replaced or event.target_origin is None:
-            return "argument"
-        return IN_PLACE.get(event.target_origin.kind)
+    edited: Mapping[StatementKey, Place] = field(default_factory=dict)
 
 
 def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bool:
@@ -85,19 +76,18 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
     places: dict[PlaceKey, list[Wish]] = {}
     arguments: dict[ArgumentKey, list[Wish]] = {}
     for wish in wishes:
-        spans = wish.origin.spans
-        if spans is not None:
-            places.setdefault((spans.source.path, spans.whole[0]), []).append(wish)
+        for place in _places(wish):
+            places.setdefault(place, []).append(wish)
         arguments.setdefault((key_of(events[wish.event].statement), wish.role), []).append(wish)
     complete = fully_wished(events, [w.event for w in wishes])
     bases: dict[StatementKey, set[str]] = {}
-    for declaration, use in users.items():
+    for name, use in users.items():
         for key in use.derived:
-            bases.setdefault(key, set()).add(declaration)
+            bases.setdefault(key, set()).add(name)
 
-    editable = {key for key, group in places.items() if _agree(group) and _serves_these(group, events, users, complete)}
+    editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
     while True:
-        refused, edited = _refuse(places, arguments, editable, bases)
+        refused, following = _refuse(events, arguments, editable, bases)
         # A declaration stays as it is when a statement that uses it does.
         kept = editable
         if refused:
@@ -105,43 +95,82 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
         if kept == editable:
             break
         editable = kept
-    changes = [_change(events, places[key][0], in_place=True) for key in places if key in editable]
-    for argument, group in arguments.items():
-        if argument[0] not in refused and _agree(group) and not _all_edited(group, editable):
-            changes.append(_change(events, group[0], in_place=False))
-    following = {
-        key: edited_of
-        for (key, _), group in arguments.items()
-        if not _agree(group) and (edited_of := edited & bases.get(key, set())) and not _all_edited(group, editable)
-    }
-    return Decisions(tuple(changes), refused, following)
+    changes = []
+    for place in places:
+        if place in editable and (here := [w for w in places[place] if _text_of(w, editable) == place]):
+            changes.append(_change(events, here[0], place[0]))
+    edited: dict[StatementKey, Place] = dict.fromkeys(following, "derived")
+    for (key, _), group in arguments.items():
+        if key in refused or key in following:
+            continue
+        texts = [text for w in group if (text := _text_of(w, editable)) is not None]
+        if len(texts) < len(group):
+            changes.append(_change(events, group[0], "argument"))
+            edited[key] = "argument"
+        else:
+            handed = group[0].origin.handed is not None
+            called = handed and (texts[0][0] == "call" or group[0].origin.kind == "inline")
+            edited.setdefault(key, "call" if called else IN_PLACE[group[0].origin.kind])
+    return Decisions(tuple(changes), refused, following, edited)
+
+
+def _places(wish: Wish) -> list[PlaceKey]:
+    """Texts that could hold a corrected value, the one to prefer first."""
+    found: list[PlaceKey] = []
+    spans, handed = wish.origin.spans, wish.origin.handed
+    if spans is not None:
+        found.append(("numbers", spans.source.path, spans.whole[0]))
+    if handed is not None and (spans is None or spans.whole[0] != handed.span[0]):
+        found.append(("call", handed.source.path, handed.span[0]))
+    return found
+
+
+def _text_of(wish: Wish, editable: set[PlaceKey]) -> PlaceKey | None:
+    """The text that holds a corrected value; None where only the statement's own argument can."""
+    return next((place for place in _places(wish) if place in editable), None)
 
 
 def _refuse(
-    places: Mapping[PlaceKey, list[Wish]],
+    events: Sequence[MotionEvent],
     arguments: Mapping[ArgumentKey, list[Wish]],
     editable: set[PlaceKey],
     bases: Mapping[StatementKey, set[str]],
-) -> tuple[dict[StatementKey, str], frozenset[str]]:
-    """Statements for which no text can be found, and the declarations that are edited."""
-    edited = frozenset(d for key in editable if (d := places[key][0].origin.declaration) is not None)
+) -> tuple[dict[StatementKey, str], dict[StatementKey, frozenset[str]]]:
+    """Statements for which no text can be found, with the reason, and those that follow what they are derived from."""
+    edited: set[str] = set()
+    for group in arguments.values():
+        for wish in group:
+            if _text_of(wish, editable) is not None:
+                edited |= names_of(wish)
     refused: dict[StatementKey, str] = {}
+    following: dict[StatementKey, frozenset[str]] = {}
     for (key, _), group in arguments.items():
-        if not _agree(group) and not _all_edited(group, editable) and not edited & bases.get(key, set()):
+        if all(_text_of(w, editable) is not None for w in group):
+            continue
+        followed = edited & bases.get(key, set())
+        # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
+        if followed and (not _agree(group) or any("%" in name for name in followed)):
+            following[key] = frozenset(followed)
+        elif not _agree(group):
             refused[key] = DIFFERENT
-    return refused, edited
+        elif any(events[w.event].elsewhere for w in group):
+            refused[key] = ELSEWHERE
+    return refused, following
+
+
+def names_of(wish: Wish) -> set[str]:
+    """Keys of the declaration and the parameters that a target comes from."""
+    origin = wish.origin
+    names = {*origin.handed.parameters} if origin.handed is not None else set()
+    return names | ({origin.declaration} if origin.declaration is not None else set())
 
 
 def _agree(group: Sequence[Wish]) -> bool:
     return all(same_value(group[0].value, w.value) for w in group[1:])
 
 
-def _all_edited(group: Sequence[Wish], editable: set[PlaceKey]) -> bool:
-    spans = [w.origin.spans for w in group]
-    return all(s is not None and (s.source.path, s.whole[0]) in editable for s in spans)
-
-
 def _serves_these(
+    place: PlaceKey,
     group: Sequence[Wish],
     events: Sequence[MotionEvent],
     users: Mapping[str, Users],
@@ -149,6 +178,9 @@ def _serves_these(
 ) -> bool:
     """Whether editing the text that a group of wishes shares changes nothing but targets of compensated moves."""
     origin = group[0].origin
+    if origin.handed is not None and (place[0] == "call" or origin.declaration is None):
+        known = users.get(origin.handed.parameters[0])
+        return known is not None and known.derived | known.plain <= complete
     if origin.declaration is None:
         return True  # an inline aggregate belongs to its statement alone
     known = users.get(origin.declaration)
@@ -160,5 +192,15 @@ def _serves_these(
     return known.plain == {key_of(events[w.event].statement) for w in group}
 
 
-def _change(events: Sequence[MotionEvent], wish: Wish, in_place: bool) -> Change:
-    return Change(events[wish.event].statement, wish.role, wish.value, wish.origin.spans if in_place else None)
+def _change(events: Sequence[MotionEvent], wish: Wish, where: str) -> Change:
+    """The change of the numbers of a target, of the argument of a call, or of the statement's own argument."""
+    statement, origin = events[wish.event].statement, wish.origin
+    if where == "numbers":
+        assert origin.spans is not None
+        return Change(origin.spans.source, origin.spans.whole, wish.value, origin.spans)
+    if where == "call":
+        assert origin.handed is not None
+        return Change(origin.handed.source, origin.handed.span, wish.value)
+    argument = statement.argument(wish.role)
+    assert argument is not None
+    return Change(statement.source, argument.span, wish.value)

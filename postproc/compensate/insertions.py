@@ -51,6 +51,8 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
         return "its triggers are placed along the whole way"
     if added_instruction(statement.instruction) is None:
         return f"nothing may be added before {statement.instruction}"
+    if event.elsewhere:
+        return "it also runs with other targets, on ways that are not followed"
     if event.detached:
         return "the arm may come here from more than one place"
     if statement.argument("\\id") is not None:

@@ -88,7 +88,7 @@ def _outcome(
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
-    edited = plan.decisions.place(events[next(i for i in indices if i in moves)])
+    edited = plan.decisions.edited.get(key_of(statement))
     return Outcome(
         statement,
         "compensated",

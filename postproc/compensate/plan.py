@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
-from postproc.compensate.decisions import Decisions, Wish, decide_changes
+from postproc.compensate.decisions import Decisions, Wish, decide_changes, names_of
 from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.reading import Motion
@@ -126,8 +126,8 @@ def _left_targets(
     index = {move.event: i for i, move in enumerate(motion.moves)}
     bases: dict[str, list[int]] = {}
     for wish in wishes:
-        if wish.role == "to" and wish.origin.declaration is not None:
-            bases.setdefault(wish.origin.declaration, []).append(index[wish.event])
+        for name in names_of(wish) if wish.role == "to" else ():
+            bases.setdefault(name, []).append(index[wish.event])
     left: dict[int, Array] = {}
     for i, move in enumerate(motion.moves):
         key = key_of(events[move.event].statement)

@@ -1,8 +1,8 @@
-"""What several may share: a declaration that serves only as target of motions, one correction for several runs."""
+"""What several may share: texts that serve only for targets of motions, one correction for several runs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.values import StatementKey, key_of
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.execution import MAX_CALLS
 from postproc.rapid.program import Program
-from postproc.rapid.uses import declaration_uses
+from postproc.rapid.uses import Use, declaration_uses
 from postproc.robot.pose import pose_error
 
 SAME_GOAL = 1e-9  # [m], [rad]: runs of a statement that are programmed to one place
@@ -26,17 +27,36 @@ class Users:
 
 
 def target_users(program: Program) -> Mapping[str, Users]:
-    """Users of each declaration that serves for nothing but targets; declarations that serve for more are missing."""
-    result = {}
-    for key, uses in declaration_uses(program).items():
-        kinds: dict[str, set[StatementKey]] = {"motion": set(), "expression": set()}
-        for use in uses:
-            if use.kind not in kinds or use.statement is None or use.role not in ("to", "via"):
-                break
-            kinds[use.kind].add(key_of(use.statement))
-        else:
-            result[key] = Users(frozenset(kinds["motion"]), frozenset(kinds["expression"]))
-    return result
+    """Users of each declaration and parameter that serves for nothing but targets; what serves for more is missing.
+
+    What a call hands over to a parameter is used by those who use the parameter.
+    """
+    uses = declaration_uses(program)
+    found: dict[str, Users | None] = {}
+
+    def users(key: str, depth: int) -> Users | None:
+        if key not in found:
+            found[key] = None  # of a routine that calls itself
+            found[key] = joined(uses.get(key, ()), depth) if depth <= MAX_CALLS else None
+        return found[key]
+
+    def joined(parts: Iterable[Use], depth: int) -> Users | None:
+        plain: set[StatementKey] = set()
+        derived: set[StatementKey] = set()
+        for use in parts:
+            if use.handed and use.kind == "argument":
+                more = users(use.handed, depth + 1)
+                if more is None:
+                    return None
+                plain |= more.plain
+                derived |= more.derived
+            elif use.statement is None or use.kind not in ("motion", "expression") or use.role not in ("to", "via"):
+                return None
+            else:
+                (plain if use.kind == "motion" else derived).add(key_of(use.statement))
+        return Users(frozenset(plain), frozenset(derived))
+
+    return {key: known for key in uses if (known := users(key, 0)) is not None}
 
 
 def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozenset[StatementKey]:

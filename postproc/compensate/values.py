@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
+from postproc.diagnostics import Source, Span
 from postproc.rapid.events import MotionStatement, TargetSpans
 from postproc.rapid.records import Ax6, Pose
 
 StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
-Place = Literal["declaration", "element", "aggregate", "argument", "derived"]
+Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
 """Where the new target of a statement is written: the numbers of a declaration, of an array element, of the aggregate
-that is the argument; another argument; or nowhere, because it moves with the target that it is derived from."""
+that is the argument; another argument; the argument of the call that hands it to a routine; or nowhere, because it
+moves with the target that it is derived from."""
 
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
@@ -37,15 +39,15 @@ class Change:
     """One target to rewrite.
 
     Args:
-        statement, role: the argument (``to`` or ``via``) that leads to the target.
+        source, span: the text that holds the target: an aggregate, or an argument that leads to one.
         value: the corrected target.
-        spans: literal numbers that are replaced in place; None replaces the argument by an inline aggregate.
+        spans: literal numbers that are replaced in place; None replaces the whole text by an aggregate.
     """
 
-    statement: MotionStatement
-    role: str
+    source: Source
+    span: Span
     value: TargetValue
-    spans: TargetSpans | None
+    spans: TargetSpans | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from postproc.diagnostics import Span
 from postproc.rapid.changes import BY_REFERENCE, paired
 from postproc.rapid.evaluate import evaluate, whole
+from postproc.rapid.events import Handed
 from postproc.rapid.expressions import Expression, Index, Name
 from postproc.rapid.memory import Binding, Frame, Memory, Reference
-from postproc.rapid.syntax import Routine
+from postproc.rapid.syntax import Parameter, Routine
 from postproc.rapid.values import NotKnown
 
 Tree = Callable[[Span, Memory], Expression]
@@ -36,7 +38,9 @@ def bound_frame(routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memo
             continue
         frame.present.add(parameter.name)
         if span[0] < span[1]:
-            frame.bindings[parameter.name] = _binding(span, parameter.mode in BY_REFERENCE, memory, tree)
+            frame.bindings[parameter.name] = _binding(
+                span, parameter, routine.parameter_key(parameter.name), memory, tree
+            )
     return frame
 
 
@@ -46,13 +50,19 @@ def passed_on(span: Span, memory: Memory) -> bool:
     return words.strip().lower() in memory.frame.present
 
 
-def _binding(span: Span, by_reference: bool, memory: Memory, tree: Tree) -> Binding:
+def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: Tree) -> Binding:
     try:
         expression = tree(span, memory)
-        reference = _reference(expression, memory) if by_reference else None
-        return reference if reference is not None else evaluate(expression, memory)
+        reference = _reference(expression, memory) if parameter.mode in BY_REFERENCE else None
+        if reference is not None:
+            return reference
+        value = evaluate(expression, memory)
     except NotKnown as error:
         return error
+    if parameter.mode or parameter.type != "robtarget":
+        return value if value.handed is None else replace(value, handed=None)
+    first = value.handed or Handed(memory.frame.routine.source, span, ())
+    return replace(value, handed=replace(first, parameters=(*first.parameters, key)))
 
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:

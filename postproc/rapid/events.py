@@ -43,6 +43,19 @@ class TargetSpans:
 
 
 @dataclass(frozen=True, slots=True)
+class Handed:
+    """A target that a routine got by value: the argument of the call as it stands in the text.
+
+    Args:
+        parameters: keys of the parameters (``module.routine.%name``) that carried it on, the called routine's first.
+    """
+
+    source: Source
+    span: Span
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Origin:
     """Where the value of a target argument comes from.
 
@@ -53,12 +66,14 @@ class Origin:
         spans: the literal numbers, where there are any.
         declaration: canonical key of the declaration (lower case ``module.routine.name`` or ``module..name``).
         storage: CONST, PERS or VAR of that declaration.
+        handed: where a call hands it over, if it comes from a parameter.
     """
 
     kind: OriginKind
     spans: TargetSpans | None = None
     declaration: str | None = None
     storage: str | None = None
+    handed: Handed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,3 +155,4 @@ class MotionEvent:
     velocity_override: float = 100.0  # VelSet [%]
     velocity_limit: float | None = None  # VelSet [mm/s]
     acceleration: float = 100.0  # AccSet [%]
+    elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed

@@ -15,6 +15,7 @@ from postproc.rapid.expressions import Call, Expression, ExpressionError, read_w
 from postproc.rapid.memory import Constants, Memory
 from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program
+from postproc.rapid.records import RobTarget
 from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker, undeclared
 from postproc.rapid.syntax import Routine, Statement
@@ -39,6 +40,8 @@ class Execution(ABC):
         self.events: list[MotionEvent] = []
         self.diagnostics: list[Diagnostic] = []
         self.visited: dict[str, set[int]] = {}
+        self.elsewhere: set[tuple[str, int]] = set()  # statements that run again with another target
+        self.first: dict[tuple[str, int], MotionEvent] = {}
         self.only_new = False
         self.conditional = 0
         self.detached = True
@@ -206,14 +209,26 @@ class Execution(ABC):
         seen = self.visited.setdefault(statement.source.path, set())
         new = statement.span[0] not in seen
         seen.add(statement.span[0])
+        place = (statement.source.path, statement.span[0])
         if new or not self.only_new:
             self.events.append(self.maker.event(statement, memory, self.conditional > 0, self.detached))
+            self.first.setdefault(place, self.events[-1])
             self.detached = False
         else:
             self.detached = True
+            if not self.same_target(statement, memory):
+                self.elsewhere.add(place)
         for argument in statement.arguments:
             if argument.role == "found":
                 self.assign(argument.span, NotKnown(f"`{argument.text}` is found by a search"), memory)
+
+    def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
+        """Whether a further execution goes where the first one went."""
+        first = self.first[statement.source.path, statement.span[0]]
+        to = statement.argument("to")
+        if to is None or not isinstance(first.target, RobTarget):
+            return True
+        return self.maker.targets.robtarget(statement.source, to.span, memory)[0] == first.target
 
     def report_once(
         self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str

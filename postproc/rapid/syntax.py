@@ -90,6 +90,10 @@ class Routine:
     def key(self) -> str:
         return f"{self.module}.{self.name}".lower()
 
+    def parameter_key(self, name: str) -> str:
+        """Canonical name of a parameter: ``module.routine.%name``, lower case."""
+        return f"{self.key}.%{name}".lower()
+
 
 @dataclass(frozen=True, slots=True)
 class Record:

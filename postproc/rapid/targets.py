@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from postproc.diagnostics import Source, Span
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Origin, OriginKind, TargetSpans
@@ -46,16 +48,24 @@ class Targets:
             return error, _runtime(declaration)
 
     def _of_value(self, value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        handed = value.handed
         if value.declaration is None:
-            return to_robtarget(value.data), Origin("expression")
-        key = (value.declaration, value.at)
+            written = read_literal_target(handed.source, *handed.span) if handed is not None else None
+            if written is not None:
+                return written[0], Origin("inline", written[1], handed=handed)
+            return to_robtarget(value.data), Origin("expression", handed=handed)
+        target, origin = self._declared(value.declaration, value.at, value, memory)
+        return target, origin if handed is None else replace(origin, handed=handed)
+
+    def _declared(self, name: str, at: tuple[int, ...], value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        key = (name, at)
         done = self.declared.get(key)
         if done is None:
-            module, routine, name = value.declaration.split(".", 2)
-            declaration = memory.program.names[module, routine, name]
-            spans = self._spans(declaration, value.at, memory)
-            kind: OriginKind = "expression" if spans is None else "element" if value.at else "declared"
-            origin = Origin(kind, spans, value.declaration, declaration.storage)
+            module, routine, plain = name.split(".", 2)
+            declaration = memory.program.names[module, routine, plain]
+            spans = self._spans(declaration, at, memory)
+            kind: OriginKind = "expression" if spans is None else "element" if at else "declared"
+            origin = Origin(kind, spans, name, declaration.storage)
             done = self.declared[key] = (to_robtarget(value.data), origin)
         return done
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.changes import Changes
+from postproc.rapid.changes import Changes, paired
 from postproc.rapid.events import MotionStatement
+from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program, bodies, statements_in
 from postproc.rapid.syntax import Declaration, Routine, Statement
 from postproc.rapid.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
@@ -34,6 +35,7 @@ class Use:
         routine: name of the routine, empty for declarations of a module.
         statement: the motion statement, for ``motion`` and ``expression``.
         role: role of the argument there.
+        handed: key of the parameter that a call hands it over to, whole.
     """
 
     kind: UseKind
@@ -42,10 +44,11 @@ class Use:
     routine: str
     statement: MotionStatement | None = None
     role: str = ""
+    handed: str = ""
 
 
 def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
-    """All uses of every declared data, by the declaration's key; unused data is missing."""
+    """All uses of every declared data and every parameter, by its key; unused data is missing."""
     found: dict[str, list[Use]] = {}
     changes = Changes(program)
     declared = {name for _, _, name in program.names}
@@ -59,7 +62,10 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
         for body in bodies(routine):
             for statement in statements_in(body):
                 for name, use in _of_statement(program, changes, routine, statement, declared):
-                    _add(found, program.declaration(name, routine.module, routine.name), use)
+                    if any(p.name == name for p in routine.parameters):
+                        found.setdefault(routine.parameter_key(name), []).append(use)
+                    else:
+                        _add(found, program.declaration(name, routine.module, routine.name), use)
     return {key: tuple(uses) for key, uses in found.items()}
 
 
@@ -80,14 +86,13 @@ def _of_statement(
                 continue
             if argument.text.isidentifier() and argument.role != "found":
                 name = argument.text.lower()
-                if name in declared and name not in own:
+                if name in declared or name in own:
                     yield name, Use("motion", source, argument.span, routine.name, motion, argument.role)
                 continue
             for at, (name, span) in enumerate(_names(source, argument.span)):
                 kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
                 kind = "write" if argument.role == "found" and at == 0 else kind
-                if name not in own:
-                    yield name, Use(kind, source, span, routine.name, motion, argument.role)
+                yield name, Use(kind, source, span, routine.name, motion, argument.role)
         return
     spans: tuple[Span, ...] = statement.parts
     other: UseKind = "read"
@@ -96,16 +101,30 @@ def _of_statement(
         spans, other = ((start, statement.span[1]),), "argument"
     spans += tuple(condition for branch in statement.branches for condition in branch.conditions)
     written = changes.of([statement], routine) if statement.kind in ("call", "opaque") else set()
+    handed = _handed_over(program, routine, statement) if statement.kind == "call" else {}
     for number, span in enumerate(spans):
         for at, (name, where) in enumerate(_names(source, span)):
-            if name in own:
-                continue
-            declaration = program.declaration(name, routine.module, routine.name)
-            writes = statement.kind == "assign" and number == 0 and at == 0
-            if writes or (declaration is not None and declaration.key in written):
+            declaration = None if name in own else program.declaration(name, routine.module, routine.name)
+            key = "%" + name if declaration is None else declaration.key
+            if key in written or (statement.kind == "assign" and number == 0 and at == 0):
                 yield name, Use("write", source, where, routine.name)
             else:
-                yield name, Use(other, source, where, routine.name)
+                yield name, Use(other, source, where, routine.name, handed=handed.get(where[0], ""))
+
+
+def _handed_over(program: Program, routine: Routine, statement: Statement) -> Mapping[int, str]:
+    """Parameters of a called routine by the offset of the data that is handed over to them as it is."""
+    called = program.routine(statement.word, routine.module)
+    if called is None:
+        return {}
+    data = routine.source.data
+    end = statement.span[1] - (data[statement.span[1] - 1 : statement.span[1]] == b";")
+    pieces = read_arguments(data, statement.span[0] + len(statement.word), end)
+    return {
+        span[0]: called.parameter_key(parameter.name)
+        for parameter, span in paired(called.parameters, pieces)
+        if _is_plain(data[span[0] : span[1]].decode("latin-1"))
+    }
 
 
 def _is_plain(text: str) -> bool:

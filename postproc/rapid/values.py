@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from postproc.diagnostics import Span
+from postproc.rapid.events import Handed
 from postproc.rapid.pose import normalise
 from postproc.rapid.records import (
     Ax6,
@@ -33,7 +34,8 @@ Data = Any  # float, bool, str or a tuple of Data
 class Value:
     """Data with its type; ``type`` is empty where it is not known, ``rank`` counts array dimensions.
 
-    ``declaration`` and ``at`` say which declared data (and which array element) this is an unchanged copy of.
+    ``declaration`` and ``at`` say which declared data (and which array element) this is an unchanged copy of,
+    ``handed`` which argument of a call.
     """
 
     data: Data
@@ -41,6 +43,7 @@ class Value:
     rank: int = 0
     declaration: str | None = None
     at: tuple[int, ...] = ()
+    handed: Handed | None = None
 
 
 class NotKnown(Exception):

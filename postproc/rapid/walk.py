@@ -6,7 +6,7 @@ A branch whose condition is not known is followed both ways; what the ways leave
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.assign import forget
@@ -54,17 +54,34 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
             help = f"the routines are: {names}"
             raise PostprocError(Diagnostic("RAP030", "error", f"there is no routine `{entry}`", help=help))
         _start(flow, routine, State.initial())
-        return Walk(flow.events, tuple(flow.diagnostics))
-    main = program.routine("main")
-    for routine in [main] if main is not None else _uncalled(program):
+        count, found = len(flow.events), tuple(flow.diagnostics)
+        flow.only_new = True
+        for other in _uncalled(program):  # for nothing but whether they run the same statements with other targets
+            _start(flow, other, State.initial())
+        return Walk(_marked(flow)[:count], found)
+    main, uncalled = program.routine("main"), _uncalled(program)
+    for routine in [main] if main is not None else uncalled:
         _start(flow, routine, State.initial())
     flow.only_new = True
     unknown = State.initial().forgotten(flow.changes.everything)
-    for routine in [*_uncalled(program), *program.all_routines()]:
+    for routine in uncalled if main is not None else ():
+        if routine is not main:
+            _start(flow, routine, unknown)
+    for routine in program.all_routines():
         if any(True for _ in _unreached(flow, routine)):
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
-    return Walk(flow.events, tuple(flow.diagnostics))
+    return Walk(_marked(flow), tuple(flow.diagnostics))
+
+
+def _marked(flow: Flow) -> list[MotionEvent]:
+    """The events, those marked whose statements also run with other targets on ways that are not followed."""
+    if not flow.elsewhere:
+        return flow.events
+    return [
+        replace(e, elsewhere=True) if (e.statement.source.path, e.statement.span[0]) in flow.elsewhere else e
+        for e in flow.events
+    ]
 
 
 def _start(flow: Flow, routine: Routine, state: State) -> Memory:

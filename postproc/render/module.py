@@ -23,24 +23,21 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[tuple[Source, Edit]]:
-    """Edits that write corrected targets: numbers in place, or an inline aggregate for an argument."""
+    """Edits that write corrected targets: numbers in place, or an inline aggregate for a whole argument."""
     target = load_template(env, "target.j2")
     edits: list[tuple[Source, Edit]] = []
     for change in changes:
         if change.spans is not None:
-            source = change.spans.source
-            edits += [(source, edit) for edit in _number_edits(change)]
+            edits += [(change.source, edit) for edit in _number_edits(change)]
             continue
-        argument = change.statement.argument(change.role)
-        assert argument is not None
         text = fill(target, {"target": change.value})
-        edits.append((change.statement.source, Edit(*argument.span, text.encode("latin-1", "replace"))))
+        edits.append((change.source, Edit(*change.span, text.encode("latin-1", "replace"))))
     return edits
 
 
 def _number_edits(change: Change) -> list[Edit]:
     assert change.spans is not None
-    value, data, places = change.value, change.spans.source.data, change.spans.numbers
+    value, data, places = change.value, change.source.data, change.spans.numbers
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     found = []
