@@ -7,8 +7,8 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, by_joint, param
-from postproc.effects.geometry import joint_axis
+from postproc.effects.base import Displacement, Effect, State, Variant, by_joint, param, structure, variant
+from postproc.effects.geometry import distal_point, joint_axis
 
 
 class BearingTilt(
@@ -22,11 +22,13 @@ class BearingTilt(
 ):
     """A joint's bearing tilts under the moment across its axis.
 
-    Equation: rotation c_j (M - (M . a_j) a_j) where joint j sits, M the moment there and a_j the joint's axis.
+    Equation: rotation c_j (M - (M . a_j) a_j) where joint j sits, M the moment there and a_j the joint's axis. Where on
+    its axis joint 1 sits is a convention of drawings: ``pivot`` says at joint 2's height or at the ``floor``.
     Source: tilting stiffness of crossed-roller and gearbox main bearings (gear catalogues).
     Typical size: 1e-8 to 3e-7 rad/(N m): 0.02 to 0.3 mm.
     """
 
+    pivot: str = structure("joint 1", choices=("joint 1", "floor"))
     tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-4, typical=1e-7)
 
     def displacement(self, state: State) -> Displacement | None:
@@ -35,11 +37,19 @@ class BearingTilt(
         found: dict[int, Array] = {}
         for j in np.flatnonzero(self.tilt_rad_per_Nm):
             # Joint j sits at the distal end of body j - 1, counted from 0: of body j.
-            axis, moment = joint_axis(state.robot, int(j)), state.body_load[:, j, 3:]
-            across = moment - (moment @ axis)[:, None] * axis
-            found[int(j)] = np.concatenate([np.zeros((len(state), 3)), self.tilt_rad_per_Nm[j] * across], axis=1)
+            low = j == 0 and self.pivot == "floor"
+            arm = distal_point(state.robot, 0) if low else np.zeros(3)
+            axis, load = joint_axis(state.robot, int(j)), state.body_load[:, j]
+            moment = load[:, 3:] + np.cross(arm, load[:, :3])
+            turn = self.tilt_rad_per_Nm[j] * (moment - (moment @ axis)[:, None] * axis)
+            found[int(j)] = np.concatenate([np.cross(turn, arm), turn], axis=1)
         return Displacement(body=found)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        return by_joint(current or cls())
+        """All joints, each alone, and joint 1 about the floor."""
+        found = by_joint(current or cls())
+        if current is not None or state.robot is None or not np.any(distal_point(state.robot, 0)):
+            return found
+        low = by_joint(cls(pivot="floor"))[1]
+        return (*found, variant(low.effect, "joint 1, about the floor", low.free, low.refit))

@@ -51,8 +51,7 @@ class LinkCompliance(
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)
-        # A short housing that carries long ones bends as well, so each body is tried alone.
-        every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in long_bodies(state.robot, 0.1))]
+        every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in bodies)]
         return tuple(_without_stretch(cls(body=b)) for b in every)
 
 

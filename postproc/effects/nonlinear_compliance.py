@@ -43,13 +43,10 @@ class NonlinearCompliance(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load.
-
-        The other two laws lie between these; a model file may choose them.
-        """
+        """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         found: list[Variant] = []
-        for law in ("tanh", "cubic"):
+        for law in ("tanh", "piecewise", "hardening", "cubic"):
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
                 start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5)) if current is None else current
                 for form in (*by_joint(start), _joints_2_and_3(start)):

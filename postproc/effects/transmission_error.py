@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-HIGHEST_ORDER = 30
+HIGHEST_ORDER = 60
 
 
 class TransmissionError(

@@ -14,8 +14,9 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.fit import Fit, fit_model
+from postproc.identify.judgement import refit
 from postproc.identify.record import fit_json, recorded_model
-from postproc.identify.selection import Screen, compose, refit
+from postproc.identify.selection import Screen, compose
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 

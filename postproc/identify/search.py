@@ -10,18 +10,9 @@ import numpy as np
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import Form
+from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
 from postproc.identify.linear import Linear
-from postproc.identify.selection import (
-    MATERIAL,
-    Candidate,
-    Screen,
-    compose,
-    confusable,
-    convincing,
-    grown,
-    judged,
-    refit,
-)
+from postproc.identify.selection import Candidate, Screen, compose, grown
 from postproc.identify.suspects import ODDS, Pattern, Suspect, find_suspects
 
 MOST = 6
@@ -146,7 +137,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     if after is None or after.held_out_rms >= search.fit.held_out_rms:
         return None
     before, search.fit = search.fit, after
-    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best))
+    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best, before.linear))
 
 
 def worth_saying(fit: Fit) -> float:
@@ -179,12 +170,12 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
         if better.key != one.key and better.evidence > mine.evidence + 6.0 and at < len(missing) - 1:
             after = refit(without, trial.screen(), trial.linear(), better)
             if after is not None and after.held_out_rms < search.fit.held_out_rms:
-                new = Missing(judged(without, after, better), after.held_out_rms, confusable(rivals, better))
-                missing = [*missing[:at], new, *missing[at + 1 :]]
+                alike = confusable(rivals, better, without.linear)
+                missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
                 search.fit = after
                 at += 1
                 continue
-        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine))
+        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without.linear))
         at += 1
     return missing
 

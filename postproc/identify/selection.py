@@ -9,21 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect, variant
-from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import WIDE, Form, Gain, forms_of, gain, gains, make_form, ordinary, schwarz
+from postproc.identify.forms import Form, Gain, forms_of, gain, gains, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
-SIGNIFICANT = 2e-3
-"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
-MATERIAL = 0.01
-"""An effect must explain at least this share of what is left, however many rows make it significant."""
-CLOSE = 8.0
-"""Forms whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
-UNLIKELY = {"bearing_tilt": 4.0, "session": 4.0, "link_geometry": 4.0}
+UNLIKELY = {"bearing_tilt": 8.0, "session": 4.0, "link_geometry": 4.0}
 """Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
 STARTS = 3
 """Forms from which a full fit is tried where an effect has parameters that form it."""
@@ -124,8 +116,8 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not (chosen.free & ~chosen.effect.amplitudes()).any():
         return chosen
-    order = sorted(range(len(forms)), key=lambda i: -measured[i].evidence)[:STARTS]
-    others = [_alone(linear, forms[i], measured[i], len(forms)) for i in order if forms[i].effect is not chosen.effect]
+    others = [_alone(linear, forms[i], measured[i], len(forms)) for i in _diverse(forms, measured)]
+    others = [c for c in others if c.effect is not chosen.effect]
     return replace(chosen, starts=(chosen, *others))
 
 
@@ -135,6 +127,14 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
     form = make_form(screen.problem, chosen, True)
     return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 1)
+
+
+def _diverse(forms: Sequence[Form], measured: Sequence[Gain]) -> list[int]:
+    """The best forms to start a full fit from: of every law, pair of bodies .. the best one, then the next best."""
+    order = sorted(range(len(forms)), key=lambda i: -measured[i].evidence)
+    kinds = [_structure(form.effect) for form in forms]
+    first = [i for at, i in enumerate(order) if kinds[i] not in [kinds[k] for k in order[:at]]]
+    return [*first, *(i for i in order if i not in first)][:STARTS]
 
 
 def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
@@ -156,7 +156,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
     before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = 2 * float(np.log(forms)) + UNLIKELY.get(form.key, 0.0)
-    inner = linear.extended(_columns(screen, linear, effect, free))
+    inner = linear.extended(columns_of(screen, linear, effect, free))
     while whole.evidence - searched > 0 and len(labels) < DEEPEST:
         options = screen.forms(form.key, effect)
         if not options:
@@ -169,7 +169,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         new = options[k].effect
         mask = options[k].refit | free if _structure(new) == _structure(effect) else options[k].refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
-        columns = _columns(screen, linear, new, counted)
+        columns = columns_of(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
         trial = gain(linear, columns, linear.nuisance.T @ columns, forming, flexible)
@@ -179,7 +179,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         searched += cost
         labels.append(options[k].label)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
-    corrected = _corrected(p, searched)
+    p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)
     return Candidate(
         form.key,
@@ -191,90 +191,27 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         whole.count,
         searched,
         whole.visible,
-        corrected,
+        p,
     )
 
 
-def _columns(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+def columns_of(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bool_]) -> Array:
     """Columns of the amplitudes of a mask for their ordinary sizes.
 
     What forms the effect has none while they are null.
     """
-    linear_part = _linear(effect, mask)
-    return screen.problem.columns(effect, linear_part) * ordinary(effect, linear_part)
+    part = linear_part(effect, mask)
+    return screen.problem.columns(effect, part) * ordinary(effect, part)
 
 
 def _structure(effect: Effect) -> tuple[object, ...]:
     return tuple(getattr(effect, name) for name in effect.structures())
 
 
-def _linear(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The amplitudes of a mask: what forms the effect has no column while the amplitudes are null."""
     return mask & effect.amplitudes()
 
 
-def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
-    """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
-    mask = _linear(candidate.effect, candidate.free)
-    size = ordinary(candidate.effect, mask)
-    columns = _columns(screen, linear, candidate.effect, candidate.free)
-    s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
-    gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
-    x = candidate.effect.vector().copy()
-    x[mask] += size * np.linalg.solve(gram, columns.T @ linear.rest)
-    low, high = candidate.effect.bounds()
-    return candidate.effect.with_vector(np.clip(x, low, high))
-
-
-def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fit | None:
-    """The model with a candidate, everything fitted again; None where that fails."""
-    free = {**base.free, candidate.key: candidate.free}
-    try:
-        return fit_model(
-            base.model,
-            base.data,
-            [with_amplitudes(screen, linear, candidate)],
-            free=free,
-            noise=base.noise.position if base.noise.origin == "user" else None,
-            penalty={k: v for k, v in base.strength.items() if k != candidate.key},
-        )
-    except PostprocError:
-        return None
-
-
-def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
-    """The candidate with the fall of its full refit in place of the linear one."""
-    before = base.linear.square
-    rest = min(after.linear.square, before)
-    freedom = base.linear.freedom
-    linear = max(before - candidate.fall, 1e-12 * before)
-    gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
-    effect = after.model.effect(candidate.key) or candidate.effect
-    p = candidate.p_value
-    if gained > 0:
-        # F statistics of the linear test, with the residual that the full refit reaches.
-        p = min(p, _corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
-    if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
-        p = candidate.p_value
-    worth = candidate.evidence + gained
-    if (candidate.free & ~candidate.effect.amplitudes()).any():
-        # The linear evidence belongs to the start; where the fit has moved the knee, Schwarz's is the fairer.
-        worth = max(worth, schwarz(before, before - rest, candidate.count, freedom, 1.0) - candidate.searched)
-    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=p)
-
-
-def _corrected(p: float, searched: float) -> float:
+def corrected(p: float, searched: float) -> float:
     return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
-
-
-def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
-    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
-    before = base.linear.square
-    return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
-
-
-def confusable(ranking: Sequence[Candidate], chosen: Candidate) -> tuple[str, ...]:
-    """Effects that explain the same data nearly as well as the chosen one."""
-    return tuple(
-        c.key for c in ranking if c.key != chosen.key and c.evidence > chosen.evidence - CLOSE and c.evidence > 0
-    )

@@ -17,6 +17,7 @@ from postproc.identify.predict import predict_rows
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
+from tests.independent.cells import Hidden, column
 
 NOISE = 3e-5
 
@@ -47,6 +48,39 @@ def test_two_missing_effects_are_both_named():
     found = diagnose(base_fit(data).model, data)
     assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
     assert true_error(found.final, true) < 0.6 * NOISE
+
+
+@pytest.mark.parametrize("seed", [553006, 553007])
+def test_a_hose_is_not_taken_for_a_wave_of_joint_5(seed):
+    # 0.5 of the noise rms: a first harmonic of joint 5 explains almost as much with two numbers instead of eight.
+    data, true = cell(kinds.dress_pack, seed=seed, poses=150)
+    found = diagnose(base_fit(data).model, data)
+    assert [m.candidate.key for m in found.missing] == ["dress_pack"]
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+@pytest.mark.parametrize("kind", [kinds.base_compliance, kinds.bearing_tilt], ids=lambda k: k.__name__)
+def test_a_floor_and_a_main_bearing_that_tilt_alike_are_said_to_do_so(kind):
+    data, _ = cell(kind, seed=871100, noise=0.02, poses=150)
+    (missing,) = diagnose(base_fit(data).model, data).missing
+    assert missing.candidate.key == "base_compliance" and "bearing_tilt" in missing.not_separable
+
+
+def test_one_casting_and_a_wave_of_high_order_are_found():
+    data, true = cell(_short_wrist, _motor_wave, seed=7, poses=150)
+    found = diagnose(base_fit(data).model, data)
+    assert {m.candidate.key for m in found.missing} == {"link_geometry", "transmission_error"}
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+def _short_wrist(g, arm):
+    xi = np.zeros((7, 6))
+    xi[4] = [0, 3e-4, 0, 0, 0, 4e-4]
+    return Hidden("short", "link_geometry", body=lambda s, f, w: np.broadcast_to(xi, (len(s), 7, 6)))
+
+
+def _motor_wave(g, arm):
+    return Hidden("wave", "transmission_error", joint=lambda s, tau: column(2, 1e-4 * np.sin(41 * s.q[:, 2])))
 
 
 class Bolt(Effect, reads=("q",)):

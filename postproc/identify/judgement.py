@@ -1,0 +1,127 @@
+"""Whether an effect that was fitted in full is worth it, and what else would explain the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
+from postproc.identify.fit import Fit, fit_model
+from postproc.identify.forms import WIDE, ordinary, schwarz
+from postproc.identify.linear import Linear, basis_of, f_test
+from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
+
+SIGNIFICANT = 2e-3
+"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
+MATERIAL = 0.01
+"""An effect must explain at least this share of what is left, however many rows make it significant."""
+CLOSE = 8.0
+"""Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
+
+
+def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
+    """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
+    mask = linear_part(candidate.effect, candidate.free)
+    size = ordinary(candidate.effect, mask)
+    columns = columns_of(screen, linear, candidate.effect, candidate.free)
+    s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
+    gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
+    x = candidate.effect.vector().copy()
+    x[mask] += size * np.linalg.solve(gram, columns.T @ linear.rest)
+    low, high = candidate.effect.bounds()
+    return candidate.effect.with_vector(np.clip(x, low, high))
+
+
+def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fit | None:
+    """The model with a candidate, everything fitted again; None where that fails."""
+    free = {**base.free, candidate.key: candidate.free}
+    try:
+        return fit_model(
+            base.model,
+            base.data,
+            [with_amplitudes(screen, linear, candidate)],
+            free=free,
+            noise=base.noise.position if base.noise.origin == "user" else None,
+            penalty={k: v for k, v in base.strength.items() if k != candidate.key},
+        )
+    except PostprocError:
+        return None
+
+
+def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
+    """The candidate with the fall of its full refit in place of the linear one."""
+    before = base.linear.square
+    rest = min(after.linear.square, before)
+    freedom = base.linear.freedom
+    linear = max(before - candidate.fall, 1e-12 * before)
+    gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
+    effect = after.model.effect(candidate.key) or candidate.effect
+    p = candidate.p_value
+    if gained > 0:
+        # F statistics of the linear test, with the residual that the full refit reaches.
+        p = min(p, corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
+    if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
+        p = candidate.p_value
+    if (candidate.free & ~candidate.effect.amplitudes()).any():
+        # The linear evidence belongs to the start, not to where the fit has moved the knee or the point.
+        worth = settled(before, rest, freedom, after, candidate.key) - candidate.searched
+    else:
+        worth = candidate.evidence + gained
+    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=p)
+
+
+def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> float:
+    """What an effect is worth at the end of a full fit, 2 log of odds, all its parameters counted by what they move.
+
+    nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
+    with S and S' the sums of squares without the effect and with it, C its columns at the fit, a its amplitudes, and W
+    how far each parameter scatters: amplitudes by three ordinary sizes, what only forms the effect by its own size. A
+    point or a knee that the data hardly sees costs hardly anything. Source: MacKay (2003), Ch. 27.
+
+    Args:
+        before, rest: S and S'. freedom: nu. key: of the effect in the fit ``after``.
+    """
+    effect = after.model.effect(key)
+    own = np.array([k == key for k, _ in after.parameters])
+    index = np.array([i for k, i in after.parameters if k == key], dtype=int)
+    if effect is None or not len(index):
+        return -np.inf
+    x, scale, amplitude = effect.vector()[index], effect.scale()[index], effect.amplitudes()[index]
+    wide = np.where(amplitude, WIDE * scale, np.maximum(np.abs(x), scale))
+    columns = after.columns[:, own] * wide
+    others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
+    s2 = rest / max(freedom - len(index), 1)
+    strength = np.maximum(np.linalg.eigvalsh(columns.T @ others.project(columns)), 0.0)
+    far = s2 * float(np.sum((x[amplitude] / wide[amplitude]) ** 2))
+    return float(freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2)))
+
+
+def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
+    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
+    before = base.linear.square
+    return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
+
+
+def confusable(ranking: Sequence[Candidate], chosen: Candidate, before: Linear) -> tuple[str, ...]:
+    """Effects that explain the same data nearly as well as the chosen one.
+
+    Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is.
+
+    Args:
+        before: the fit without any of them.
+    """
+
+    def plain(c: Candidate) -> float:
+        return schwarz(before.square, c.fall, c.count, before.freedom, 1.0)
+
+    return tuple(
+        c.key
+        for c in ranking
+        if c.key != chosen.key
+        and c.evidence > 0
+        and (c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE)
+    )
