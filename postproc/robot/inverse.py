@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
-from postproc.robot.arm import Robot
+from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse as inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import pose_error
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
+_BLOCK = 5000  # poses whose eight solutions are held at a time: long programs need little memory
 BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
 
 
@@ -63,9 +64,19 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     Raises:
         PostprocError: KIN005, the arm has no spherical wrist.
     """
-    opw = closed_form(robot)
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
+    q, failures = np.empty((len(poses), 6)), []
+    for start in range(0, len(poses), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        q[rows], found = _solve(robot, poses[rows], wanted[rows])
+        failures += [replace(f, index=start + f.index) for f in found]
+    return JointSolution(q, tuple(failures))
+
+
+def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure]]:
+    """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why."""
+    opw = closed_form(robot)
     solutions = inverse(robot, poses)
     q, gap = _turned(solutions, wanted[:, None, :3])
     bits = branch(opw, solutions)
@@ -84,7 +95,7 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     beyond = found & (outside[rows, best] > 0)
     failures += [_beyond(robot, int(i), result[i]) for i in np.flatnonzero(beyond)]
     result[beyond] = np.nan
-    return JointSolution(result, tuple(sorted(failures, key=lambda f: f.index)))
+    return result, sorted(failures, key=lambda f: f.index)
 
 
 def _turned(q: Array, cf: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -179,20 +190,17 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.zeros((0, 6))
     if robot.opw is None:
         return np.stack([q for q in _stepwise(robot, poses, q_start)])
-    solutions = inverse(robot, poses)
-    bits = branch(robot.opw, solutions)
     # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity).
+    solutions = inverse(robot, poses[:1])
     first = np.abs(_wrapped(solutions[0] - q_start)).max(axis=-1)
     if np.isnan(first).all():
         _left_branch(robot, 0)
-    arm = bits[0, int(np.nanargmin(first))] >> 1
-    pair = np.argsort(np.where((bits >> 1) == arm, bits, 99) + 50 * np.isnan(solutions[..., 0]), axis=1)[:, :2]
-    rows = np.arange(len(poses))[:, None]
-    options = solutions[rows, pair]
-    lost = ((bits[rows, pair] >> 1) != arm).any(axis=1) | np.isnan(options).any(axis=(1, 2))
-    if lost.any():
-        _left_branch(robot, int(np.argmax(lost)))
-    options = _wrist_pair(options, q_start)
+    arm = int(branch(robot.opw, solutions)[0, int(np.nanargmin(first))] >> 1)
+    wrists = np.empty((len(poses), 2, 6))
+    for start in range(0, len(poses), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, start)
+    options = _wrist_pair(wrists, q_start)
     # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on
     # which one the arm is in, and the changes add up.
     before = np.concatenate([np.repeat(np.asarray(q_start)[None, None], 2, axis=1), options[:-1]])
@@ -202,6 +210,19 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     q = options[np.arange(len(poses)), chosen]
     unwrapped: Array = np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
     return unwrapped
+
+
+def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
+    """The two solutions (n, 2, 6) of each pose in one branch of the arm; ``start`` counts the poses before them."""
+    solutions = inverse(robot, poses)
+    bits = branch(opw, solutions)
+    pair = np.argsort(np.where((bits >> 1) == arm, bits, 99) + 50 * np.isnan(solutions[..., 0]), axis=1)[:, :2]
+    rows = np.arange(len(poses))[:, None]
+    options: Array = solutions[rows, pair]
+    lost = ((bits[rows, pair] >> 1) != arm).any(axis=1) | np.isnan(options).any(axis=(1, 2))
+    if lost.any():
+        _left_branch(robot, start + int(np.argmax(lost)))
+    return options
 
 
 def _wrist_pair(options: Array, q_start: Array) -> Array:
