@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -130,7 +131,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     plan = plan_changes(model, motion, events, options, target_users(program), lambda e: small_zone(program, e))
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
-    for changed, edit in change_edits(env, plan.decisions.changes) + insertion_edits(env, plan.insertions):
+    for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):
         edits[changed.path].append(edit)
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     before, after, more = _prove(model, plan, program, events, drafts, options)

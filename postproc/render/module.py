@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
@@ -22,31 +22,34 @@ _DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the
 _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
 
 
-def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> list[tuple[Source, Edit]]:
+def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
     """Edits that write corrected targets: numbers in place, or an inline aggregate for a whole argument."""
     target = load_template(env, "target.j2")
-    edits: list[tuple[Source, Edit]] = []
     for change in changes:
         if change.spans is not None:
-            edits += [(change.source, edit) for edit in _number_edits(change)]
+            edit = _number_edit(change)
+            if edit is not None:
+                yield change.source, edit
             continue
         text = fill(target, {"target": change.value})
-        edits.append((change.source, Edit(*change.span, text.encode("latin-1", "replace"))))
-    return edits
+        yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
 
 
-def _number_edits(change: Change) -> list[Edit]:
+def _number_edit(change: Change) -> Edit | None:
+    """From the first number that changes to the last: programs have many targets, so one edit for each."""
     assert change.spans is not None
     value, data, places = change.value, change.source.data, change.spans.numbers
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
-    found = []
+    text, begin, end = [], -1, 0
     for place, number, decimals in zip(places, numbers, _DECIMALS, strict=True):
         before = data[slice(*place)].decode("latin-1")
         after = number_like(before, number, decimals)
         if after != before and place not in kept:
-            found.append(Edit(*place, after.encode("latin-1")))
-    return found
+            begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
+            text += [data[end : place[0]], after.encode("latin-1")]
+            end = place[1]
+    return Edit(begin, end, b"".join(text)) if text else None
 
 
 def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
