@@ -104,7 +104,9 @@ class MotionStatement:
         source: the file.
         span: from the first byte of the instruction name to the byte after ``;``.
         module: name of the module, routine: name of the routine.
-        arguments: in the order of the text.
+        roles: of the arguments, in the order of the text.
+        places: begin and end of each argument's span and of its whole, counted from the statement's first byte: small
+            numbers are kept once, however many statements there are.
         interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
     """
 
@@ -113,14 +115,24 @@ class MotionStatement:
     span: Span
     module: str
     routine: str
-    arguments: tuple[Argument, ...]
+    roles: tuple[str, ...]
+    places: tuple[int, ...]
     interpolation: Interpolation
 
+    @property
+    def arguments(self) -> tuple[Argument, ...]:
+        """In the order of the text."""
+        return tuple(map(self._argument, range(len(self.roles))))
+
     def argument(self, role: str) -> Argument | None:
-        for argument in self.arguments:
-            if argument.role == role:
-                return argument
-        return None
+        """The first argument of a role."""
+        return self._argument(self.roles.index(role)) if role in self.roles else None
+
+    def _argument(self, i: int) -> Argument:
+        at = self.span[0]
+        start, end, first, last = self.places[4 * i : 4 * i + 4]
+        text = self.source.data[at + start : at + end].decode("latin-1")
+        return Argument(self.roles[i], (at + start, at + end), text, (at + first, at + last))
 
     @property
     def line(self) -> int:

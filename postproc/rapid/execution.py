@@ -218,9 +218,9 @@ class Execution(ABC):
             self.detached = True
             if not self.same_target(statement, memory):
                 self.elsewhere.add(place)
-        for argument in statement.arguments:
-            if argument.role == "found":
-                self.assign(argument.span, NotKnown(f"`{argument.text}` is found by a search"), memory)
+        found = statement.argument("found")
+        if found is not None:
+            self.assign(found.span, NotKnown(f"`{found.text}` is found by a search"), memory)
 
     def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
         """Whether a further execution goes where the first one went."""

@@ -6,7 +6,7 @@ from sys import intern
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid import patterns
-from postproc.rapid.events import Argument, MotionStatement
+from postproc.rapid.events import MotionStatement
 from postproc.rapid.signatures import SIGNATURES, Signature
 
 
@@ -60,16 +60,16 @@ def read_motion(source: Source, span: Span, word: str, module: str, routine: str
     start = span[0] + len(word)
     end = span[1] - 1 if data[span[1] - 1 : span[1]] == b";" else span[1]
     pieces = read_arguments(data, start, end)
-    roles = iter(positional_roles(signature, len([1 for name, _, _ in pieces if not name])))
-    arguments = []
-    for name, at, whole in pieces:
-        role = intern(name) if name else next(roles, "extra")
-        expression = data[at[0] : at[1]].decode("latin-1")
-        arguments.append(Argument(role, at, intern(expression) if at[1] - at[0] < 24 else expression, whole))
-    return MotionStatement(signature.name, source, span, module, routine, tuple(arguments), signature.interpolation)
+    given = positional_roles(signature, len([1 for name, _, _ in pieces if not name]))
+    rest = iter(given)
+    roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])
+    roles = given if roles == given else roles  # most statements: one tuple for all of them
+    begin = span[0]
+    places = tuple([place - begin for _, at, whole in pieces for place in (*at, *whole)])
+    return MotionStatement(signature.name, source, span, module, routine, roles, places, signature.interpolation)
 
 
 def fits(statement: MotionStatement, signature: Signature) -> bool:
     """Whether the statement has exactly the positional arguments of its signature."""
-    count = len([1 for a in statement.arguments if a.role[0] != "\\"])
+    count = len([1 for role in statement.roles if role[0] != "\\"])
     return count == len(signature.roles) or (bool(signature.older) and count == len(signature.older))

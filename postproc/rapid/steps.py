@@ -246,7 +246,7 @@ class EventMaker:
         signature = SIGNATURES[statement.instruction.lower()]
         if not signature.phase:
             return None
-        roles = {a.role for a in statement.arguments}
+        roles = statement.roles
         phase: Any = "start" if "\\on" in roles else "end" if "\\off" in roles else signature.phase
         argument = statement.argument("weld")
         try:
