@@ -38,6 +38,8 @@ from postproc.rapid.walk import walk
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
+UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
+"""Findings that say: this is no program."""
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
 
@@ -106,7 +108,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     program = read_program(sources)
     findings = list(program.diagnostics) + _already_done(sources)
     if has_errors(findings):
-        return _failed(findings, 2 if any(d.code in ("RAP001", "RAP002", "RAP011") for d in findings) else 1)
+        return _failed(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     events = walk(program, options.entry)
     for event in events:
         findings += event.diagnostics

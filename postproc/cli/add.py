@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_measurements, load_model, own_effects
-from postproc.cli.options import Columns, EffectFiles, Flag, Noise, Output, RunProgram
-from postproc.cli.output import output_path, write_model
+from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.options import EffectFiles, Flag, Noise, Output, TableOptions
+from postproc.cli.output import check_outputs, write_model
 from postproc.cli.report import print_json, say
+from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.identify.add import add_effects
 
 
@@ -19,8 +20,7 @@ def run(
     effects: EffectFiles = (),
     output: Output = None,
     noise: Noise = None,
-    program: RunProgram = None,
-    columns: Columns = None,
+    table: TableOptions = TableOptions(),
     json: Flag = False,
 ) -> int:
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.
@@ -34,17 +34,18 @@ def run(
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: model file to write; comments of the model survive.
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
         json: print the postproc/fit/1 document.
     """
-    target = output_path(str(model), output, in_place=False)
+    if not effect:
+        help_ = "write `postproc add MODEL backlash --data DATA`"
+        raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
+    check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    table = load_measurements(data, arm.robot, program, columns)
-    found = add_effects(arm, table, effect, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    measured = table.read(data, arm.robot)
+    found = add_effects(arm, measured, effect, own_effects(effects), noise=None if noise is None else noise * 1e-3)
     if json:
         print_json(found.as_json())
     else:
-        (say if target is None else print)(found.text())
-    write_model(target, found.model, like=model, silent=json)
+        (say if output is None else print)(found.text())
+    write_model(output, found.model, like=model, silent=json)
     return 0

@@ -5,16 +5,15 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.options import EffectFiles, ModelFile, Tolerance, VectorText, parse_vector
+from postproc.cli.options import ConvertOptions
 from postproc.cli.progress import reporting
 from postproc.cli.report import print_json, say
-from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
 
 Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
@@ -29,15 +28,7 @@ def run(
     scheduler: str | None = None,
     shard: str = "1/1",
     side_files: Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1)] = (),
-    model: ModelFile = None,
-    robot: str | None = None,
-    force: VectorText = "0,0,0",
-    moment: VectorText = "0,0,0",
-    force_on: Literal["all", "arc"] = "all",
-    inertia: Literal["on", "off"] = "on",
-    tolerance: Tolerance = 0.01,
-    template: Path | None = None,
-    effects: EffectFiles = (),
+    convert: ConvertOptions = ConvertOptions(),
     json: bool = False,
 ) -> int:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
@@ -51,32 +42,16 @@ def run(
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
         side_files: module with tools and frames that every task is read with; never written. May be repeated.
-        model: TOML file of the real arm. Default: the shipped model of the arm that the backup names.
-        robot: arm of the library, in place of the model's.
-        force: force on the TCP in base axes [N], FX,FY,FZ.
-        moment: moment on the TCP in base axes [N m], MX,MY,MZ.
-        force_on: where the force acts: along the whole program, or while the arc burns.
-        inertia: compensate the deflection under sustained acceleration.
-        tolerance: largest distance from the programmed path [mm].
-        template: folder of Jinja templates in place of the shipped ones.
-        effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/batch/1 document.
     """
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import run_batch
 
-    options = Options(
-        tolerance_m=tolerance * 1e-3,
-        force=parse_vector("--force", force),
-        moment=parse_vector("--moment", moment),
-        force_on=force_on,
-        inertia=inertia == "on",
-        template_dir=template,
-    )
+    settings = Settings(convert.model, convert.robot, convert.effects, side_files, convert.options())
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
-    plan = read_plan(folder_or_jobs, Settings(model, robot, effects, side_files, options), output)
+    plan = read_plan(folder_or_jobs, settings, output)
     count = sum(part.owns(task.name) for task, _ in plan.tasks)
     try:
         with open_pool(workers, scheduler) as pool, reporting(count) as shown:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_measurements, load_model
-from postproc.cli.options import Columns, EffectFiles, Flag, Noise, ReportFile, RunProgram
-from postproc.cli.output import output_path, write
+from postproc.cli.inputs import load_model
+from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json
 from postproc.identify.compare import compare
 from postproc.report.comparison import comparison_page
@@ -19,8 +19,7 @@ def run(
     *,
     effects: EffectFiles = (),
     noise: Noise = None,
-    program: RunProgram = None,
-    columns: Columns = None,
+    table: TableOptions = TableOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
@@ -31,17 +30,15 @@ def run(
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
         report: HTML page to write.
         json: print the postproc/compare/1 document.
     """
-    page = output_path(data, report, in_place=False)
+    check_outputs((model, data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
-    table = load_measurements(data, arm.robot, program, columns)
-    found = compare(arm, table, noise=None if noise is None else noise * 1e-3)
-    if page is not None:
-        write(page, comparison_page(data, found).encode())
+    measured = table.read(data, arm.robot)
+    found = compare(arm, measured, noise=None if noise is None else noise * 1e-3)
+    if report is not None:
+        write(report, comparison_page(data, found).encode())
     if json:
         print_json(found.as_json())
     else:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_measurements, load_model, own_effects
-from postproc.cli.options import Columns, EffectFiles, Flag, Noise, ReportFile, RunProgram
-from postproc.cli.output import output_path, write
+from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, show
 from postproc.identify.diagnose import diagnose
 from postproc.report.diagnosis import diagnosis_page
@@ -19,8 +19,7 @@ def run(
     *,
     effects: EffectFiles = (),
     noise: Noise = None,
-    program: RunProgram = None,
-    columns: Columns = None,
+    table: TableOptions = TableOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
@@ -33,18 +32,16 @@ def run(
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own, which take part; its code is run. May be repeated.
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
         report: HTML page to write.
         json: print the postproc/diagnose/1 document.
     """
-    page = output_path(data, report, in_place=False)
+    check_outputs((model, data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
-    table = load_measurements(data, arm.robot, program, columns)
-    found = diagnose(arm, table, own_effects(effects), noise=None if noise is None else noise * 1e-3)
-    show(d for d in found.diagnostics if d not in table.diagnostics)
-    if page is not None:
-        write(page, diagnosis_page(data, found).encode())
+    measured = table.read(data, arm.robot)
+    found = diagnose(arm, measured, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    show(d for d in found.diagnostics if d not in measured.diagnostics)
+    if report is not None:
+        write(report, diagnosis_page(data, found).encode())
     if json:
         print_json(found.as_json())
     else:

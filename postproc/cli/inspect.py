@@ -8,9 +8,10 @@ from pathlib import Path
 from postproc.cli.inputs import load_model, read_source
 from postproc.cli.options import EffectFiles, Flag, ModelFile
 from postproc.cli.report import print_json, say, show
+from postproc.cli.run import BAD_INPUT
 from postproc.compensate.options import Options
 from postproc.compensate.values import Place
-from postproc.convert import compensate_program
+from postproc.convert import UNREADABLE, compensate_program
 from postproc.diagnostics import has_errors
 from postproc.model.arm import Model
 from postproc.report.inspection import Row, inspect_program
@@ -54,8 +55,10 @@ def run(
         )
     elif found.rows:
         print("\n".join(_text(row) for row in found.rows))
-    else:
+    elif not has_errors(found.diagnostics):
         say("no motion statements")
+    if any(d.code in UNREADABLE for d in found.diagnostics):
+        return BAD_INPUT
     return int(has_errors(found.diagnostics))
 
 

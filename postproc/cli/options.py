@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from postproc.cli.inputs import load_measurements, load_model
+from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
+
+if TYPE_CHECKING:
+    from postproc.measure.measurements import Measurements
+    from postproc.model.arm import Model
+    from postproc.robot.arm import Robot
 
 Vector = tuple[float, float, float]
 
@@ -28,9 +36,6 @@ Distance = Annotated[float, Parameter(validator=_distance)]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Noise = Annotated[float | None, Parameter(name="--noise", validator=_positive)]
-Effects = Annotated[str, Parameter(name="--effects")]
-RunProgram = Annotated[str | None, Parameter(name="--program")]
-Columns = Annotated[str | None, Parameter(name="--columns")]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
@@ -51,3 +56,75 @@ def parse_vector(option: str, text: str) -> Vector:
         help_ = f"write `{option} 200,-200,-200`"
         raise PostprocError(Diagnostic("CLI006", "error", f"`{option} {text}` is not three numbers", help=help_))
     return x, y, z
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ConvertOptions:
+    """The real arm, what acts on it, and how near it has to come.
+
+    Attributes:
+        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
+        robot: arm of the library, in place of the model's.
+        force: force on the TCP in base axes [N], FX,FY,FZ.
+        moment: moment on the TCP in base axes [N m], MX,MY,MZ.
+        force_on: where the force acts: along the whole program, or while the arc burns.
+        inertia: compensate the deflection under sustained acceleration.
+        tolerance: largest distance from the programmed path [mm].
+        template: folder of Jinja templates in place of the shipped ones.
+        effects: Python file with effects of your own; its code is run. May be repeated.
+    """
+
+    model: ModelFile = None
+    robot: str | None = None
+    force: VectorText = "0,0,0"
+    moment: VectorText = "0,0,0"
+    force_on: Literal["all", "arc"] = "all"
+    inertia: Literal["on", "off"] = "on"
+    tolerance: Tolerance = 0.01
+    template: Path | None = None
+    effects: EffectFiles = ()
+
+    @property
+    def inputs(self) -> tuple[str | Path | None, ...]:
+        """Files that are read."""
+        return (self.model, self.robot, *self.effects)
+
+    def arm(self) -> Model:
+        """The model, with another arm where one is named."""
+        return load_model(self.model, self.robot, self.effects)
+
+    def options(self, entry: str | None = None) -> Options:
+        """What the conversion is asked for; ``entry`` is the routine that runs first."""
+        return Options(
+            tolerance_m=self.tolerance * 1e-3,
+            force=parse_vector("--force", self.force),
+            moment=parse_vector("--moment", self.moment),
+            force_on=self.force_on,
+            inertia=self.inertia == "on",
+            template_dir=self.template,
+            entry=entry,
+        )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TableOptions:
+    """How a table of measured poses is read.
+
+    Attributes:
+        program: RAPID module that was run, for tables that name targets.
+        columns: TOML file that maps the columns of another layout.
+    """
+
+    program: str | None = None
+    columns: str | None = None
+
+    @property
+    def inputs(self) -> tuple[str | None, ...]:
+        """Files that are read."""
+        return (self.program, self.columns)
+
+    def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
+        """The table of that name; see ``load_measurements``."""
+        return load_measurements(data, robot, self.program, self.columns, measured)

@@ -6,6 +6,7 @@ import difflib
 import os
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,27 +16,29 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 
-def output_path(source: str, output: Path | None, in_place: bool) -> Path | None:
-    """Where the result goes; None stands for stdout.
+def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) -> None:
+    """Refuse outputs before anything is done.
+
+    Args:
+        inputs: names of the files that are read; None and ``-`` are none.
+        outputs: files that will be written; None is none.
 
     Raises:
-        PostprocError: the output is the input (CLI007) or its folder does not exist (CLI008).
+        PostprocError: an output is an input or another output (CLI007), or cannot be written (CLI008).
     """
-    if in_place:
-        if output is not None:
-            raise _error("CLI007", "`--in-place` and `-o` exclude each other", "leave one of them out")
-        return Path(source)
-    if output is None:
-        return None
-    if output.is_dir():
-        raise _error("CLI008", f"cannot write `{output}`: it is a folder", "name a file")
-    if not output.parent.is_dir():
-        raise _error(
-            "CLI008", f"cannot write `{output}`: there is no folder `{output.parent}`", "make the folder first"
-        )
-    if output.exists() and Path(source).exists() and output.samefile(source):
-        raise _error("CLI007", f"the output `{output}` is the input", "choose another `-o`, or ask for `--in-place`")
-    return output
+    taken = {Path(name).resolve(): f"the input `{name}`" for name in inputs if name is not None}
+    for output in outputs:
+        if output is None:
+            continue
+        if output.is_dir():
+            raise _error("CLI008", f"cannot write `{output}`: it is a folder", "name a file")
+        if not output.parent.is_dir():
+            text = f"cannot write `{output}`: there is no folder `{output.parent}`"
+            raise _error("CLI008", text, "make the folder first")
+        if output.resolve() in taken:
+            text = f"the output `{output}` is {taken[output.resolve()]}"
+            raise _error("CLI007", text, "choose another name; `compensate --in-place` writes over the program itself")
+        taken[output.resolve()] = "another output too"
 
 
 def write(path: Path | None, data: bytes) -> None:

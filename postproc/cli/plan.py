@@ -8,9 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.cli.inputs import load_measurements, load_model, own_effects
-from postproc.cli.options import Columns, EffectFiles, Flag, Noise, Output, RunProgram
-from postproc.cli.output import output_path, write
+from postproc.cli.inputs import load_model, own_effects
+from postproc.cli.options import EffectFiles, Flag, Noise, Output, TableOptions
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.identify.plan import plan_poses
@@ -28,8 +28,7 @@ def run(
     rapid: Path | None = None,
     effects: EffectFiles = (),
     noise: Noise = None,
-    program: RunProgram = None,
-    columns: Columns = None,
+    table: TableOptions = TableOptions(),
     json: Flag = False,
 ) -> int:
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
@@ -43,25 +42,22 @@ def run(
         rapid: RAPID program to write that visits the poses, from the stated sides, with waits.
         effects: Python file with effects of your own; its code is run. May be repeated.
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
         json: print the postproc/plan/1 document.
     """
-    target = output_path(data, output, in_place=False)
-    rapid = output_path(data, rapid, in_place=False)
+    check_outputs((model, data, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
-    table = load_measurements(data, arm.robot, program, columns)
+    measured = table.read(data, arm.robot)
     sigma = None if noise is None else noise * 1e-3
-    plan = plan_poses(arm, table, count, _pair(between), own_effects(effects), noise=sigma)
+    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=sigma)
     say(plan.text())
     if json:
         print_json(plan.as_json())
     text = plan.as_csv()
-    if target is not None or not json:
-        write(target, text.encode())
+    if output is not None or not json:
+        write(output, text.encode())
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
-        name = target.name if target is not None else "the table"
+        name = output.name if output is not None else "the table"
         state = plan.state
         write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
     return 0

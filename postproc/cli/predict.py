@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_measurements, load_model
-from postproc.cli.options import Columns, EffectFiles, Output, RunProgram
-from postproc.cli.output import output_path, write
+from postproc.cli.inputs import load_model
+from postproc.cli.options import EffectFiles, Output, TableOptions
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import show
 from postproc.identify.predict import predict_rows
 
@@ -18,8 +18,7 @@ def run(
     *,
     effects: EffectFiles = (),
     output: Output = None,
-    program: RunProgram = None,
-    columns: Columns = None,
+    table: TableOptions = TableOptions(),
 ) -> int:
     """Predict the TCP in the instrument's frame for every row of a table. Without -o the table goes to stdout.
 
@@ -28,12 +27,10 @@ def run(
         data: table with commanded poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm, one row per input row, same order.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
     """
-    target = output_path(data, output, in_place=False)
+    check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, load_measurements(data, arm.robot, program, columns, measured=False))
+    found = predict_rows(arm, table.read(data, arm.robot, measured=False))
     show(found.diagnostics)
-    write(target, found.as_csv().encode())
+    write(output, found.as_csv().encode())
     return 0

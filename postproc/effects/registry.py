@@ -132,8 +132,8 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
     try:
         data = path.read_bytes()
     except OSError as error:
-        message = f"the effect file cannot be read: {error.strerror}"
-        raise PostprocError(Diagnostic("EFF001", "error", message, Source(str(path), b""))) from error
+        message, help_ = f"the effect file cannot be read: {error.strerror}", "check the spelling and the folder"
+        raise PostprocError(Diagnostic("EFF001", "error", message, Source(str(path), b""), help=help_)) from error
     # The name changes with the content, so that an edited file is loaded afresh and an unchanged one is not.
     name = f"effects_in_{path.stem}_{hashlib.sha256(str(path).encode() + data).hexdigest()[:12]}"
     if name not in sys.modules:

@@ -10,13 +10,13 @@ from .killing import finish, gone, kill_when, outputs, start
 
 
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:
-    source, out = write(programs(tmp_path / "in", 8), {"note.txt": "text"}), tmp_path / "out"
+    source, out = write(programs(tmp_path / "in", 24), {"note.txt": "text"}), tmp_path / "out"
     convert(source, tmp_path / "whole")
     whole = tree(tmp_path / "whole")
     for count, by in ((1, signal.SIGKILL), (4, signal.SIGINT)):
         run = start(source, out, "--workers", "2")
         left = kill_when(run, lambda count=count: outputs(out) >= count, by=by)  # type: ignore[misc]
-        assert outputs(out) < 8, "killed too late to show anything"
+        assert outputs(out) < 24, "killed too late to show anything"
         assert gone(left)
         assert run.returncode == (1 if by == signal.SIGINT else -signal.SIGKILL)
         stands = tree(out, without=[".postproc"])

@@ -14,7 +14,7 @@ from inline_snapshot import snapshot
 
 from postproc.cli.inputs import read_source
 from postproc.cli.options import parse_vector
-from postproc.cli.output import finish, output_path, unified_diff, write
+from postproc.cli.output import check_outputs, finish, unified_diff, write
 from postproc.cli.report import print_json, show
 from postproc.cli.run import run
 from postproc.diagnostics import Diagnostic, PostprocError, Source
@@ -127,18 +127,25 @@ def test_the_input_is_never_the_output(tmp_path: Path) -> None:
     link.symlink_to(program)
     for output in (program, link, tmp_path / "." / "p.mod"):
         with pytest.raises(PostprocError, match="CLI007"):
-            output_path(str(program), output, in_place=False)
+            check_outputs(("table.csv", None, str(program)), None, output)
     with pytest.raises(PostprocError, match="CLI007"):
-        output_path(str(program), tmp_path / "q.mod", in_place=True)
-    assert output_path(str(program), None, in_place=True) == program
-    assert output_path(str(program), tmp_path / "q.mod", in_place=False) == tmp_path / "q.mod"
-    assert output_path(str(program), None, in_place=False) is None
+        check_outputs(("-",), tmp_path / "q.mod", tmp_path / "q.mod")
+    check_outputs((str(program), "-"), None, tmp_path / "q.mod", tmp_path / "q.html")
+
+
+def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> None:
+    program = tmp_path / "p.mod"
+    program.write_bytes((samples / "paper_case.mod").read_bytes())
+    outcome = call("compensate", program, "--in-place", "-o", tmp_path / "q.mod")
+    assert (outcome.code, "CLI007" in outcome.err) == (2, True)
+    assert call("compensate", program, "--in-place").code == 0
+    assert b"compensated for" in program.read_bytes()
 
 
 def test_output_folders_must_exist(tmp_path: Path) -> None:
     for output in (tmp_path, tmp_path / "no" / "q.mod"):
         with pytest.raises(PostprocError, match="CLI008"):
-            output_path("p.mod", output, in_place=False)
+            check_outputs(("p.mod",), output)
 
 
 def test_writing_is_all_or_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -78,7 +78,7 @@ def test_what_the_arm_cannot_do(
     ("content", "code", "exit_code"),
     [
         (b"", "error[CLI005]", 2),
-        (bytes(range(256)) * 4, "error[RAP002]", 1),
+        (bytes(range(256)) * 4, "error[RAP002]", 2),
         (b"\xfc\x81\x00\x01" * 40, "info[RAP013]", 0),  # an encrypted module is nobody's fault
     ],
 )
@@ -148,3 +148,12 @@ def test_an_arm_of_unknown_stiffness_is_looked_at_as_it_is(call: Call, samples: 
     document = json.loads(outcome.out)
     assert document["robot"] == "irb4600_20_250"
     assert {row["edited"] for row in document["statements"]} == {None}
+
+
+def test_what_is_no_program_is_bad_input(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text("MoveL p1,v100,fine,tool0;")
+    outcome = call("inspect", path)
+    assert outcome.code == 2
+    assert "RAP011" in outcome.err
+    assert "no motion statements" not in outcome.err
