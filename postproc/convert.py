@@ -26,7 +26,7 @@ from postproc.compensate.proof import Deviation, measure_deviation
 from postproc.compensate.readback import owners_of, places_of
 from postproc.compensate.reading import read_motion, read_samples
 from postproc.compensate.sharing import target_users
-from postproc.compensate.states import build_state
+from postproc.compensate.states import states_of
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, Source, has_errors
 from postproc.model.arm import Model
@@ -165,7 +165,7 @@ def _prove(
     own = np.arange(len(motion.moves))
     place = motion.samples.move + motion.samples.u
     still = motion.timeline.steady(options, place)
-    before = measure_deviation(model, motion.samples, motion.samples, own, motion.state, still)
+    before = measure_deviation(model, motion.samples, motion.samples, own, motion.states, still)
     written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
     ran_events = walk(written, options.entry)
     ran, findings = read_samples(model, ran_events, options, joint_ways=True)
@@ -180,9 +180,9 @@ def _prove(
         return before, None, [*findings, failed]
     owner = np.array(of)
     place = places_of(motion.samples, ran, owner, plan.pieces)
-    state = build_state(model, ran, motion.timeline, options, place)
+    states = states_of(model, ran, motion.timeline, options, place)
     still = motion.timeline.steady(options, place)
-    return before, measure_deviation(model, motion.samples, ran, owner, state, still), []
+    return before, measure_deviation(model, motion.samples, ran, owner, states, still), []
 
 
 def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:
@@ -229,7 +229,7 @@ def _conclude(
     transition_m = after.largest(passing)
     outcomes, more = judge_statements(program, events, plan, after, options)
     findings += more
-    accuracy, more = expect_accuracy(model, plan.motion.samples, plan.motion.state, sources[0])
+    accuracy, more = expect_accuracy(model, plan.motion.states, sources[0])
     findings += more
     motion = plan.motion
     limits, more = check_corrected(

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.compensate.samples import Samples
+from postproc.compensate.states import States
 from postproc.diagnostics import Diagnostic, Source
-from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.states import take
 from postproc.model.uncertainty import beyond_range, predict_sigma
 
 MM = 1e3
@@ -32,14 +30,12 @@ class Accuracy:
         return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
 
 
-def expect_accuracy(
-    model: Model, samples: Samples, state: State, source: Source
-) -> tuple[Accuracy | None, list[Diagnostic]]:
+def expect_accuracy(model: Model, states: States, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
     """Accuracy to expect (None for a model that was not fitted), and findings CMP010: outside the measured range."""
-    rows = samples.goal
+    rows = states.samples.goal
     if len(rows) > _MOST:
         rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
-    at_goals = take(state, rows)
+    at_goals = states.at(rows)
     findings = [
         Diagnostic(
             "CMP010",

@@ -18,7 +18,7 @@ from postproc.arrays import Array
 from postproc.compensate.inverse import command
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
-from postproc.effects.contract import State
+from postproc.compensate.states import States
 from postproc.model.arm import Model
 from postproc.motion.smoothing import correction_limits, transition
 from postproc.motion.values import Move
@@ -77,23 +77,25 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     return changing
 
 
-def invert_model(model: Model, samples: Samples, state: State) -> Exact:
+def invert_model(model: Model, samples: Samples, states: States) -> Exact:
     """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
-    mounts = samples.mounts
-    commanded = command(model, state, mounts.base_tcp(samples.T_work_tcp))
-    T_work_tcp = mounts.seen(commanded.T_base_tcp, samples.T_work_tcp)
-    T_flange = mounts[samples.goal].flange(T_work_tcp[samples.goal])
-    q_goal = commanded.q[samples.goal].copy()
+    T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
+    for rows in states.blocks():
+        mounts, wanted = samples.mounts_at(rows), samples.T_work_tcp[rows]
+        commanded = command(model, states.at(rows), mounts.base_tcp(wanted))
+        T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted), commanded.q
+    T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
+    q_goal = q[samples.goal]
     welding = np.array([m.welding for m in samples.moves])
     first = np.array([m.first for m in samples.moves])
     lit = np.flatnonzero(welding[1:] & ~welding[:-1] & ~first[1:])
     if len(lit):
         begin = samples.start[lit + 1]
-        T_flange[lit], q_goal[lit] = mounts[begin].flange(T_work_tcp[begin]), commanded.q[begin]
+        T_flange[lit], q_goal[lit] = samples.mounts_at(begin).flange(T_work_tcp[begin]), q[begin]
     for i, move in enumerate(samples.moves):
         if move.kind == "absjoint":
             T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
-    return Exact(T_work_tcp, commanded.q, T_flange, q_goal)
+    return Exact(T_work_tcp, q, T_flange, q_goal)
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
@@ -127,16 +129,17 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
     at_goal = pose_error(exact.T_work_tcp[samples.goal], ends)
     begins = mounts.work(exact.T_base_flange[np.maximum(np.arange(len(first)) - 1, 0)])
     at_start = pose_error(exact.T_work_tcp[samples.start], begins)
-    T = exact.T_work_tcp.copy()
+    T = exact.T_work_tcp
     found: list[Transition] = []
     for jumps, is_goal in ((at_start, False), (at_goal, True)):
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
-            turns = samples.mounts[rows].joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
+            turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
             limits = correction_limits(model.robot, turns)
             ramp = transition(jumps[i], limits, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
+            T = T if found else T.copy()
             T[rows] = _shifted(T[rows], jumps[i] - passed)
             inside = rows[time >= time[-1] - ramp.duration] if is_goal else rows[time <= ramp.duration]
             size = float(np.linalg.norm(jumps[i, :3]))

@@ -37,7 +37,7 @@ def check_corrected(
     for t in transitions:
         rows = np.arange(samples.start[t.move], samples.goal[t.move] + 1)
         wanted = samples.T_work_tcp[rows]
-        joints_by_shift = samples.mounts[rows].joints_by_shift(robot, samples.q[rows], wanted)
+        joints_by_shift = samples.mounts_at(rows).joints_by_shift(robot, samples.q[rows], wanted)
         shift[rows] = (joints_by_shift @ pose_error(wanted, curve[rows])[:, :, None])[:, :, 0]
     place, first = np.unique(samples.move + samples.u, return_index=True)
     reports = []

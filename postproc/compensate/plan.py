@@ -61,7 +61,7 @@ def plan_changes(
     place = samples.move + samples.u
     t = motion.timeline.at(motion.timeline.t, place)
     settled = motion.timeline.steady(options, place)
-    exact = invert_model(model, samples, motion.state)
+    exact = invert_model(model, samples, motion.states)
     lengths = samples.curves.length.tolist()
     asked = ((i, why_indivisible(events[m.event], lengths[i])) for i, m in enumerate(moves))
     indivisible = {i: why for i, why in asked if why is not None}

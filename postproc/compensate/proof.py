@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
-from postproc.effects.contract import State
+from postproc.compensate.states import States
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.curves import Curves
@@ -44,7 +44,7 @@ class Deviation:
 
 
 def measure_deviation(
-    model: Model, programmed: Samples, ran: Samples, owner: Index, state: State, steady: Flags
+    model: Model, programmed: Samples, ran: Samples, owner: Index, states: States, steady: Flags
 ) -> Deviation:
     """Drive the real arm with a program and compare with the programmed curves.
 
@@ -52,23 +52,29 @@ def measure_deviation(
         programmed: samples of the program as the user wrote it.
         ran: samples of the program that drives the arm, nominal joint angles from its own text.
         owner: (moves of ran,) the programmed move that each move of ``ran`` is (a part of).
-        state, steady: at the samples of ``ran``.
+        states, steady: at the samples of ``ran``.
     """
-    real = ran.mounts.seen(predict(model, state), ran.T_work_tcp)
     of = owner[ran.move]
-    distance, u = distance_to_curves(programmed.curves, of, real[:, :3, 3])
     in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
-    rows = np.flatnonzero(in_joints)
-    distance[rows] = np.linalg.norm(real[rows, :3, 3] - ran_pose(programmed, ran, of, rows), axis=1)
-    u[rows] = ran.u[rows]
+    distance, u = np.empty(len(of)), np.empty(len(of))
+    reached = np.empty((len(ran.goal), 4, 4))
+    for rows in states.blocks():
+        real = ran.mounts_at(rows).seen(predict(model, states.at(rows)), ran.T_work_tcp[rows])
+        distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
+        joints = rows.start + np.flatnonzero(in_joints[rows])
+        wanted = ran_pose(programmed, ran, of, joints)
+        distance[joints] = np.linalg.norm(real[joints - rows.start, :3, 3] - wanted, axis=1)
+        u[joints] = ran.u[joints]
+        goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
+        reached[goals] = real[ran.goal[goals] - rows.start]
     last = np.zeros(len(programmed.moves), dtype=int)
-    last[owner] = ran.goal  # the last part of a divided move reaches its goal
+    last[owner] = np.arange(len(owner))  # the last part of a divided move reaches its goal
     wanted = programmed.T_work_tcp[programmed.goal]
-    gap = real[last]
+    gap = reached[last]
     turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
     goal_distance = np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle, steady[last])
+    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle, steady[ran.goal[last]])
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:

@@ -11,10 +11,9 @@ from postproc.compensate.correction import changing_moves
 from postproc.compensate.options import Options
 from postproc.compensate.reversals import sample_for
 from postproc.compensate.samples import Samples
-from postproc.compensate.states import build_state
+from postproc.compensate.states import States, states_of
 from postproc.compensate.timeline import SWIFT, Timeline, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
-from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.motion.moves import read_moves
 from postproc.motion.values import Move
@@ -31,7 +30,7 @@ class Motion:
     moves: tuple[Move, ...]
     timeline: Timeline
     samples: Samples
-    state: State
+    states: States
 
 
 def read_samples(
@@ -63,5 +62,4 @@ def read_motion(
     findings += more
     if timeline is None:
         return None, findings
-    state = build_state(model, samples, timeline, options)
-    return Motion(samples.moves, timeline, samples, state), findings
+    return Motion(samples.moves, timeline, samples, states_of(model, samples, timeline, options)), findings

@@ -13,7 +13,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.correction import Transition
 from postproc.compensate.samples import Samples, sample_moves
-from postproc.compensate.states import approach_side
+from postproc.compensate.states import approach_side, feels_sides
 from postproc.model.arm import Model
 from postproc.motion.values import Flags, Move
 
@@ -28,7 +28,7 @@ def sample_for(model: Model, moves: Sequence[Move], dense: Array, joint_ways: bo
         moves, dense, joint_ways: see ``sample_moves``.
     """
     samples = sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways)
-    if not _feels_sides(model):
+    if not feels_sides(model):
         return samples
     speed = np.array([m.speed for m in samples.moves])
     close = np.ceil(samples.curves.length / np.maximum(CLOSEST, CROSSING * speed))
@@ -47,7 +47,7 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
     Args:
         T_commanded: (n, 4, 4) commanded curve; t: (n,) time [s]; least: jump [m] from which it counts.
     """
-    if not _feels_sides(model):
+    if not feels_sides(model):
         return []
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
     jump = np.linalg.norm(np.diff(shift, axis=0), axis=1)
@@ -60,11 +60,6 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
         where = f"where joint {names} turns back"
         found.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), True, (k, k + 1)))
     return found
-
-
-def _feels_sides(model: Model) -> bool:
-    """Whether the arm stands elsewhere for another side of approach."""
-    return any("approach" in effect.reads for effect in model.effects)
 
 
 def _turns(samples: Samples) -> Flags:

@@ -43,10 +43,9 @@ class Samples:
     start: Index
     goal: Index
 
-    @property
-    def mounts(self) -> Mounts:
-        """At every sample."""
-        return self.curves.mounts[self.move]
+    def mounts_at(self, rows: slice | Index) -> Mounts:
+        """The mounts at some samples."""
+        return self.curves.mounts[self.move[rows]]
 
 
 def sample_moves(

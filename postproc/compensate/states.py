@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from postproc.arrays import Array
@@ -10,44 +13,67 @@ from postproc.compensate.samples import Samples
 from postproc.compensate.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.motion.values import Flags
+from postproc.motion.values import Index
 
+BLOCK = 10_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
-def build_state(
-    model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
-) -> State:
-    """The state at every sample.
+@dataclass(frozen=True, slots=True)
+class States:
+    """What loads the arm at n samples, put together for the rows that are asked for: a program has many.
 
     Args:
-        timeline: of the programmed path.
-        place: (n,) where the samples stand on the programmed path, as move + fraction; None: they are its own samples.
+        place: (n,) where the samples stand on the programmed path, as move + fraction; timeline: of that path.
+        moving: effects follow speed; sides: (n, 6) of approach where effects follow that, else None.
     """
-    moves, rows = samples.moves, samples.move
-    wrench = np.zeros((len(rows), 6))
-    loaded = burning(samples) if options.force_on == "arc" else np.ones(len(rows), dtype=bool)
-    wrench[loaded] = np.array([*options.force, *options.moment])
-    where = rows + samples.u if place is None else place
+
+    samples: Samples
+    timeline: Timeline
+    options: Options
+    place: Array
+    moving: bool
+    sides: Array | None
+
+    def at(self, rows: slice | Index) -> State:
+        """The state at some samples."""
+        samples, timeline, place = self.samples, self.timeline, self.place[rows]
+        index, of = np.unique(samples.move[rows], return_inverse=True)
+        moves = [samples.moves[i] for i in index.tolist()]
+        loaded = np.array([self.options.force_on == "all" or m.welding for m in moves])[of]
+        wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
+        return State(
+            q=samples.q[rows],
+            v=timeline.at(timeline.v, place) if self.moving else None,
+            a=timeline.at(timeline.a, place) if self.options.inertia else None,
+            time=timeline.at(timeline.t, place),
+            approach=None if self.sides is None else self.sides[rows],
+            payload_mass=np.array([m.payload_mass for m in moves])[of],
+            payload_center=np.array([m.payload_center for m in moves])[of],
+            wrench=wrench,
+            T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
+        )
+
+    def blocks(self) -> Iterator[slice]:
+        """All rows, a block at a time."""
+        for start in range(0, len(self.place), BLOCK):
+            yield slice(start, start + BLOCK)
+
+
+def states_of(
+    model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
+) -> States:
+    """The states at every sample; without ``place`` they are samples of the programmed path itself."""
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
-    keeps_speed = options.inertia or any("v" in effect.reads for effect in model.effects)
-    return State(
-        q=samples.q,
-        v=timeline.at(timeline.v, where) if keeps_speed else None,
-        a=timeline.at(timeline.a, where) if options.inertia else None,
-        time=timeline.at(timeline.t, where),
-        approach=approach_side(samples),
-        payload_mass=np.array([m.payload_mass for m in moves])[rows],
-        payload_center=np.array([m.payload_center for m in moves])[rows],
-        wrench=wrench,
-        T_flange_tcp=samples.mounts.flange_tcp(samples.T_work_tcp),
-    )
+    moving = options.inertia or any("v" in effect.reads for effect in model.effects)
+    sides = approach_side(samples) if feels_sides(model) else None
+    where = samples.move + samples.u if place is None else place
+    return States(samples, timeline, options, where, moving, sides)
 
 
-def burning(samples: Samples) -> Flags:
-    """(n,) whether the arc burns at a sample."""
-    burns: Flags = np.array([m.welding for m in samples.moves])[samples.move]
-    return burns
+def feels_sides(model: Model) -> bool:
+    """Whether the arm stands elsewhere for another side of approach."""
+    return any("approach" in effect.reads for effect in model.effects)
 
 
 def approach_side(samples: Samples) -> Array:
