@@ -95,7 +95,15 @@ def invert_model(model: Model, samples: Samples, states: States) -> Exact:
     for i, move in enumerate(samples.moves):
         if move.kind == "absjoint":
             T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
+    _stand_again(samples, T_flange, q_goal)
     return Exact(T_work_tcp, q, T_flange, q_goal)
+
+
+def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
+    """Where a way goes on from a target, in place: at what that target is commanded to."""
+    for i, move in enumerate(samples.moves):
+        if move.again is not None:
+            T_flange[i], q_goal[i] = T_flange[move.again], q_goal[move.again]
 
 
 def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[int, Array]) -> Exact:
@@ -111,6 +119,7 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
         T_target = mount.work(forward(model.robot, move.q[None]))
         T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
         q_goal[i] = move.q
+    _stand_again(samples, T_flange, q_goal)
     return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
 
 

@@ -21,6 +21,7 @@ from postproc.rapid.events import MotionEvent, Origin
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
 DIFFERENT = "it runs several times and each time needs another correction"
+WAYS = "the arm comes to it by several ways and each needs another correction"
 ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 FOLLOWS = "it follows the target that it is derived from"
 
@@ -152,10 +153,14 @@ def _refuse(
         if followed and (not _agree(group) or any("%" in name for name in followed)):
             following[key] = frozenset(followed)
         elif not _agree(group):
-            refused[key] = DIFFERENT
+            refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
         elif any(events[w.event].elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
+
+
+def _one_target(events: Sequence[MotionEvent], group: Sequence[Wish]) -> bool:
+    return len({events[w.event].target for w in group}) == 1
 
 
 def names_of(wish: Wish) -> set[str]:

@@ -20,6 +20,7 @@ from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
 MM = 1e3
+SHARED = "its runs need different corrections and get the middle of them"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -35,7 +36,8 @@ def judge_statements(
     moves = {move.event: i for i, move in enumerate(plan.motion.moves)}
     runs: dict[tuple[str, int], list[int]] = {}
     for index, event in enumerate(events):
-        runs.setdefault(key_of(event.statement), []).append(index)
+        if event.again is None:
+            runs.setdefault(key_of(event.statement), []).append(index)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
     at_goal = np.where(after.goal_steady & ~_for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
@@ -89,6 +91,8 @@ def _outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
     edited = plan.decisions.edited.get(key_of(statement))
+    if any(i in plan.shared for i in rows):
+        reason = SHARED
     return Outcome(
         statement,
         "compensated",

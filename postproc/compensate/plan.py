@@ -29,7 +29,8 @@ class Plan:
 
     Args:
         indivisible: moves before which nothing can be added, and why; left: moves whose targets are not corrected for
-            themselves; curve: (n, 4, 4) commanded poses at the samples.
+            themselves; shared: of these, runs of one statement that get the middle of what they need.
+        curve: (n, 4, 4) commanded poses at the samples.
     """
 
     motion: Motion
@@ -40,6 +41,7 @@ class Plan:
     transitions: tuple[Transition, ...]
     indivisible: Mapping[int, str]
     left: frozenset[int]
+    shared: frozenset[int]
     curve: Array
 
 
@@ -97,6 +99,7 @@ def plan_changes(
         tuple(transitions),
         indivisible,
         frozenset(left),
+        frozenset(shared),
         curve,
     )
 

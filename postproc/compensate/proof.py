@@ -67,6 +67,7 @@ def measure_deviation(
         u[joints] = ran.u[joints]
         goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
         reached[goals] = real[ran.goal[goals] - rows.start]
+    distance[np.array([m.again is not None for m in programmed.moves])[of]] = 0.0  # counted where it was reached
     last = np.zeros(len(programmed.moves), dtype=int)
     last[owner] = np.arange(len(owner))  # the last part of a divided move reaches its goal
     wanted = programmed.T_work_tcp[programmed.goal]

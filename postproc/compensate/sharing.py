@@ -65,7 +65,7 @@ def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozen
     complete: dict[StatementKey, bool] = {}
     for index, event in enumerate(events):
         key = key_of(event.statement)
-        complete[key] = complete.get(key, True) and index in have
+        complete[key] = complete.get(key, True) and (index in have or event.again is not None)
     return frozenset(key for key, all_of_it in complete.items() if all_of_it)
 
 

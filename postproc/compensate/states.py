@@ -77,7 +77,10 @@ def feels_sides(model: Model) -> bool:
 
 
 def approach_side(samples: Samples) -> Array:
-    """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the start."""
+    """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the start.
+
+    Where a way goes on from an earlier target, the travel to that target counts.
+    """
     first = np.array([m.first for m in samples.moves])
     step = np.diff(samples.q, axis=0, prepend=samples.q[:1])
     side = np.where(np.abs(step) > _NO_TRAVEL, np.sign(step), 0.0)
@@ -89,4 +92,11 @@ def approach_side(samples: Samples) -> Array:
     begin = np.maximum.accumulate(np.where(first[samples.move], np.arange(len(side)), 0))
     last = np.maximum.accumulate(index, axis=0)
     valid = last >= begin[:, None]
-    return np.where(valid, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)
+    sides = np.where(valid, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)
+    chains = np.append(samples.start[first], len(sides))
+    for i in (i for i, move in enumerate(samples.moves) if move.again is not None):
+        begin_of = samples.goal[i]
+        rows = slice(begin_of, chains[np.searchsorted(chains, begin_of, side="right")])
+        earlier = sides[samples.goal[samples.moves[i].again]]
+        sides[rows] = np.where(sides[rows] == 0, earlier, sides[rows])
+    return sides

@@ -44,7 +44,7 @@ class Wishes:
         for i in chosen:
             move = self.motion.moves[i]
             event = self.events[move.event]
-            if not isinstance(event.target, RobTarget):
+            if not isinstance(event.target, RobTarget) or move.again is not None:
                 continue
             asked.append((i, "to", self.T_goal[i], self._goal_conf(i, event.target.robconf)))
             if event.via is not None and not move.first:
@@ -114,7 +114,8 @@ class Wishes:
         divided = {p.move: p for p in pieces if p.goals}
         runs: dict[tuple[str, int], list[int]] = {}
         for i, move in enumerate(self.motion.moves):
-            runs.setdefault(key_of(self.events[move.event].statement), []).append(i)
+            if move.again is None:
+                runs.setdefault(key_of(self.events[move.event].statement), []).append(i)
         for key, group in runs.items():
             if not any(i in divided for i in group):
                 continue

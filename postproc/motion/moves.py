@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,6 +56,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
     bad = {failure.index for failure in failures}
 
     moves: list[Move] = []
+    of_event: dict[int, int] = {}
     previous = -1
     for row, (i, load) in enumerate(zip(known, loads, strict=True)):
         e = events[i]
@@ -66,8 +67,14 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
             bad.add(row)
         if row in bad:
             continue
-        broken = any(_moves_arm(x) for x in events[previous + 1 : i]) if moves else True
-        moves.append(_move(i, e, load, q[row], T_work_tcp[row], broken))
+        broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
+        move = _move(i, e, load, q[row], T_work_tcp[row], broken)
+        if e.again is not None:
+            if e.again not in of_event:
+                continue  # nothing brings the arm there
+            move = replace(moves[of_event[e.again]], event=i, first=True, again=of_event[e.again])
+        of_event[i] = len(moves)
+        moves.append(move)
         previous = i
     return moves, once(findings)
 
@@ -125,7 +132,10 @@ def _solve(
     ]
     free[np.isnan(T[:, 0, 0])] = False
     free[[f.index for f in failures]] = False
-    failures += _follow(robot, T_base_flange, q, free)
+    row_of = {i: row for row, i in enumerate(known)}
+    again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].again) is not None}
+    free[list(again)] = False
+    failures += _follow(robot, T_base_flange, q, free, again)
     return q, T, sorted(failures, key=lambda f: f.index)
 
 
@@ -135,12 +145,17 @@ def _any_configuration(event: MotionEvent) -> bool:
     return event.options.get(name) is False
 
 
-def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array) -> list[Failure]:
-    """Fill in, in place, the goals that are reached in the configuration of the goal before them."""
+def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Mapping[int, int]) -> list[Failure]:
+    """Fill in, in place, the goals that are reached in the configuration of the goal before them.
+
+    Args:
+        again: rows at which the arm stands where another row has brought it.
+    """
     failures: list[Failure] = []
     edges = np.diff(np.concatenate([[False], free, [False]]).astype(int))
     for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        before = q[a - 1] if a > 0 and np.isfinite(q[a - 1]).all() else q[a]
+        from_where = again.get(int(a) - 1, int(a) - 1)
+        before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
         if np.isfinite(before).all():
             q[a:b] = track(robot, T_base_flange[a:b], before)
         failures += [replace(f, index=f.index + int(a)) for f in _beyond_limits(robot, q[a:b])]

@@ -35,6 +35,7 @@ class Move:
             zone_angle [rad]: the same for a reorientation in place.
         welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
         first: how the arm gets to this goal is unknown; a chain of connected moves starts here.
+        again: the move that has brought the arm here before: no motion, but another way that goes on from there.
     """
 
     event: int
@@ -56,6 +57,7 @@ class Move:
     zone_angle: float = 0.0
     welding: bool = False
     first: bool = False
+    again: int | None = None
 
 
 def mounts_of(moves: Sequence[Move]) -> Mounts:

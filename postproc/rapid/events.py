@@ -168,3 +168,6 @@ class MotionEvent:
     velocity_limit: float | None = None  # VelSet [mm/s]
     acceleration: float = 100.0  # AccSet [%]
     elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed
+    first: bool = False  # where the arm comes from is not known
+    again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
+    way: int = 0  # number of the way by which the arm comes here, where it may come by several

@@ -20,6 +20,7 @@ from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker, undeclared
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
+from postproc.rapid.ways import Ways
 
 MAX_CALLS = 30  # depth
 MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
@@ -29,23 +30,20 @@ MAX_TREES = 5_000  # expressions kept for the next time they are executed
 class Execution(ABC):
     """What is common to all statements; ``events`` grows with every motion.
 
-    ``conditional`` counts the conditions in force that are not known; ``detached`` says that the arm may come from
-    elsewhere than the last event.
+    ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.changes = Changes(program)
         self.constants = Constants(program)
-        self.events: list[MotionEvent] = []
+        self.ways = Ways()
         self.diagnostics: list[Diagnostic] = []
         self.visited: dict[str, set[int]] = {}
         self.elsewhere: set[tuple[str, int]] = set()  # statements that run again with another target
         self.first: dict[tuple[str, int], MotionEvent] = {}
         self.only_new = False
         self.conditional = 0
-        self.detached = True
-        self.left_early = 0  # how often a routine may have been left where a condition is not known
         self.maker = EventMaker(program, self.diagnostics)
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
@@ -132,7 +130,7 @@ class Execution(ABC):
             self.count(word, pieces, memory)
         elif word not in READ_ONLY:
             forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
-            self.detached = True  # taken not to move the arm, but nothing may be added to the way from here
+            self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
             self.report_once(
                 "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
                 (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
@@ -152,7 +150,7 @@ class Execution(ABC):
         word = name.split(":")[-1].strip().lower() if isinstance(name, str) else ""
         if not word or self.program.routine(word, memory.frame.routine.module) is None:
             forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
-            self.detached = True
+            self.ways.doubt()
             self.report_once(
                 "RAP032", "warning", "which routine is called here is known only at run time",
                 memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
@@ -166,13 +164,11 @@ class Execution(ABC):
         if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
-            self.detached = True
+            self.ways.doubt()
             return NotKnown(f"`{routine.name}` is not followed here")
         frame = bound_frame(routine, pieces, memory, self.tree)
         inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
-        left_early = self.left_early
         result = self.enter(routine, inner)
-        self.detached |= self.left_early > left_early
         memory.changed = inner.changed
         return result
 
@@ -211,11 +207,11 @@ class Execution(ABC):
         seen.add(statement.span[0])
         place = (statement.source.path, statement.span[0])
         if new or not self.only_new:
-            self.events.append(self.maker.event(statement, memory, self.conditional > 0, self.detached))
-            self.first.setdefault(place, self.events[-1])
-            self.detached = False
+            event = self.maker.event(statement, memory, self.conditional > 0)
+            self.steps += self.ways.go(event) - 1
+            self.first.setdefault(place, event)
         else:
-            self.detached = True
+            self.ways.lose()
             if not self.same_target(statement, memory):
                 self.elsewhere.add(place)
         found = statement.argument("found")

@@ -27,11 +27,13 @@ class Flow(Execution):
         for declaration in routine.declarations:
             memory.initialise(declaration)
         outer, self.returned = self.returned, None
-        conditional = self.conditional
+        conditional, exits = self.conditional, self.ways.exits
+        self.ways.exits = frozenset()
         self.stack.append(routine.key)
         self.body(routine.body, memory)
         self.stack.pop()
         self.conditional = conditional
+        self.ways.ends, self.ways.exits = self.ways.ends | self.ways.exits, exits
         result, self.returned = self.returned, outer
         return result
 
@@ -76,6 +78,7 @@ class Flow(Execution):
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
         changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
+        begin, stands = self.ways.ends, frozenset[int]()
         ends: list[dict[str, Data]] = []
         uncertain = False
         for branch in statement.branches:
@@ -85,21 +88,23 @@ class Flow(Execution):
             if verdict is True and not uncertain:
                 return self.body(branch.body, memory)
             uncertain = True
-            events, detached = len(self.events), self.detached
             self.conditional += 1
             if self.body(branch.body, memory):
                 ends.append(memory.changed)
+                stands |= self.ways.ends
             else:
-                self.left_early += 1
+                self.ways.leave()
             self.conditional -= 1
             memory.changed, memory.frame.bindings = dict(changed), dict(bindings)
-            self.detached = detached or len(self.events) > events
+            self.ways.ends = begin
             if verdict is True:
                 break
         else:
             if not uncertain:
                 return True
             ends.append(memory.changed)  # none of the conditions holds
+            stands |= begin
+        self.ways.ends = stands
         if not ends:
             return False
         memory.changed = joined(ends)
@@ -182,12 +187,15 @@ class Flow(Execution):
         keys = self.changes.of_one(loop, memory.frame.routine)
         forget(memory, keys, "is changed in a loop")
         memory.frame.bindings.update(bindings)
-        self.detached |= "@moves" in keys
+        begin = self.ways.ends
+        if "@moves" in keys:
+            self.ways.doubt()  # in the second turn it comes from the end of the first
         self.conditional += not certain
-        self.body(loop.branches[0].body, memory)
+        if not self.body(loop.branches[0].body, memory):
+            self.ways.leave()
         self.conditional -= not certain
         forget(memory, keys, "is changed in a loop")
-        self.detached |= "@moves" in keys
+        self.ways.ends |= begin
 
     def label(self, statement: Statement, memory: Memory) -> None:
         routine = memory.frame.routine
@@ -197,7 +205,7 @@ class Flow(Execution):
             jumps = self.jumps[routine.key] = frozenset(s.word for s in every if s.kind == "goto")
         if statement.word in jumps:
             forget(memory, self.changes.of_routine[routine.key], "may have changed before the jump to here")
-            self.detached = True
+            self.ways.doubt()
 
     def leave_with(self, span: Span, memory: Memory) -> None:
         if span[0] == span[1]:

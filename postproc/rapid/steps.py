@@ -66,7 +66,7 @@ class EventMaker:
         self.reported: set[str] = set()
         self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
 
-    def event(self, statement: MotionStatement, memory: Memory, conditional: bool, detached: bool) -> MotionEvent:
+    def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""
         signature = SIGNATURES[statement.instruction.lower()]
         found: list[Diagnostic] = []
@@ -123,10 +123,9 @@ class EventMaker:
             "; ".join(dict.fromkeys(reasons)) or None,
             tuple(found),
             self.known_options(state),
-            detached,
-            override,
-            limit,
-            100.0 if isinstance(acceleration, NotKnown) else acceleration,
+            velocity_override=override,
+            velocity_limit=limit,
+            acceleration=100.0 if isinstance(acceleration, NotKnown) else acceleration,
         )
 
     def settings(

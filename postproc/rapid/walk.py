@@ -54,7 +54,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
             help = f"the routines are: {names}"
             raise PostprocError(Diagnostic("RAP030", "error", f"there is no routine `{entry}`", help=help))
         _start(flow, routine, State.initial())
-        count, found = len(flow.events), tuple(flow.diagnostics)
+        count, found = len(flow.ways.events), tuple(flow.diagnostics)
         flow.only_new = True
         for other in _uncalled(program):  # for nothing but whether they run the same statements with other targets
             _start(flow, other, State.initial())
@@ -77,16 +77,16 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run with other targets on ways that are not followed."""
     if not flow.elsewhere:
-        return flow.events
+        return flow.ways.events
     return [
         replace(e, elsewhere=True) if (e.statement.source.path, e.statement.span[0]) in flow.elsewhere else e
-        for e in flow.events
+        for e in flow.ways.events
     ]
 
 
 def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     """Run a routine as if somebody had started it; its parameters are not known."""
-    flow.detached = True
+    flow.ways.lose()
     frame = unbound_frame(routine)
     memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
     flow.enter(routine, memory)
@@ -103,7 +103,7 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
                 memory.frame.bindings[statement.word] = index
     flow.conditional += 1
     for statement in _unreached(flow, routine):
-        flow.detached = True
+        flow.ways.lose()
         flow.statement(statement, memory)
     flow.conditional -= 1
 

@@ -69,7 +69,8 @@ def inspect_program(source: Source, robot: Robot) -> Inspection:
     by_event = {move.event: move for move in moves}
     grouped: dict[int, list[int]] = {}
     for index, event in enumerate(followed.events):
-        grouped.setdefault(event.statement.span[0], []).append(index)
+        if event.again is None:
+            grouped.setdefault(event.statement.span[0], []).append(index)
     rows = [
         _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, robot)
         for statement in program.statements
@@ -105,7 +106,15 @@ def _row(
         position = mount.base_tcp(mount.work(forward(robot, first.q[None])))[0, :3, 3] * 1e3
         notes = (STATIONARY,) * first.stationary + posture_notes(robot, np.array([move.q for move in known]))
     return Row(
-        statement, len(executions), event.tool.name, event.wobj.name, mass, position, q, notes, _reason(event, known)
+        statement,
+        sum(events[i].way == 0 for i in executions),
+        event.tool.name,
+        event.wobj.name,
+        mass,
+        position,
+        q,
+        notes,
+        _reason(event, known),
     )
 
 

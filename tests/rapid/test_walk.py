@@ -6,8 +6,9 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.rapid import execution
+from postproc.rapid.events import MotionEvent
 from postproc.rapid.pose import pose_mult
-from postproc.rapid.records import JointTarget, LoadData, Pose
+from postproc.rapid.records import JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.walk import walk, walk_program
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
@@ -104,9 +105,9 @@ def test_an_endless_loop_runs_once_and_forgets_what_it_changes() -> None:
 def test_both_ways_of_an_unknown_condition() -> None:
     body = f"VAR num n:=0; IF di1=1 THEN n:=1; {move('n')} ELSEIF di2=1 THEN n:=1; ELSE {move('n+7')} n:=1; ENDIF {move('n')}"
     found = events(body, P)
-    assert [e.target.trans[0] for e in found if e.target] == [1, 7, 1]  # type: ignore[union-attr]
-    assert [e.conditional for e in found] == [True, True, False]
-    assert [e.detached for e in found] == [True, True, True]
+    assert shown(found) == ["1 from nowhere", "7 from nowhere", "1", "at 1", "1"]
+    assert [e.conditional for e in found] == [True, True, False, True, False]
+    assert [e.detached for e in found if e.again is None] == [True, True, True, True]
     body = f"VAR num n:=0; IF di1=1 THEN n:=1; ENDIF {move('n')}"
     assert events(body, P)[0].reason == "`n` depends on a condition that is not known"
 
@@ -117,9 +118,53 @@ def test_a_way_that_returns_does_not_count_afterwards() -> None:
 
 def test_only_the_first_event_after_a_gap_is_detached() -> None:
     found = events(move("1") + move("2") + f"IF di1=1 THEN {move('3')} ENDIF {move('4')} {move('5')}", P)
-    assert [e.detached for e in found] == [True, False, False, True, False]
+    assert [(e.detached, e.first) for e in found if e.again is None] == [
+        (True, True), (False, False), (False, False), (True, False), (True, False), (False, False),
+    ]  # fmt: skip
     found = events(move("1") + "IF di1=1 THEN SetDO do1,1; ENDIF " + move("2"), P)
     assert [e.detached for e in found] == [True, False]
+
+
+def shown(found: list[MotionEvent]) -> list[str]:
+    """Where every event goes, or stands again before another way goes on."""
+    x = [f"{e.target.trans[0]:g}" for e in found if isinstance(e.target, RobTarget)]
+    return [
+        f"at {name}" if e.again is not None else f"{name} from nowhere" if e.first else name
+        for e, name in zip(found, x, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("body", "data", "ways"),
+    [
+        ("IF di1=1 THEN {1} {2} ELSE {3} ENDIF {4} {5}", "", "0 1 2 @0 3 4 @2 4 5"),
+        ("IF di1=1 {1} {4}", "", "0 1 4 @0 4"),
+        ("TEST GInput(g) CASE 1: {1} CASE 2: {2} DEFAULT: {3} ENDTEST {4}", "", "0 1 @0 2 @0 3 4 @1 4 @2 4"),
+        ("IF di1=1 THEN IF di2=1 THEN {1} ENDIF {2} ENDIF {3}", "", "0 1 2 @0 2 3 @0 3"),
+        ("IF di1=1 THEN {1} ELSE MoveL nowhere,v5,z0,tool0; ENDIF", "", "0 1 @0"),
+        ("early; {4}", "PROC early() {1} IF di1=1 RETURN; {2} ENDPROC", "0 1 2 4 @1 4"),
+        ("FOR i FROM 1 TO 2 DO {1} IF di1=1 THEN {2} ENDIF ENDFOR {3}", "", "0 1 2 1 @1 1 2 3 @1 3"),
+        ("WHILE di1=1 DO {1} {2} ENDWHILE {3}", "", "0 1 2 3 @0 3"),
+        ("IF di1=1 THEN {1} ENDIF IF di2=1 THEN {2} ENDIF {3}", "", "0 1 2 @0 2 3 @0 3 @1 3"),
+    ],
+)
+def test_every_way_goes_on_from_where_it_has_brought_the_arm(body: str, data: str, ways: str) -> None:
+    """`@` stands again at that target; the events of a way follow each other."""
+    for number in "12345":
+        body, data = (text.replace(f"{{{number}}}", move(number)) for text in (body, data))
+    found = events(move("0") + body, P + "VAR robtarget nowhere; PROC teach() nowhere:=CRobT(); ENDPROC " + data)
+    names = shown([e for e in found if e.target is not None])
+    assert [name.replace("at ", "@").replace(" from nowhere", "") for name in names] == ways.split()
+    for event in found:
+        if event.again is not None:
+            assert found[event.again].target == event.target and found[event.again].again is None
+
+
+def test_many_ways_are_not_all_followed() -> None:
+    cases = "".join(f"CASE {k}: {move(str(k))}" for k in range(30))
+    found = events(move("0") + f"TEST GInput(g) {cases} ENDTEST {move('99')}", P)
+    last = [e for e in found if e.target is not None and e.target.trans[0] == 99]  # type: ignore[union-attr]
+    assert len(last) == 8 and all(e.detached for e in last)
 
 
 def test_main_first_then_what_it_does_not_reach() -> None:

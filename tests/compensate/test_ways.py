@@ -1,0 +1,113 @@
+"""Branches on inputs: both ways are followed from where they begin, corrected, and proved."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from postproc.compensate.decisions import WAYS
+from postproc.compensate.outcomes import SHARED
+from postproc.effects.backlash import Backlash
+from tests.compensate.build import FORCE, arm, codes, convert, module, outcome, target, written
+from tests.independent.arm import ARMS
+from tests.independent.verify import check
+
+A, B, C = target(1350, -500), target(1350, -420), target(1290, -440, 730)
+VIA, ROUND, END = target(1330, -480), target(1290, -460), target(1310, -400)
+BRANCH = f"""MoveJ {A},v200,fine,tT;
+IF DInput(di1)=1 THEN
+  MoveL {B},v50,fine,tT;
+ELSE
+  MoveC {VIA},{ROUND},v50,fine,tT;
+  MoveL {C},v50,z1,tT;
+ENDIF
+MoveL {END},v50,fine,tT;"""
+
+
+def way(text: str, taken: bool) -> str:
+    """The program of one way: the branch that is not taken left out, in the original and in what was written."""
+    kept = r"\1" if taken else r"\2"
+    return re.sub(r"(?s)\s*IF DInput\(di1\)=1 THEN\n(.*?)\n\s*ELSE\n(.*?)\n\s*ENDIF", "\n" + kept, text)
+
+
+@pytest.mark.parametrize("taken", [True, False])
+def test_each_way_keeps_the_promise(taken: bool) -> None:
+    """The independent arm on the statements of one way; the arc of ELSE begins where the IF does."""
+    text = module("", BRANCH)
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 5
+    report = check(way(text, taken), way(written(found), taken), ARMS["irb4600_60_205"](), np.array(FORCE))
+    assert report.violations == []
+    assert report.before > 0.5
+    assert report.after <= 0.01 and report.goal_after <= 0.003
+    assert found.report["max_error_after_mm"] <= 0.01
+
+
+def test_a_way_out_of_a_routine_goes_on_behind_the_call() -> None:
+    more = f"  PROC part()\n    MoveL {B},v50,fine,tT;\n    IF DInput(di1)=1 RETURN;\n    MoveL {C},v50,fine,tT;\n  ENDPROC\n"
+    found = convert(module("", f"MoveJ {A},v200,fine,tT;\npart;\nMoveL {END},v50,fine,tT;", more))
+    assert [o.status for o in found.outcomes] == ["compensated"] * 4
+    plan = found.plan
+    assert plan is not None
+    starts = [tuple(np.round(1e3 * plan.motion.samples.curves.start[i][:2])) for i in (3, 5)]
+    assert sorted(starts) == [(1290, -440), (1350, -420)]  # from C, and from B where the routine returned
+
+
+def test_ways_that_cannot_be_told_apart_need_one_correction() -> None:
+    """No lost motion: what a statement needs does not depend on the way by which the arm comes."""
+    found = convert(module("", BRANCH))
+    assert outcome(found, 4).reason is None and outcome(found, 4).edited == "aggregate"
+
+
+LEFT, RIGHT, MIDDLE = target(1350, -500), target(1350, -300), target(1350, -400)
+SIDES = f"""MoveJ {target(1300, -400, 760)},v200,fine,tT;
+IF DInput(di1)=1 THEN
+  MoveL {LEFT},v50,fine,tT;
+ELSE
+  MoveL {RIGHT},v50,fine,tT;
+ENDIF
+MoveL {MIDDLE},v50,fine,tT;"""
+
+
+@pytest.mark.parametrize(("gap", "reason"), [(2e-5, SHARED), (2e-3, WAYS)])
+def test_the_side_from_which_the_arm_comes(gap: float, reason: str) -> None:
+    """Lost motion of axis 1: from the left the middle needs another correction than from the right.
+
+    A small difference is split; beside a large one the statement is left as it is. Both are said.
+    """
+    lost = arm().with_effects(*arm().effects, Backlash(half_gap_rad=np.array([gap, 0, 0, 0, 0, 0])))
+    found = convert(module("", SIDES), lost)
+    last = outcome(found, 3)
+    assert last.reason == reason
+    assert (last.status == "skipped") == (reason == WAYS)
+    assert ("CMP005" if reason == WAYS else "CMP006") in codes(found)
+    # Each way for itself is no question.
+    for side in (LEFT, RIGHT):
+        alone = module(
+            "", f"MoveJ {target(1300, -400, 760)},v200,fine,tT;\nMoveL {side},v50,fine,tT;\nMoveL {MIDDLE},v50,fine,tT;"
+        )
+        assert convert(alone, lost).outcomes[2].status == "compensated"
+
+
+def test_the_load_that_only_one_way_takes() -> None:
+    """What is not known after the ways have met leaves the statement alone, with the reason."""
+    text = module(
+        "PERS loaddata part:=[20,[0,0,100],[1,0,0,0],0,0,0];", BRANCH.replace("ELSE", "  GripLoad part;\nELSE")
+    )
+    found = convert(text)
+    last = outcome(found, 4)
+    assert last.status == "skipped" and "payload is not known" in (last.reason or "")
+    assert [o.status for o in found.outcomes[:4]] == ["compensated"] * 4
+
+
+def test_a_line_that_nobody_drives_is_no_obstacle() -> None:
+    """From the end of one branch to the start of the other the arm would have to pass through its own column."""
+    behind = "[[-1200,300,900],[0,0,1,0],[1,0,1,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    text = module(
+        "",
+        f"MoveJ {A},v200,fine,tT;\nIF DInput(di1)=1 THEN\nMoveL {B},v50,fine,tT;\nMoveJ {behind},v500,fine,tT;\n"
+        f"ELSE\nMoveL {C},v50,fine,tT;\nENDIF\nMoveJ {A},v200,fine,tT;",
+    )
+    assert convert(text).outputs, [d.message for d in convert(text).diagnostics]
