@@ -52,6 +52,8 @@ def run(
 
     check_outputs((points, *side_files, *convert.inputs), output)
     table = read_seam_points(read_source(points))
+    doubts = table.doubts()
+    show(doubts)
     arm = convert.arm()
     sides = [read_source(name) for name in side_files]
     name = (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]
@@ -64,7 +66,8 @@ def run(
     result = compensate_program([module, *sides], arm, options)
     show(result.diagnostics)
     if json:
-        print_json(result.report)
+        found = [d.as_json() for d in doubts] + result.report["diagnostics"]
+        print_json({**result.report, "diagnostics": found})
     if not result.outputs:
         return max(1, result.exit_code)
     write(output, result.outputs[module.path])

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -22,6 +22,12 @@ NEAREST_MM = 0.1  # the shortest move a controller makes (RAPID reference, MoveC
 LARGEST = 1e6  # no arm reaches a kilometre
 UNIT = 0.01  # a quaternion this far from length one is a mistake, not rounding
 PARALLEL = math.radians(5.0)  # a normal this close to the tangent does not say how the torch stands
+BACK = math.radians(
+    120.0
+)  # a seam that turns by more than this runs back along itself: rows in disorder, or an outlier
+TWIST = math.radians(90.0)  # a torch that turns by more than this from point to point: an axis or a sign is wrong
+
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
 @dataclass(frozen=True)
@@ -40,9 +46,25 @@ class SeamPoints:
     rotation: Array
     speed_mm_s: Array | None = None
 
-    def finding(self, code: str, index: int, message: str, help_: str = "") -> Diagnostic:
+    def finding(self, code: str, index: int, message: str, help_: str = "", severity: Severity = "error") -> Diagnostic:
         row = self.source.position(self.rows[index][0])[0]
-        return Diagnostic(code, "error", f"row {row}: {message}", self.source, self.rows[index], help_)
+        return Diagnostic(code, severity, f"row {row}: {message}", self.source, self.rows[index], help_)
+
+    def doubts(self) -> list[Diagnostic]:
+        """Rows that can be welded and hardly can be meant (SEA010): the seam runs back, the torch turns over."""
+        way = np.diff(self.place_mm, axis=0)
+        length = np.linalg.norm(way, axis=1)
+        bend = np.arccos(np.clip(np.sum(way[1:] * way[:-1], axis=1) / (length[1:] * length[:-1]), -1.0, 1.0))
+        turn = Rotation.from_matrix(np.swapaxes(self.rotation[:-1], 1, 2) @ self.rotation[1:]).magnitude()
+        found = [
+            (int(i) + 1, f"the seam turns back here, by {math.degrees(bend[i]):.0f} deg", "check the order of the rows")
+            for i in np.flatnonzero(bend > BACK)
+        ]
+        found += [
+            (int(i) + 1, f"the torch turns by {math.degrees(turn[i]):.0f} deg from the point before", "check its axes")
+            for i in np.flatnonzero(turn > TWIST)
+        ]
+        return [self.finding("SEA010", i, text, help_, "warning") for i, text, help_ in sorted(found)]
 
 
 @dataclass(frozen=True)
@@ -69,7 +91,10 @@ class _Table:
         if not abs(value) < LARGEST:
             what = f"`{text}` is not a number" if text else "nothing stands here"
             what = f"`{text}` is too large" if LARGEST <= abs(value) < math.inf else what
-            self.wrong("SEA002", row, at, what, "a point needs all its numbers: take the row out or measure it again")
+            help_ = "a point needs all its numbers: take the row out or measure it again"
+            if _DECIMAL_COMMA.fullmatch(text):
+                help_ = "write decimals with a dot"
+            self.wrong("SEA002", row, at, what, help_)
             return math.nan
         return value
 
@@ -101,9 +126,13 @@ def read_seam_points(source: Source) -> SeamPoints:
     rotation = _by_quaternion(table) if turned else _by_tangent(table)
     speed = _speeds(table) if SPEED in table.header else None
     gaps = np.linalg.norm(np.diff(place, axis=0), axis=1)
-    for i in np.flatnonzero(gaps < NEAREST_MM):
+    close = np.flatnonzero(gaps < NEAREST_MM)
+    help_ = "take one of the two rows out"
+    if len(close) > max(1, len(gaps) // 2):
+        close, help_ = close[:1], "most points are that close: are they in metres? The columns are in millimetres"
+    for i in close:
         what = f"only {gaps[i]:.3f} mm from the point before, at least {NEAREST_MM:g} mm are needed"
-        table.wrong("SEA004", int(i) + 1, table.header.index("x_mm"), what, "take one of the two rows out")
+        table.wrong("SEA004", int(i) + 1, table.header.index("x_mm"), what, help_)
     if len(place) < 2:
         found = Diagnostic("SEA006", "error", "a seam needs two points or more", source, help="add rows to the table")
         table.findings.append(found)
@@ -165,6 +194,10 @@ def _split(source: Source) -> _Table:
     mark = max((b",", b";", b"\t"), key=head.count)
     header = [data[slice(*span)].decode(source.encoding).strip('"') for span in _cells(data, lines[0], mark)]
     findings: list[Diagnostic] = []
+    for i, name in enumerate(header):
+        if name in (*PLACE, *QUATERNION, *TANGENT, *NORMAL, SPEED) and name in header[:i]:
+            text = f"column `{name}` stands twice in the header"
+            findings.append(Diagnostic("SEA001", "error", text, source, lines[0], "take one of them out"))
     rows, cells = [], []
     for line in lines[1:]:
         parts = _cells(data, line, mark)

@@ -89,6 +89,7 @@ def test_wrong_cells_are_named(row: str, code: str, message: str) -> None:
     [
         (Source("points.csv", b""), "SEA001"),
         (table("1,2,3", head="x_mm,y_mm,z_mm"), "SEA001"),
+        (table(*(f"{row},1" for row in ROWS), head=HEAD + ",x_mm"), "SEA001"),
         (table("1,2,3,1,0,0,0", "1,5,3,1,1,0,0", head="x_mm,y_mm,z_mm,qw,qx,qy,qz"), "SEA003"),
         (table(ROWS[0]), "SEA006"),
         (Source("points.csv", b"\x00\xff\xfe,,\n\xff"), "SEA001"),
@@ -225,3 +226,27 @@ def test_any_table_is_read_or_refused(head: str, rows: list[list[str]], mark: st
 def test_any_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(PostprocError):
         read_seam_points(Source("points.csv", data))
+
+
+def test_metres_and_decimal_commas_are_called_by_name() -> None:
+    near = [",".join([f"{0.001 * i:g}", f"{0.05 * i:g}", "0", "0", "1", "0", "0", "0", "1"]) for i in range(12)]
+    with pytest.raises(PostprocError) as small:
+        read_seam_points(table(*near))
+    assert len(small.value.diagnostics) == 1 and "metres" in small.value.diagnostics[0].help
+    rows = [";".join(cell + ",0" for cell in row.split(",")) for row in ("0,0,0,0,1,0,0,0,1", "1,40,0,0,1,0,0,0,1")]
+    with pytest.raises(PostprocError) as comma:
+        read_seam_points(table(*rows, head=HEAD.replace(",", ";")))
+    assert {d.help for d in comma.value.diagnostics} == {"write decimals with a dot"}
+
+
+def test_rows_that_are_hardly_meant_are_named() -> None:
+    assert read_seam_points(table(*ROWS)).doubts() == []
+    strayed = [*ROWS[:2], "4,400,1,0,1,0,0,0,1", *ROWS[2:]]
+    found = read_seam_points(table(*strayed)).doubts()
+    assert [(d.code, d.severity) for d in found] == [("SEA010", "warning")] * 2
+    assert [d.message.split(",")[0] for d in found] == [
+        "row 4: the seam turns back here",
+        "row 5: the seam turns back here",
+    ]
+    turned = [*ROWS[:2], "4,90,1,-0.1,-2,0,0,0.1,2", ROWS[3]]
+    assert [d.message[:5] for d in read_seam_points(table(*turned)).doubts()] == ["row 4", "row 5"]
