@@ -16,8 +16,19 @@ from postproc.rapid.syntax import Declaration, Routine, Statement
 from postproc.rapid.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
 
 UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
+# What Dim is asked about is counted, not read.
+_COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
 _WORDS = re.compile(
-    STRING + rb"|" + COMMENT + rb"|(?<![\w\x80-\xff])(?:" + NUMBER + rb")|([.\\]\s*)?(" + IDENTIFIER + rb")"
+    STRING
+    + rb"|"
+    + COMMENT
+    + rb"|"
+    + _COUNTED
+    + rb"|(?<![\w\x80-\xff])(?:"
+    + NUMBER
+    + rb")|([.\\]\s*)?("
+    + IDENTIFIER
+    + rb")"
 )
 _NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
 

@@ -41,3 +41,17 @@ ENDMODULE
     for use in uses["m..p"]:
         assert use.source.data[slice(*use.span)] == b"p"
         assert (use.statement is not None) == (use.kind in ("motion", "expression"))
+
+
+def test_the_length_of_an_array_is_not_a_use_of_its_data() -> None:
+    text = f"""MODULE M
+CONST robtarget row{{2}}:=[{target(1, 2, 3)},{target(4, 5, 6)}];
+PROC main()
+  FOR i FROM 1 TO Dim (row, 1) DO
+    MoveL row{{i}},v5,z0,tool0;
+  ENDFOR
+  TPWrite "Dim(" \\Num:=row{{1}}.trans.x;
+ENDPROC
+ENDMODULE
+"""
+    assert [u.kind for u in declaration_uses(program(text))["m..row"]] == ["motion", "argument"]
