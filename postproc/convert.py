@@ -251,6 +251,7 @@ def _conclude(
                 "transient_mm": f"{1e3 * transient_m:.3f}" if transient_m > options.tolerance_m else "",
                 "transition_mm": f"{1e3 * transition_m:.3f}" if transition_m > options.tolerance_m else "",
                 "added": len(plan.insertions),
+                "left": sum(d.code == "CMP005" for d in findings),
                 "indent": indent_after(s.data, head),
             }
             edits[s.path].append(header_edit(env, s, head, values))

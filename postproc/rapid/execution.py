@@ -13,11 +13,12 @@ from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
 from postproc.rapid.memory import Constants, Memory
+from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program
 from postproc.rapid.records import RobTarget
 from postproc.rapid.state import run_state_instruction
-from postproc.rapid.steps import EventMaker, undeclared
+from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 from postproc.rapid.ways import Ways
@@ -138,8 +139,13 @@ class Execution(ABC):
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""
-        if isinstance(data, NotKnown) and data.missing and data.span and data.missing not in self.maker.reported:
-            self.maker.reported.add(data.missing)
+        if (
+            isinstance(data, NotKnown)
+            and data.missing
+            and data.span
+            and data.missing not in self.maker.missing.reported
+        ):
+            self.maker.missing.reported.add(data.missing)
             self.diagnostics.append(undeclared("data", data.missing, source, data.span))
 
     def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.diagnostics import Diagnostic
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.memory import Memory
+from postproc.rapid.missing import UNKNOWN_SPEED, Missing
 from postproc.rapid.motion import fits
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
@@ -33,7 +34,6 @@ from postproc.rapid.targets import Targets
 from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_tool, to_wobj, to_zone
 
 T = TypeVar("T")
-UNKNOWN_SPEED = SpeedData(0.0)
 _KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
 
 
@@ -59,11 +59,10 @@ class EventMaker:
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
         self.program = program
-        self.diagnostics = diagnostics
         self.targets = Targets()
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
         self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
-        self.reported: set[str] = set()
+        self.missing = Missing(diagnostics)
         self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
@@ -86,9 +85,9 @@ class EventMaker:
             if circle is not None:
                 via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
         if isinstance(target, NotKnown):
-            reasons.append(self.explained(target, to, statement.source, found))
+            reasons.append(self.missing.explain(target, to, statement.source, found))
         if isinstance(via, NotKnown):
-            reasons.append(self.explained(via, circle, statement.source, found))
+            reasons.append(self.missing.explain(via, circle, statement.source, found))
         if signature.why_not and signature.roles:
             reasons.append(signature.why_not)
 
@@ -143,21 +142,24 @@ class EventMaker:
         arguments = {a.role: a for a in statement.arguments}
         count = len(reasons)
 
-        def known(role: str, convert: Callable[[str, Data], T], default: T) -> T:
+        def known(role: str, convert: Callable[[str, Data], T], default: T, times: bool = False) -> T:
             argument = arguments.get(role)
             if argument is None or not self.given(argument, memory):
                 return default
             try:
                 return self.constant(argument, convert, memory)
             except NotKnown as error:
-                reasons.append(self.explained(error, argument, statement.source, found))
+                if times:
+                    self.missing.say_untimed(error, argument, statement.source, found)
+                else:
+                    reasons.append(self.missing.explain(error, argument, statement.source, found))
                 return default
 
         tool = known("tool", to_tool, ToolData())
         wobj = known("\\wobj", to_wobj, WobjData())
-        speed = known("speed", _speed, UNKNOWN_SPEED)
+        speed = known("speed", _speed, UNKNOWN_SPEED, times=True)
         zone = known("zone", _zone, ZoneData(True))
-        v_tcp = known("\\v", _number, None)
+        v_tcp = known("\\v", _number, None, times=True)
         duration = known("\\t", _number, None)
         size = known("\\z", _number, None)
         total = known("\\tload", _load, None)
@@ -165,7 +167,7 @@ class EventMaker:
             speed = replace(speed, v_tcp=v_tcp)
         if size is not None:
             zone = replace(zone, pzone_tcp=size)
-        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory))
+        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
         used = [a for role, a in arguments.items() if role in _SETTINGS]
         names = [(a.role, a.text, routine.module, routine.name) for a in used]
         if lasting and len(reasons) == count and all(name in self.fixed for name in names):
@@ -212,16 +214,6 @@ class EventMaker:
         declared = self.program.names[module, routine, name].name
         return declared + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
 
-    def explained(self, error: NotKnown, argument: Argument | None, source: Source, found: list[Diagnostic]) -> str:
-        """The reason of an event; a name that is declared nowhere is reported once."""
-        if error.missing is not None and argument is not None and error.missing not in self.reported:
-            self.reported.add(error.missing)
-            what = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}.get(argument.role, "data")
-            name = argument.text if argument.text.lower() == error.missing else error.missing
-            found.append(undeclared(what, name, source, argument.span))
-            self.diagnostics.append(found[-1])
-        return error.reason
-
     @staticmethod
     def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:
         value = state.get(key, default)
@@ -240,7 +232,7 @@ class EventMaker:
             self.options[key] = MappingProxyType(found)
         return self.options[key]
 
-    def weld(self, statement: MotionStatement, memory: Memory) -> Weld | None:
+    def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
         """Phase of the seam and the speed while welding: the first number of welddata."""
         signature = SIGNATURES[statement.instruction.lower()]
         if not signature.phase:
@@ -248,20 +240,13 @@ class EventMaker:
         roles = statement.roles
         phase: Any = "start" if "\\on" in roles else "end" if "\\off" in roles else signature.phase
         argument = statement.argument("weld")
-        try:
-            return Weld(phase, self.constant(argument, _first, memory) if argument else None)
-        except NotKnown:
+        if argument is None:
             return Weld(phase, None)
-
-
-def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
-    """A name whose value stands in none of the files."""
-    # Without tool or work object nothing about the pose is known; other data leaves single statements alone.
-    severity: Severity = "error" if what in ("tool", "work object") else "warning"
-    return Diagnostic(
-        "RAP020", severity, f"the {what} `{name}` has no value in these files", source, span,
-        f"give the file that declares `{name}` too, often a system module such as user.sys or CalibData.mod",
-    )  # fmt: skip
+        try:
+            return Weld(phase, self.constant(argument, _first, memory))
+        except NotKnown as error:
+            self.missing.say_untimed(error, argument, statement.source, found)
+            return Weld(phase, None)
 
 
 def _speed(name: str, data: Data) -> SpeedData:

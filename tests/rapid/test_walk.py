@@ -296,7 +296,22 @@ def test_speeds_zones_and_times() -> None:
     )
     assert [e.speed.v_tcp for e in found[:3]] == [12, 1000, 7000]
     assert (found[0].zone.pzone_tcp, found[1].zone.zone_ori, found[1].duration) == (2, 30, 4)
-    assert found[3].reason == "`read` is a function this version does not know"
+    # Where the arm goes does not depend on how fast.
+    assert (found[3].reason, found[3].speed.v_tcp) == (None, 100)
+    (finding,) = found[3].diagnostics
+    assert finding.code == "RAP021" and "`read` is a function this version does not know" in finding.message
+
+
+def test_a_speed_from_elsewhere_is_reported_once() -> None:
+    data = (
+        P
+        + "CONST seamdata sm:=[0.5,0.2,[0,0,0,0,0,0,0,0,0],0,0,0,0,0,[0,0,0,0,0,0,0,0,0],0,0,[0,0,0,0,0,0,0,0,0],0,0,[0,0,0,0,0,0,0,0,0],0];"
+    )
+    found = events("MoveL p,vCell,z1,tool0; MoveJ p,vcell,z1,tool0; ArcL p,v10,sm,wdCell,z1,tool0;", data)
+    said = [d.message for e in found for d in e.diagnostics if d.code == "RAP021"]
+    assert [e.reason for e in found] == [None] * 3
+    assert len(said) == 2 and "`vCell`" in said[0] and "`wdCell`" in said[1]
+    assert found[2].weld is not None and found[2].weld.speed is None
 
 
 def test_joint_targets() -> None:
