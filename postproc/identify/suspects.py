@@ -145,9 +145,13 @@ def places(problem: Problem) -> dict[str, Array]:
 
 
 def _scaling(problem: Problem) -> Array:
-    """(n, r, 1) what a scale error of the instrument does: every position moves along itself."""
+    """(n, r, 1) what a scale error of the instrument does: every position moves along itself.
+
+    The predicted one: a column that holds the measured numbers would explain their noise.
+    """
     scaling = np.zeros((*problem.error.shape, 1))
-    scaling[:, :3, 0] = np.where(np.isfinite(problem.data.position), problem.data.position, 0.0)
+    predicted = problem.data.position - problem.error[:, :3]
+    scaling[:, :3, 0] = np.where(np.isfinite(predicted), predicted, 0.0)
     return scaling
 
 
