@@ -9,7 +9,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-HIGHEST_ORDER = 60
+GEAR, MOTOR = 30, 250
+"""Highest order searched of the output side, and of the motor side, whose orders need not be whole."""
 
 
 class TransmissionError(
@@ -40,20 +41,27 @@ class TransmissionError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: every joint that moves, orders from 1 up."""
+        """One more term: every joint that moves, orders from 1 up; or the last term's motor order a little off."""
         old = cls(joint=(), order=()) if current is None else current
-        terms = len(old.joint)
-        new = np.tile(np.arange(terms + 1) == terms, 2)
+        moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
-        found: list[Variant] = []
-        for j in (int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)):
-            for n in range(1, HIGHEST_ORDER + 1):
-                if (j, float(n)) not in known:
-                    effect = cls(
-                        joint=(*old.joint, j),
-                        order=(*old.order, float(n)),
-                        sine_rad=np.append(old.sine_rad, 0.0),
-                        cosine_rad=np.append(old.cosine_rad, 0.0),
-                    )
-                    found.append(variant(effect, f"joint {j}, order {n}", new, effect.amplitudes()))
+        highest = MOTOR if current is None else GEAR
+        every = [(j, float(n)) for j in moving for n in range(1, highest + 1)]
+        found = [_longer(old, j, n) for j, n in every if (j, n) not in known]
+        if old.order and old.order[-1] > GEAR:
+            rest = cls(joint=old.joint[:-1], order=old.order[:-1])
+            found += [
+                _longer(rest, old.joint[-1], old.order[-1] + off) for off in np.delete(np.linspace(-0.5, 0.5, 11), 5)
+            ]
         return tuple(found)
+
+
+def _longer(old: TransmissionError, joint: int, order: float) -> Variant:
+    effect = TransmissionError(
+        joint=(*old.joint, joint),
+        order=(*old.order, order),
+        sine_rad=np.append(old.sine_rad, 0.0),
+        cosine_rad=np.append(old.cosine_rad, 0.0),
+    )
+    last = np.tile(np.arange(len(effect.joint)) == len(old.joint), 2)
+    return variant(effect, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool))
