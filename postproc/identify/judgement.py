@@ -13,6 +13,7 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import WIDE, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
+from postproc.identify.sensitivity import at_least_ordinary
 
 SIGNIFICANT = 2e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -38,9 +39,13 @@ def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Eff
 def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fit | None:
     """The model with a candidate, everything fitted again; None where that fails."""
     free = {**base.free, candidate.key: candidate.free}
+    model = base.model
+    if type(candidate.effect).load is not Effect.load:
+        # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
+        model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     try:
         return fit_model(
-            base.model,
+            model,
             base.data,
             [with_amplitudes(screen, linear, candidate)],
             free=free,
@@ -65,8 +70,8 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         p = min(p, corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
     if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
         p = candidate.p_value
-    if (candidate.free & ~candidate.effect.amplitudes()).any():
-        # The linear evidence belongs to the start, not to where the fit has moved the knee or the point.
+    if candidate.curved:
+        # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
         worth = settled(before, rest, freedom, after, candidate.key) - candidate.searched
     else:
         worth = candidate.evidence + gained

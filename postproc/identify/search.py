@@ -70,7 +70,7 @@ class Search:
 def ranking(search: Search) -> list[Candidate]:
     """Every testable effect at its best on the present fit, best first.
 
-    Those with forming parameters after a full refit.
+    Those that a linear problem cannot judge after a full refit.
     """
     screen, linear = search.screen(), search.linear()
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]

@@ -34,7 +34,7 @@ class Candidate:
             forms tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
-        starts: itself and its next best forms, where parameters that form the effect must be found by full fits.
+        starts: itself and its next best forms, where its worth must be found by full fits.
     """
 
     key: str
@@ -48,6 +48,14 @@ class Candidate:
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()
+
+    @property
+    def curved(self) -> bool:
+        """Whether a linear problem is not enough.
+
+        Parameters that form the effect move its columns, and so does the compliance that its load acts through.
+        """
+        return bool((self.free & ~self.effect.amplitudes()).any()) or type(self.effect).load is not Effect.load
 
 
 @dataclass
@@ -114,10 +122,10 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
         form = forms[best]
         return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, len(forms), visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
-    if not (chosen.free & ~chosen.effect.amplitudes()).any():
+    if not chosen.curved:
         return chosen
     others = [_alone(linear, forms[i], measured[i], len(forms)) for i in _diverse(forms, measured)]
-    others = [c for c in others if c.effect is not chosen.effect]
+    others = [c for c in others if c.effect is not chosen.effect and (c.free & ~c.effect.amplitudes()).any()]
     return replace(chosen, starts=(chosen, *others))
 
 
@@ -167,7 +175,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         if measured[k].evidence <= cost:
             break
         new = options[k].effect
-        mask = options[k].refit | free if _structure(new) == _structure(effect) else options[k].refit
+        same = _structure(new) == _structure(effect)
+        mask = options[k].refit | free if same else options[k].refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
         columns = columns_of(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
@@ -175,9 +184,10 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         trial = gain(linear, columns, linear.nuisance.T @ columns, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
+        tuned = not same and len(new.vector()) == len(effect.vector())
+        labels = [*(labels[:-1] if tuned else labels), options[k].label]
         effect, free, whole, inner = new, mask, trial, linear.extended(columns)
         searched += cost
-        labels.append(options[k].label)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
     p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)

@@ -131,19 +131,20 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
     J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
-    springs = tuple(_at_least_ordinary(model, e) for e in model.effects if "load" in e.reads)
+    springs = tuple(at_least_ordinary(model, e) for e in model.effects if "load" in e.reads)
     return Sensitivity(J, state, along, column, springs)
 
 
-def _at_least_ordinary(model: Model, spring: Effect) -> Effect:
+def at_least_ordinary(model: Model, spring: Effect) -> Effect:
     """A joint compliance that a missing load has pushed towards zero would hide that load.
 
-    Half the stated one is taken.
+    Half the stated one is taken; where none is stated, a fifth of the typical one of the fitted joints.
     """
-    stated = model.robot.joint_compliance
-    if spring.key != "joint_compliance" or stated is None:
+    if spring.key != "joint_compliance":
         return spring
-    return spring.with_vector(np.maximum(spring.vector(), 0.5 * stated))
+    x, stated = spring.vector(), model.robot.joint_compliance
+    fitted = float(np.median(x[x > 0])) if (x > 0).any() else 0.0
+    return spring.with_vector(np.maximum(x, 0.2 * fitted if stated is None else 0.5 * stated))
 
 
 def flat(displacement: Displacement, n: int) -> Array:

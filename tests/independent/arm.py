@@ -286,7 +286,8 @@ _LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 1
 def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str = "irb4600_60_205") -> Arm:
     """ABB IRB 4600; zero pose: upper arm up, forearm forward; axes +z +y +y +x +y +x.
 
-    Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05.
+    Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05; those of the long
+    castings move outwards by half of what they are longer.
     """
     a1, a3, d1 = 0.175, 0.175, 0.495
     tool0 = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
@@ -314,6 +315,8 @@ def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str =
     )
     axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
     center = _CENTER_AT_ZERO - origin
+    center[2, 2] += 0.5 * (a2 - 0.900)
+    center[4, 0] += 0.5 * (d4 - 0.960)
     lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
     return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths, _GYRATION)
 
