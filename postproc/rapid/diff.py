@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
+from itertools import accumulate
 from typing import Literal
 
 from postproc.rapid.align import aligned
@@ -13,7 +14,7 @@ from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program
 from postproc.rapid.records import JointTarget, Quat, RobTarget
 from postproc.rapid.walk import walk
-from postproc.rapid.wording import compare_declarations, compare_statements, words
+from postproc.rapid.wording import Ranks, compare_declarations, compare_statements, words
 
 NEAR_MM = 5.0  # targets this close are taken for the same one when statements were added or removed
 
@@ -28,13 +29,16 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     differences: list[Difference] = []
     compared, most_mm, most_deg = 0, 0.0, 0.0
     routines_a, routines_b = _motions(a), _motions(b)
+    paired: dict[str, tuple[Ranks, Ranks]] = {}
     for place in dict.fromkeys([*routines_a, *routines_b]):
         ours, theirs = routines_a.get(place, []), routines_b.get(place, [])
 
         def near(x: MotionStatement, y: MotionStatement) -> bool:
             return x.instruction == y.instruction and _near(events_a.get(_key(x), []), events_b.get(_key(y), []))
 
-        for x, y in aligned(ours, theirs, near):
+        pairs = [*aligned(ours, theirs, near)]
+        paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
+        for x, y in pairs:
             if x is None or y is None:
                 differences.append(_lonely(x, y))
                 continue
@@ -44,7 +48,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
             far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
             if far or found.conf or found.arguments:
                 differences.append(found)
-    differences += compare_statements(a, b)
+    differences += compare_statements(a, b, paired)
     differences += compare_declarations(a, b)
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm)
 
@@ -68,6 +72,11 @@ def _motions(program: Program) -> dict[str, list[MotionStatement]]:
     for statement in program.statements:
         found.setdefault(_place(statement).lower(), []).append(statement)
     return found
+
+
+def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
+    """How many of the first 0, 1, 2.. motion statements of a routine have a partner."""
+    return tuple(accumulate((partner is not None for partner in partners), initial=0))
 
 
 def _near(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> bool:

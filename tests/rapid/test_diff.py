@@ -32,6 +32,8 @@ def kinds(found: ProgramDiff) -> list[tuple[str, str, str]]:
         (BODY.replace("v100", "[100,500,5000,1000]"), DATA),
         (BODY, DATA.replace("9E9", "9E+09")),
         (BODY.replace("MoveL q,v100", "MoveL q,v200\\V:=100"), DATA),
+        (BODY.replace("do1,1", "do1,1.0").replace("di1=1", "di1=1E0"), DATA),
+        (BODY.replace("IF di1=1 THEN MoveL p,v50,fine,t; ENDIF", "IF di1=1 MoveL p,v50,fine,t;"), DATA),
     ],
 )
 def test_what_means_the_same_is_equal(body: str, data: str) -> None:
@@ -103,6 +105,25 @@ def test_other_statements_and_data() -> None:
     found = compare(BODY, DATA.replace("[0,0,100]", "[0,0,101]"))
     assert ("changed", "declaration", "t") in kinds(found)
     assert compare(BODY, DATA + f"CONST robtarget extra:={target(1, 1, 1)};").equal
+
+
+@pytest.mark.parametrize(
+    ("body", "line"),
+    [
+        ("MoveJ p,v100,z10,t; MoveL q,v100,fine,t; SetDO do1,1; IF di1=1 THEN MoveL p,v50,fine,t; ENDIF", ("1", "2")),
+        ("SetDO do1,1; MoveJ p,v100,z10,t; MoveL q,v100,fine,t; IF di1=1 THEN MoveL p,v50,fine,t; ENDIF", ("1", "0")),
+        ("MoveJ p,v100,z10,t; SetDO do1,1; MoveL q,v100,fine,t; IF di1=1 THEN ENDIF MoveL p,v50,fine,t;", ("3", "2")),
+        ("MoveJ p,v100,z10,t; SetDO do1,1; IF di1=1 THEN MoveL q,v100,fine,t; MoveL p,v50,fine,t; ENDIF", ("2", "1")),
+    ],
+)
+def test_a_statement_that_moves_past_a_motion_is_another_program(body: str, line: tuple[str, str]) -> None:
+    found = compare(body)
+    assert [d.arguments for d in found.differences] == [(("motion statements before it", *line),)]
+
+
+def test_added_targets_do_not_shift_the_statements_between_them() -> None:
+    added = BODY.replace("MoveL q,", f"MoveL {target(150, 0, 0)},v100,z1,t; MoveL q,")
+    assert kinds(compare(added)) == [("added", "motion", "MoveL")]
 
 
 def test_joint_targets() -> None:
