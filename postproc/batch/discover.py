@@ -57,11 +57,13 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
 
 
 def _walk(folder: Path, output: Path | None) -> Iterator[str]:
-    for place, folders, names in os.walk(folder):
+    for place, folders, names in os.walk(folder, followlinks=True):
         here = Path(place)
-        folders[:] = [
-            n for n in folders if n not in OUTSIDE and (output is None or (here / n).resolve() != output.resolve())
-        ]
+        steps = here.relative_to(folder).parts
+        # A link to a folder that it stands in would never end.
+        around = {folder.joinpath(*steps[:k]).resolve() for k in range(len(steps) + 1)}
+        around |= {output.resolve()} if output is not None else set()
+        folders[:] = [n for n in folders if n not in OUTSIDE and (here / n).resolve() not in around]
         for path in (here / name for name in names):
             if path.is_file() or not path.exists():  # a link to nothing is reported where it is read; a pipe is no file
                 yield path.relative_to(folder).as_posix()

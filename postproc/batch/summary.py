@@ -62,5 +62,9 @@ def sum_line(batch: Batch, seconds: float) -> str:
     count = batch.counts
     parts = [f"{count[status]} {status}" for status in ("compensated", "unchanged", "failed") if count[status]]
     parts += [f"{count['cached']} of them done before"] if count["cached"] else []
-    parts += [f"{batch.copied} files copied"] if batch.copied else []
-    return f"{len(batch.outcomes)} tasks in {seconds:.1f} s: {', '.join(parts)}"
+    parts += [_counted(batch.copied, "file") + " copied"] if batch.copied else []
+    return f"{_counted(len(batch.outcomes), 'task')} in {seconds:.1f} s: {', '.join(parts)}"
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"

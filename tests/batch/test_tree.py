@@ -101,6 +101,15 @@ def test_the_tree_mirrors_the_folder_and_a_bad_file_stops_nobody(tmp_path: Path)
     assert re.search(rb"! postproc [\d.]+: compensated", (tmp_path / "out/a.mod").read_bytes())
 
 
+def test_linked_folders_are_followed_but_not_in_circles(tmp_path: Path) -> None:
+    write(tmp_path, {"in/a/one.mod": program("One"), "elsewhere/two.mod": program("Two")})
+    (tmp_path / "in" / "linked").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "in" / "a" / "up").symlink_to(tmp_path / "in")
+    (tmp_path / "elsewhere" / "back").symlink_to(tmp_path / "in" / "a")
+    found = [task.name for task in discover(tmp_path / "in").tasks]
+    assert found == ["a/one.mod", "linked/back/one.mod", "linked/two.mod"]
+
+
 def test_the_modules_of_a_backup_run_together(tmp_path: Path) -> None:
     source = backup(tmp_path / "in")
     batch, _ = convert(source, tmp_path / "out")
