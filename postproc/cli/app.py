@@ -56,6 +56,7 @@ def build() -> App:
         group_commands=LOOK_UP,
         print_error=False,
         exit_on_error=False,
+        suppress_keyboard_interrupt=False,
         result_action="return_value",
     )
     for name, group, text in COMMANDS:
@@ -72,6 +73,9 @@ def build() -> App:
 
 
 def main() -> None:
+    # Whoever starts programs without streams does not want to read.
+    sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
+    sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     # Threads of the linear algebra ruin small problems on a busy machine (10 times slower); who sets them keeps them.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")

@@ -53,6 +53,8 @@ def run(
     _check_folders(folder_or_jobs, output)
     plan = read_plan(folder_or_jobs, settings, output)
     count = sum(part.owns(task.name) for task, _ in plan.tasks)
+    # Python's own helper process cleans up after a stopped run; it need not talk about it.
+    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
     try:
         with open_pool(workers, scheduler) as pool, reporting(count) as shown:
             batch = run_batch(plan, output, pool, part, shown.outcome)

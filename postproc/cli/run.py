@@ -15,13 +15,13 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from cyclopts import App
 
-OK, FINDINGS, BAD_INPUT, INTERNAL = 0, 1, 2, 70
+OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
 def run(app: App, arguments: Sequence[str]) -> int:
     """Run one command and return its exit code.
 
-    0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error.
+    0 done; 1 findings, would change, not safe; 2 bad usage or bad input; 70 internal error; 130 stopped with Ctrl-C.
     """
     try:
         result = _call(app, arguments)
@@ -33,6 +33,9 @@ def run(app: App, arguments: Sequence[str]) -> int:
         # The reader of stdout has gone (``| head``); the interpreter must not complain at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FINDINGS
+    except KeyboardInterrupt:
+        print("stopped; nothing was written", file=sys.stderr)
+        return INTERRUPTED
     except Exception as error:
         return internal_error(error)
 

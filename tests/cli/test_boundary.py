@@ -12,6 +12,7 @@ import pytest
 from cyclopts import App
 from inline_snapshot import snapshot
 
+from postproc.cli.app import build
 from postproc.cli.inputs import read_source
 from postproc.cli.options import parse_vector
 from postproc.cli.output import check_outputs, finish, unified_diff, write
@@ -111,6 +112,25 @@ def test_a_folder_is_not_a_program(tmp_path: Path) -> None:
 def test_an_unreadable_name(tmp_path: Path) -> None:
     with pytest.raises(PostprocError, match="CLI004"):
         read_source(str(tmp_path / "a\0b.mod"))
+
+
+def test_a_stopped_command_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    app = build()
+
+    @app.command
+    def long() -> None:
+        raise KeyboardInterrupt
+
+    assert run(app, ["long"]) == 130
+    assert capsys.readouterr().err == "stopped; nothing was written\n"
+
+
+def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
+    command = (
+        f"exec {sys.executable} -m postproc compensate {samples / 'paper_case.mod'} -o {tmp_path / 'x.mod'} >&- 2>&-"
+    )
+    assert subprocess.run(["sh", "-c", command], check=False, cwd=samples.parent).returncode == 0
+    assert (tmp_path / "x.mod").exists()
 
 
 def test_vectors() -> None:
