@@ -180,11 +180,17 @@ def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:
     return failures
 
 
+def _programmed_speed(e: MotionEvent) -> float:
+    """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
+    speed = e.speed.v_tcp * e.velocity_override / 100
+    return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
+
+
 def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
     kind = e.statement.interpolation
     assert kind != "none"
     welding = e.weld is not None and e.weld.phase != "start"
-    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else e.speed.v_tcp
+    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
     T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
     return Move(
         event=index,
@@ -198,7 +204,7 @@ def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, 
         payload_mass=load.mass,
         payload_center=load.center,
         speed=speed * MM,
-        rotation_speed=float(np.radians(e.speed.v_ori)),
+        rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
         duration=e.duration,
         fine=e.zone.finep,
         zone=e.zone.pzone_tcp * MM,

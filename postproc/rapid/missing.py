@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
-from postproc.rapid.events import Argument
+from postproc.rapid.events import Argument, MotionStatement
 from postproc.rapid.records import SpeedData
-from postproc.rapid.values import NotKnown
+from postproc.rapid.values import Data, NotKnown
 
 UNKNOWN_SPEED = SpeedData(100.0)
+
+# State that is not known and what is taken for it: it tells the timing, or which posture of the arm is meant.
+_ASSUMED: Mapping[str, tuple[str, str]] = {
+    "@velset": ("VelSet", "full speed is taken"),
+    "@conf_l": ("ConfL", "targets are taken in the configuration that they state"),
+    "@conf_j": ("ConfJ", "targets are taken in the configuration that they state"),
+}
 
 
 class Missing:
@@ -36,6 +45,15 @@ class Missing:
         text = f"the speed that `{argument.text}` states is not known ({error.reason}); it is taken as {as_if}"
         help_ = "give the file that declares it: inertia and the cycle time depend on it, gravity and forces do not"
         self._report(Diagnostic("RAP021", "warning", text, source, argument.span, help_), found)
+
+    def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
+        """What is taken for state that is not known and that no target depends on."""
+        for key, (instruction, assumed) in _ASSUMED.items():
+            value = state.get(key)
+            if isinstance(value, NotKnown) and key not in self.reported:
+                self.reported.add(key)
+                text = f"what {instruction} has set is not known from here on ({value.reason}): {assumed}"
+                self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
 
     def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
         found.append(finding)

@@ -1,7 +1,7 @@
 """Positional arguments of the motion instructions, in order.
 
-Source: ABB RAPID reference manual (instructions), Arc and Cap application manuals. ``via`` is CirPoint; ``to`` is
-ToPoint or ToJointPos; an instruction with the role ``found`` writes that argument.
+Source: ABB RAPID reference manual (instructions), Arc and Cap application manuals; the ArcMove forms are taken to be those
+of Move. ``via`` is CirPoint; ``to`` is ToPoint or ToJointPos; an instruction with the role ``found`` writes that argument.
 """
 
 from __future__ import annotations
@@ -38,12 +38,16 @@ def _circular(roles: tuple[str, ...]) -> tuple[str, ...]:
     return (*roles[:at], "via", *roles[at:])
 
 
-def _three(stem: str, roles: tuple[str, ...], tail: str = "", after: tuple[str, ...] = ()) -> list[Signature]:
-    """Joint, linear and circular form of one instruction."""
+def _three(
+    stem: str, roles: tuple[str, ...], tail: str = "", after: tuple[str, ...] = (), other: tuple[str, ...] = ()
+) -> list[Signature]:
+    """Joint, linear and circular form of one instruction; ``other`` may stand after the common roles instead."""
+    forms: tuple[tuple[str, Interpolation, tuple[str, ...]], ...] = (
+        ("J", "joint", roles), ("L", "line", roles), ("C", "arc", _circular(roles))
+    )  # fmt: skip
     return [
-        Signature(f"{stem}J{tail}", "joint", roles + after),
-        Signature(f"{stem}L{tail}", "line", roles + after),
-        Signature(f"{stem}C{tail}", "arc", _circular(roles) + after),
+        Signature(f"{stem}{letter}{tail}", way, first + after, older=first + other if other else ())
+        for letter, way, first in forms
     ]
 
 
@@ -65,7 +69,7 @@ _ALL = [
     *_three("Move", MOVE),
     *_three("Move", MOVE, "DO", ("signal", "value")),
     *_three("Move", MOVE, "AO", ("signal", "value")),
-    *_three("Move", MOVE, "GO", ("signal", "value")),
+    *_three("Move", MOVE, "GO", ("signal",), ("signal", "value")),  # the value is \\Value or \\DValue
     *_three("Move", MOVE, "Sync", ("procedure",)),
     *_three("Trigg", TRIGG),
     *_three("ArcMove", MOVE),

@@ -31,6 +31,7 @@ from postproc.rapid.records import (
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.state import NO_MASS
 from postproc.rapid.targets import Targets
+from postproc.rapid.tokens import identifiers
 from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_tool, to_wobj, to_zone
 
 T = TypeVar("T")
@@ -102,6 +103,7 @@ class EventMaker:
             reasons.append(f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`")
         if state.get("@eoffs") is not False and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
             reasons.append("an offset of the external axes may be active")
+        self.missing.say_assumed(state, statement, found)
         override, limit = _pair(state.get("@velset"))
         acceleration = state.get("@accset", 100.0)
         return MotionEvent(
@@ -136,7 +138,8 @@ class EventMaker:
         first = statement.argument("via") or to
         before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
         key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
-        lasting = not routine.parameters and not memory.frame.bindings
+        varying = {*memory.frame.bindings, *(p.name for p in routine.parameters)}
+        lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))
         if lasting and key in self.settled:
             return self.settled[key]
         arguments = {a.role: a for a in statement.arguments}

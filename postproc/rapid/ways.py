@@ -48,7 +48,8 @@ class Ways:
             return 1
         known = sorted(self.ends - {NOWHERE})[-MOST_WAYS:]
         known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
-        event = replace(event, detached=len(self.ends) > 1 or not known, first=not known)
+        if len(self.ends) > 1 or not known:
+            event = replace(event, detached=True, first=not known)
         for number, end in enumerate(known or [self.last]):
             if known and (end != self.last or number > 0):
                 self.events.append(replace(self.events[end], again=end))

@@ -138,3 +138,10 @@ def test_an_arc_knows_its_circle_point() -> None:
     _, findings = sample_path(ROBOT, moves, found)
     assert [d.code for d in findings] == ["MOT001"]
     assert text.encode()[slice(*(findings[0].span or (0, 0)))].decode() == P2
+
+
+def test_velset_lowers_and_limits_programmed_speeds() -> None:
+    body = f"MoveJ {P1},v200,fine,t1;\nVelSet 50,80;\nMoveL {P2},v100,fine,t1;\nMoveL {P1},v200,fine,t1;\nArcL {P2},v200,sm,wd,z1,t1;"
+    moves, _, _ = read(body)
+    assert [1e3 * m.speed for m in moves] == pytest.approx([200, 50, 80, 8])
+    assert np.degrees(moves[1].rotation_speed) == pytest.approx(250)

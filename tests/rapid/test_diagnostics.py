@@ -71,3 +71,33 @@ def test_missing_tools_are_errors_and_missing_targets_are_warnings() -> None:
         ("warning", "the target `p9` has no value in these files"),
         ("error", "the tool `t9` has no value in these files"),
     ]
+
+
+def test_state_that_only_one_way_sets_is_said() -> None:
+    body = "IF di1=1 THEN VelSet 50,800; ConfL\\Off; ENDIF MoveL p,v5,z0,tool0; MoveL p,v5,z0,tool0;"
+    found = walk_program(program(module(body, f"CONST robtarget p:={target(0, 0, 0)};"))).diagnostics
+    assert [(d.code, d.message.split(" is")[0]) for d in found] == [
+        ("RAP022", "what VelSet has set"), ("RAP022", "what ConfL has set"),
+    ]  # fmt: skip
+    assert "full speed is taken" in found[0].message
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "MoveLGO p,v5,z30,tool0,go1\\Value:=5;", "MoveLGO p,v5,z30,tool0\\WObj:=wobj0,go1\\DValue:=5;",
+        "MoveJGO p,v5,z30,tool0,go1\\Value:=5;", "MoveCGO p,p,v5,z30,tool0,go1\\Value:=5;", "MoveLGO p,v5,z30,tool0,go1,5;",
+        "MoveLAO p,v5,z30,tool0,ao1,1.1;", "MoveLDO p,v5,z30,tool0,do1,1;", "MoveLSync p,v5,z30,tool0,\"proc1\";",
+        "CapL p,v100,cdata,weavestart,weave,z50,gun1;", "CapL p,v500,cdata\\Movestart_timer:=2,wstart,w1,fine,tool0\\T1:=gunon;",
+        "CapC p,p,v100,cdata,weavestart,weave,fine,tool0;", "TriggLIOs p,v500,\\TriggData1:=gunon,z50,tool0;",
+        "TriggJIOs p,v500\\T:=2,\\TriggData1:=mytriggios,z50,tool0;", "TriggL p,v500,trigg1\\T2:=trigg2,fine,tool0;",
+        "TriggC p,p,v500,gunon,fine,tool0;", "MoveExtJ jpos10,vrot10,z50;", "MoveExtJ \\Conc,j,vrot10\\T:=5,fine\\InPos:=inpos20;",
+        "SearchExtJ \\Stop,di1,sp,jpos20,vlin50;", "SearchL \\Stop,di2,sp,p,v100,tool0;", "SearchC di1\\Flanks,sp,p,p,v100,tool0;",
+        "MoveAbsJ j1\\NoEOffs,v1000\\T:=5,fine,tool0;",
+    ],
+)  # fmt: skip
+def test_arguments_as_the_manuals_give_them(statement: str) -> None:
+    """Forms of the instructions in the reference manual: every one has the arguments that its signature asks for."""
+    found = program(module(statement, f"CONST robtarget p:={target(0, 0, 0)};"))
+    assert len(found.statements) == 1
+    assert [d.code for d in found.diagnostics] == []
