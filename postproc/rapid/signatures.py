@@ -1,7 +1,8 @@
 """Positional arguments of the motion instructions, in order.
 
-Source: ABB RAPID reference manual (instructions), Arc and Cap application manuals; the ArcMove forms are taken to be those
-of Move. ``via`` is CirPoint; ``to`` is ToPoint or ToJointPos; an instruction with the role ``found`` writes that argument.
+Source: ABB RAPID reference manual (instructions), Arc and Cap application manuals; the ArcMove forms are taken to be
+those of Move. ``via`` is CirPoint; ``to`` is ToPoint or ToJointPos; an instruction with the role ``found`` writes that
+argument.
 """
 
 from __future__ import annotations
