@@ -3,13 +3,14 @@
 A declaration is edited when all that it serves for are targets of compensated moves and all of them ask for the same
 value; otherwise each statement gets a target of its own. Where a call hands the target to a routine, the call gets it.
 A statement that runs several times with different corrections cannot have one of its own: where its target is derived
-(Offs, RelTool) from one that is edited it follows that, else it is left alone, with that reason.
+(Offs, RelTool) from one that is edited it follows that; where Offs displaces one target by another amount each time and
+all ask for the same of that target, it is replaced inside Offs; else the statement is left alone, with that reason.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from postproc.compensate.sharing import Users, fully_wished
 from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
 from postproc.rapid.events import MotionEvent, Origin
+from postproc.rapid.records import Pose, RobTarget
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6
@@ -88,7 +90,7 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
 
     editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
     while True:
-        refused, following = _refuse(events, arguments, editable, bases)
+        refused, following = _refuse(events, arguments, editable, bases, complete)
         # A declaration stays as it is when a statement that uses it does.
         kept = editable
         if refused:
@@ -106,7 +108,8 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
             continue
         texts = [text for w in group if (text := _text_of(w, editable)) is not None]
         if len(texts) < len(group):
-            changes.append(_change(events, group[0], "argument"))
+            displaced = None if _agree(group) else _displaced(events, group)
+            changes.append(displaced or _change(events, group[0], "argument"))
             edited[key] = "argument"
         else:
             handed = group[0].origin.handed is not None
@@ -136,6 +139,7 @@ def _refuse(
     arguments: Mapping[ArgumentKey, list[Wish]],
     editable: set[PlaceKey],
     bases: Mapping[StatementKey, set[str]],
+    complete: frozenset[StatementKey],
 ) -> tuple[dict[StatementKey, str], dict[StatementKey, frozenset[str]]]:
     """Statements for which no text can be found, with the reason, and those that follow what they are derived from."""
     edited: set[str] = set()
@@ -152,11 +156,26 @@ def _refuse(
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
         if followed and (not _agree(group) or any("%" in name for name in followed)):
             following[key] = frozenset(followed)
-        elif not _agree(group):
+        elif not _agree(group) and (key not in complete or _displaced(events, group) is None):
             refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
         elif any(events[w.event].elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
+
+
+def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Change | None:
+    """The change of what ``Offs`` displaces by another amount in each run, where all runs ask for the same of it."""
+    base, values = group[0].origin.base, []
+    if base is None or any(wish.origin.base != base for wish in group):
+        return None
+    for wish in group:
+        target = events[wish.event].target if wish.role == "to" else events[wish.event].via
+        assert isinstance(target, RobTarget)
+        x, y, z = np.add(base.target.trans, np.subtract(wish.value.pose.trans, target.trans)).tolist()
+        values.append(replace(wish.value, pose=Pose((x, y, z), wish.value.pose.rot)))
+    if not all(same_value(values[0], value) for value in values[1:]):
+        return None
+    return Change(base.source, base.span, values[0])
 
 
 def _one_target(events: Sequence[MotionEvent], group: Sequence[Wish]) -> bool:

@@ -14,7 +14,7 @@ from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.reading import Motion
 from postproc.compensate.reversals import find_reversals
-from postproc.compensate.sharing import Users, shared_middles
+from postproc.compensate.sharing import Users, same_goal, shared_middles
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, StatementKey, key_of
 from postproc.compensate.wishes import Wishes
@@ -112,9 +112,15 @@ def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisi
         key = key_of(events[move.event].statement)
         if key in decisions.refused:
             runs.setdefault(key, []).append(i)
-    return shared_middles(
-        list(runs.values()), samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
-    )
+    T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
+    alike = [rows for rows in runs.values() if same_goal(T_goal[rows]) or _one_base(events, motion, rows)]
+    return shared_middles(alike, T_goal, T_corrected)
+
+
+def _one_base(events: Sequence[MotionEvent], motion: Motion, rows: Sequence[int]) -> bool:
+    """Whether ``Offs`` displaces one target in all runs of a statement."""
+    bases = [events[motion.moves[i].event].target_origin.base for i in rows]
+    return bases[0] is not None and all(base == bases[0] for base in bases)
 
 
 def _left_targets(

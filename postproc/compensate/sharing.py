@@ -69,19 +69,22 @@ def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozen
     return frozenset(key for key, all_of_it in complete.items() if all_of_it)
 
 
+def same_goal(T_goal: Array) -> bool:
+    """Whether poses (n, 4, 4) are one and the same."""
+    return bool(np.abs(pose_error(np.broadcast_to(T_goal[0], T_goal.shape), T_goal)).max() <= SAME_GOAL)
+
+
 def shared_middles(runs: Sequence[Sequence[int]], T_goal: Array, T_corrected: Array) -> dict[int, Array]:
     """The correction (6,) in the middle of what the runs of a statement ask for, by run, where one can serve them all.
 
-    That is where all are programmed to one place and the middle takes more than half of the smallest correction off
-    (runs that arrive with another speed, or from another side): left alone, each would keep all of it.
+    That is where the middle takes more than half of the smallest correction off (runs that arrive at another speed or
+    from another side, layers of a weld): left alone, each would keep all of it.
 
     Args:
         runs: rows of each statement; T_goal, T_corrected: (m, 4, 4) programmed and corrected poses.
     """
     found: dict[int, Array] = {}
     for rows in map(list, runs):
-        if np.abs(pose_error(np.broadcast_to(T_goal[rows[0]], (len(rows), 4, 4)), T_goal[rows])).max() > SAME_GOAL:
-            continue
         shift = pose_error(T_goal[rows], T_corrected[rows])
         middle = (shift.min(axis=0) + shift.max(axis=0)) / 2
         stays = np.linalg.norm((shift - middle)[:, :3], axis=1).max()

@@ -56,6 +56,15 @@ class Handed:
 
 
 @dataclass(frozen=True, slots=True)
+class Base:
+    """The target that ``Offs`` displaces: its text, the first argument, and its value."""
+
+    source: Source
+    span: Span
+    target: RobTarget
+
+
+@dataclass(frozen=True, slots=True)
 class Origin:
     """Where the value of a target argument comes from.
 
@@ -67,6 +76,7 @@ class Origin:
         declaration: canonical key of the declaration (lower case ``module.routine.name`` or ``module..name``).
         storage: CONST, PERS or VAR of that declaration.
         handed: where a call hands it over, if it comes from a parameter.
+        base: what is displaced, if it is ``Offs(..)``.
     """
 
     kind: OriginKind
@@ -74,6 +84,7 @@ class Origin:
     declaration: str | None = None
     storage: str | None = None
     handed: Handed | None = None
+    base: Base | None = None
 
 
 @dataclass(frozen=True, slots=True)

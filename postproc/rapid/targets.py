@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import Origin, OriginKind, TargetSpans
-from postproc.rapid.expressions import Expression, ExpressionError, Index, Name, Star, read_whole_expression
+from postproc.rapid.events import Base, Origin, OriginKind, TargetSpans
+from postproc.rapid.expressions import Call, Expression, ExpressionError, Index, Name, Star, read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.records import JointTarget, RobTarget
@@ -42,8 +42,12 @@ class Targets:
             if done is not None and memory.is_initial(declaration) and tree.name not in memory.frame.bindings:
                 return done
         try:
-            value = evaluate(tree, memory)
-            return self._of_value(value, memory)
+            target, origin = self._of_value(evaluate(tree, memory), memory)
+            if isinstance(tree, Call) and tree.name == "offs":
+                displaced = tree.arguments[0]
+                base = Base(source, displaced.span, to_robtarget(evaluate(displaced, memory).data))
+                return target, replace(origin, base=base)
+            return target, origin
         except NotKnown as error:
             return error, _runtime(declaration)
 

@@ -275,6 +275,32 @@ def test_runs_that_ask_for_quite_different_corrections_are_left_alone() -> None:
     assert [o.status for o in found.outcomes if o.statement.routine == "visit"] == ["skipped"]
 
 
+LAYERS = """FOR i FROM 0 TO 3 DO
+MoveL Offs(a,0,0,2.5*i),v300,fine,tT;
+MoveL Offs(b,0,0,2.5*i),v20,fine,tT;
+MoveL Offs(b,0,0,60+2.5*i),v300,z5,tT;
+MoveL Offs(a,0,0,60+2.5*i),v300,z5,tT;
+ENDFOR"""
+
+
+def test_layers_share_the_correction_of_what_is_displaced() -> None:
+    data = f"CONST robtarget a:={A};\nCONST robtarget b:={target(1350, -430)};"
+    text = module(data, f"MoveJ Offs(a,0,0,100),v500,fine,tT;\n{LAYERS}")
+    found = convert(text)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    lines = [line for line in lines_of(written(found)) if "2.5*i" in line]
+    assert len(lines) == 4 and all(line.strip().startswith("MoveL Offs([[") for line in lines)
+    again = independent(text, found)
+    assert again.before > 0.5 and again.goal_after <= 0.005 and again.after <= 0.03
+
+
+def test_displacements_of_different_targets_are_left_alone() -> None:
+    data = f"CONST robtarget row{{2}}:=[{A},{C}];\nVAR robtarget p;"
+    loop = "FOR i FROM 1 TO 2 DO\np:=row{i};\nMoveL Offs(p,0,0,10*i),v50,fine,tT;\nENDFOR"
+    found = convert(module(data, f"MoveJ {B},v500,fine,tT;\n{loop}"))
+    assert [o.status for o in found.outcomes] == ["compensated", "skipped"]
+
+
 def test_confdata_follows_a_joint_across_a_quadrant() -> None:
     """Axis 1 stands at -0.04 deg; the correction of 1.5 mm turns it to the other side of zero."""
     near, beyond = target(1350, -70), target(1350, 50)
