@@ -43,9 +43,9 @@ def run(
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = add_effects(arm, measured, effect, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    write_model(output, found.model, like=model, silent=json)
     if json:
         print_json(found.as_json())
     else:
         (say if output is None else print)(found.text())
-    write_model(output, found.model, like=model, silent=json)
     return 0

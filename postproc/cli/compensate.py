@@ -48,12 +48,13 @@ def run(
     options = convert.options()
     result = compensate_program(source, convert.arm(), options)
     show(result.diagnostics)
-    if json:
-        print_json(result.report)
     if report is not None:
         write(report, compensation_page(source.path, result).encode())
-    if result.output is None:
-        return max(1, result.exit_code)
-    say(result.summary)
-    names = (source.path, str(target or "compensated"))
-    return finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+    code = max(1, result.exit_code)
+    if result.output is not None:
+        say(result.summary)
+        names = (source.path, str(target or "compensated"))
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+    if json:  # files first: who reads stdout may go away
+        print_json(result.report)
+    return code

@@ -50,9 +50,9 @@ def run(
     for cls in dict.fromkeys(classes):
         if cls.structures():
             fit = grown(fit, cls, sigma)
+    write_model(output, fit.recorded(), silent=json)
     if json:
         print_json(fit.as_json())
     else:
         (say if output is None else print)(fit.text())
-    write_model(output, fit.recorded(), silent=json)
     return 0

@@ -50,16 +50,16 @@ def run(
     sigma = None if noise is None else noise * 1e-3
     plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=sigma)
     say(plan.text())
-    if json:
-        print_json(plan.as_json())
     text = plan.as_csv()
-    if output is not None or not json:
-        write(output, text.encode())
     if rapid is not None:
         labels = [line.split(",")[0] for line in text.splitlines()[1:]]
         name = output.name if output is not None else "the table"
         state = plan.state
         write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
+    if output is not None or not json:
+        write(output, text.encode())
+    if json:
+        print_json(plan.as_json())
     return 0
 
 

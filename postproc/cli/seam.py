@@ -65,11 +65,10 @@ def run(
     module = Source(str(output), text)
     result = compensate_program([module, *sides], arm, options)
     show(result.diagnostics)
+    if result.outputs:
+        write(output, result.outputs[module.path])
+        say(result.summary)
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_json({**result.report, "diagnostics": found})
-    if not result.outputs:
-        return max(1, result.exit_code)
-    write(output, result.outputs[module.path])
-    say(result.summary)
-    return 0
+    return 0 if result.outputs else max(1, result.exit_code)

@@ -125,6 +125,29 @@ def test_a_stopped_command_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "stopped; nothing was written\n"
 
 
+def test_files_are_written_whoever_reads_stdout(samples: Path, tmp_path: Path) -> None:
+    data, model = samples / "measurements" / "simulated_backlash.csv", tmp_path / "m.toml"
+    effects = "instrument_frame,tool_frame"
+    commands = (
+        ["fit", str(data), "--robot", "irb4600_60_205", "--effects", effects, "-o", str(model)],
+        ["compensate", str(samples / "paper_case.mod"), "--json", "-o", str(tmp_path / "x.mod")],
+    )
+    for command in commands:
+        reader, writer = os.pipe()
+        os.close(reader)
+        code = "from postproc.cli.app import main; main()"
+        process = subprocess.run(
+            [sys.executable, "-c", code, *command],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            check=False,
+            cwd=samples.parent,
+        )
+        os.close(writer)
+        assert b"Error" not in process.stderr
+        assert Path(command[-1]).stat().st_size > 0
+
+
 def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
     command = (
         f"exec {sys.executable} -m postproc compensate {samples / 'paper_case.mod'} -o {tmp_path / 'x.mod'} >&- 2>&-"
