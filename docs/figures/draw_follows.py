@@ -1,0 +1,38 @@
+"""Draw follows.svg: the first charts of the page of ``compare`` on samples/measurements/simulated_backlash.csv.
+
+Run ``python docs/figures/draw_follows.py`` in the root of the repository.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from postproc.diagnostics import Source
+from postproc.effects.registry import effect_library
+from postproc.identify.fit import fit_model
+from postproc.measure.table import read_measurements
+from postproc.model.arm import Model
+from postproc.report.residuals import channel_section
+from postproc.robot.library import load_robot
+
+ROOT = Path(__file__).resolve().parents[2]
+BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+CHARTS, WIDTH, HEIGHT = 3, 330, 210
+
+
+def main() -> None:
+    table = ROOT / "samples" / "measurements" / "simulated_backlash.csv"
+    robot = load_robot("irb4600_60_205")
+    library = effect_library()
+    data = read_measurements(Source(table.name, table.read_bytes()), robot)
+    fit = fit_model(Model(robot), data, [library[key].null() for key in BASE])
+    charts = re.findall(r"<svg.*?</svg>", channel_section(fit, fit.noise.position).html)[:CHARTS]
+    size = f'width="{CHARTS * WIDTH}" height="{HEIGHT}"'
+    placed = [chart.replace("<svg ", f'<svg x="{i * WIDTH}" ', 1) for i, chart in enumerate(charts)]
+    page = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="#fff"/>{"".join(placed)}</svg>\n'
+    (ROOT / "docs" / "figures" / "follows.svg").write_text(page, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
