@@ -17,6 +17,7 @@ from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program
 from postproc.rapid.records import RobTarget
+from postproc.rapid.repeats import Repeats
 from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
@@ -46,6 +47,7 @@ class Execution(ABC):
         self.only_new = False
         self.conditional = 0
         self.maker = EventMaker(program, self.diagnostics)
+        self.repeats = Repeats(self.maker)
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
         self.returned: Value | NotKnown | None = None
@@ -213,7 +215,8 @@ class Execution(ABC):
         seen.add(statement.span[0])
         place = (statement.source.path, statement.span[0])
         if new or not self.only_new:
-            event = self.maker.event(statement, memory, self.conditional > 0)
+            make = self.maker.event if new else self.repeats.event
+            event = make(statement, memory, self.conditional > 0)
             self.steps += self.ways.go(event) - 1
             self.first.setdefault(place, event)
         else:

@@ -39,6 +39,10 @@ class Frame:
     bindings: dict[str, Binding] = field(default_factory=dict)
     present: set[str] = field(default_factory=set)
 
+    def varying(self) -> set[str]:
+        """Names that may mean something else in another call or another turn of a loop."""
+        return {*self.bindings, *(p.name for p in self.routine.parameters)}
+
 
 class Constants:
     """Values that declarations give, each read once."""

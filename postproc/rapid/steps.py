@@ -138,7 +138,7 @@ class EventMaker:
         first = statement.argument("via") or to
         before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
         key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
-        varying = {*memory.frame.bindings, *(p.name for p in routine.parameters)}
+        varying = memory.frame.varying()
         lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))
         if lasting and key in self.settled:
             return self.settled[key]

@@ -1,0 +1,48 @@
+"""Statements that run again with nothing changed since: the same event serves all turns of a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.memory import Memory
+from postproc.rapid.steps import EventMaker
+from postproc.rapid.tokens import identifiers
+from postproc.rapid.values import Data
+
+MOST_CHANGED = 100  # data and state that is compared; more would cost what it saves
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """An event, the data and state it was made in, and the words of its statement."""
+
+    event: MotionEvent
+    changed: Mapping[str, Data]
+    words: frozenset[str]
+
+    def holds(self, memory: Memory, conditional: bool) -> bool:
+        """Whether the statement would make the same event again."""
+        same = self.event.conditional == conditional and self.changed == memory.changed
+        return same and self.words.isdisjoint(memory.frame.varying())
+
+
+class Repeats:
+    """Makes events, and remembers those of statements that run more than once."""
+
+    def __init__(self, maker: EventMaker) -> None:
+        self.maker = maker
+        self.kept: dict[tuple[str, int], Kept] = {}
+
+    def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
+        """The event of a further execution."""
+        place = (statement.source.path, statement.span[0])
+        kept = self.kept.get(place)
+        if kept is not None and kept.holds(memory, conditional):
+            return kept.event
+        event = self.maker.event(statement, memory, conditional)
+        if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:
+            words = frozenset(identifiers(statement.source.data[slice(*statement.span)]))
+            self.kept[place] = Kept(event, dict(memory.changed), words)
+        return event
