@@ -243,6 +243,8 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
     """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
+    if all(e.is_null or e.roughness() is not None for e in problem.model.effects if e.key in fresh):
+        return problem
     masks = {e.key: masks[e.key] & (e.roughness() is None) for e in problem.model.effects}
     held = [(key, i) for key, i in slope(problem, masks, set(), {}).held if key in fresh and key not in FRAMES]
     if not held:

@@ -7,6 +7,7 @@ every effect: its columns by parameter are these columns times the derivative of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,25 +59,23 @@ class Sensitivity:
                     there = slice(int(run[0]), int(run[-1]) + 1)
                     found[:, :, there] = self.matrix[:, :, j, None] * basis.values[:, None, index[there]]
             return found
-        moved = self.displacement_by_parameter(effect, index)
-        result = np.zeros((len(self.state), self.matrix.shape[1], len(index)))
-        for k in range(len(index)):
-            used = np.flatnonzero(moved[:, :, k].any(axis=0))
-            result[:, :, k] = (self.matrix[:, :, used] @ moved[:, used, k, None])[:, :, 0]
+        result = np.zeros((*self.matrix.shape[:2], len(index)))
+        for k, moved in enumerate(self._moved(effect, index)):
+            used = np.flatnonzero(moved.any(axis=0))
+            result[:, :, k] = (self.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
         return result
 
-    def displacement_by_parameter(self, effect: Effect, index: NDArray[np.int_]) -> Array:
-        """(n, 60, p) derivative of the displacement of all places by parameters of an effect.
+    def _moved(self, effect: Effect, index: NDArray[np.int_]) -> Iterator[Array]:
+        """(n, 60) derivative of the displacement of all places by one parameter of an effect after the other.
 
         Its load on the springs included.
         """
         state, n = self.state, len(self.state)
-        result = np.zeros((n, PLACES, len(index)))
         if effect.missing(state):
-            return result
+            return
         x, scale, amplitude = effect.vector(), effect.scale(), effect.amplitudes()
         loads = type(effect).load is not Effect.load
-        for k, i in enumerate(index):
+        for i in index:
             exact = effect.linear and bool(amplitude[i])
             step = np.zeros_like(x)
             step[i] = scale[i] if exact else 1e-3 * scale[i]
@@ -84,8 +83,7 @@ class Sensitivity:
             change = flat(displacement_of(high, state), n) - flat(displacement_of(low, state), n)
             if loads:
                 change += self.by_load(load_of(high, state), load_of(low, state))
-            result[:, :, k] = change / (step[i] if exact else 2 * step[i])
-        return result
+            yield change / (step[i] if exact else 2 * step[i])
 
     def by_load(self, high: Load, low: Load) -> Array:
         """(n, 60) displacement of the springs by the difference of two loads."""

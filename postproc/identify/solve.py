@@ -19,6 +19,8 @@ ROUNDS = 6
 """Sweeps in which weights follow the residual; twice as many for robust fits."""
 BENT = 0.02
 """Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
+FAITHFUL = 5e-3
+"""The same where the slope counts as that of the place the step led to (no slope knows how loads follow a move)."""
 SETTLED = 1e-7
 
 
@@ -56,21 +58,24 @@ def solve(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty:
             weights, aside = reweighted(problem, base, figures, robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
                 problem = problem.weighted(weights)
-                at = None if at is None else at.reweighted(weights)
+                at, fresh = None if at is None else at.reweighted(weights), False
         if at is None:
             at, fresh = slope(problem, masks, set(), penalty), True
             _enough(problem, len(at.parameters))
         step, stopped = at.step(problem)
         now = at.cost(problem)
-        further, after = _advance(problem, at, step, now, 10 if fresh else 2)
-        settled = now - after <= SETTLED * now + 1e-12
+        little = SETTLED * now + 1e-12
+        further, after = problem, now
+        if now - at.foretold(problem, step) > little:
+            further, after = _advance(problem, at, step, now, 10 if fresh else 2)
+        settled = now - after <= little
         if settled and fresh:
             break
-        bent = further is problem or _bends(problem, further, at)
+        bends = np.inf if further is problem else at.bends(problem, further)
+        fresh = fresh and bends < FAITHFUL and at.still_holds(problem, further)
         problem = further
-        if settled or bent:
+        if not fresh and (settled or bends > BENT):
             at = None
-        fresh = False
     at = at if at is not None and fresh and not stopped else slope(problem, masks, stopped, penalty)
     return Solution(problem, at, tuple(sorted(stopped)), aside)
 
@@ -93,9 +98,3 @@ def _advance(problem: Problem, at: Slope, step: Array, now: float, tries: int) -
         if cost <= now * (1 + 1e-9):
             return trial, cost
     return problem, now
-
-
-def _bends(problem: Problem, further: Problem, at: Slope) -> bool:
-    foretold = at.columns @ (at.values(further) - at.values(problem))
-    missed = problem.residual - foretold - further.residual
-    return bool(np.linalg.norm(missed) > BENT * np.linalg.norm(foretold))

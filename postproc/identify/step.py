@@ -16,6 +16,9 @@ from postproc.identify.problem import Problem, Weights
 
 FRAMES = ("instrument_frame", "tool_frame")
 
+SMALL = 0.3
+"""Share of its ordinary size by which a parameter may move without changing the others' columns."""
+
 Masks = Mapping[str, NDArray[np.bool_]]
 Name = tuple[str, int]
 
@@ -68,6 +71,25 @@ class Slope:
         extra = np.zeros((len(tied), len(self.anchor)))
         extra[np.arange(len(tied)), tied] = (self.anchor / self.length)[tied]
         return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, extra]), mode="r"))
+
+    def still_holds(self, problem: Problem, further: Problem) -> bool:
+        """Whether it is the slope of a further place as well: nothing that forms an effect, and no big move."""
+        every = {e.key: e.amplitudes() for e in problem.model.effects}
+        forms = not all(every[key][i] for key, i in self.parameters)
+        move = np.abs(self.values(further) - self.values(problem))
+        return not forms and bool((move < SMALL * self._over(problem, lambda e: e.scale())).all())
+
+    def bends(self, problem: Problem, further: Problem) -> float:
+        """How much the model misses what the slope foretells between two places, as a share of that."""
+        foretold = self.columns @ (self.values(further) - self.values(problem))
+        missed = problem.residual - foretold - further.residual
+        return float(np.linalg.norm(missed) / max(np.linalg.norm(foretold), 1e-300))
+
+    def foretold(self, problem: Problem, step: Array) -> float:
+        """The cost a step farther, as the slope has it."""
+        rest = problem.residual - self.columns @ step
+        pulled = self.anchor * (self.values(problem) + step)
+        return float(rest @ rest + pulled @ pulled)
 
     def reweighted(self, weights: Weights) -> Slope | None:
         """The same slope with other weights; None where they use rows that it has not seen."""
@@ -164,7 +186,8 @@ def _determined(columns: Array, ordinary: Array, basis: Array) -> tuple[NDArray[
     unit = columns / np.where(alive, length, 1.0)
     for _ in range(2):
         unit = unit - basis @ (basis.T @ unit)
-    triangle, pivot = qr(unit, mode="r", pivoting=True)
+    # Pivoting is slow on long columns: their triangle holds the same lengths and angles.
+    triangle, pivot = qr(np.linalg.qr(unit, mode="r"), mode="r", pivoting=True)
     diagonal = np.zeros(len(ordinary))
     diagonal[pivot[: min(triangle.shape)]] = np.abs(np.diag(triangle))
     good = alive & (diagonal > 1e-7) & (diagonal * length * ordinary > 1.0)
