@@ -39,6 +39,8 @@ class Form:
 
 
 WIDE = 3.0
+DIM = 1e-6
+"""Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
 
 def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None) -> list[Form]:
@@ -129,9 +131,10 @@ def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexib
     G = columns.T @ columns - inside.T @ inside
     length = np.linalg.norm(columns, axis=0)
     unit = np.where(length > 0, length, 1.0)
-    # Below a thousandth of its length a direction is what the fitted parameters can do as well.
-    R, pivot, count, _ = dpstrf(G / np.outer(unit, unit), tol=1e-6)
-    if not count or freedom - count - forming < 1:
+    normal = G / np.outer(unit, unit)
+    R, pivot, count, _ = dpstrf(normal, tol=DIM)
+    # It does not look at the size of the first pivot.
+    if np.diag(normal).max() <= DIM or freedom - count - forming < 1:
         return NOTHING
     b = columns.T @ linear.rest
     along = solve_triangular(R[:count, :count], (b / unit)[pivot[:count] - 1], trans="T")

@@ -20,7 +20,7 @@ ROUNDS = 6
 BENT = 0.02
 """Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
 FAITHFUL = 5e-3
-"""The same where the slope counts as that of the place the step led to (no slope knows how loads follow a move)."""
+"""The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED = 1e-7
 
 
@@ -42,8 +42,8 @@ class Solution:
 def solve(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Solution:
     """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
 
-    One slope serves several steps: a step along an old one is a good step where the model hardly bends, and the last
-    word always has a slope of the place itself.
+    One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
+    where a slope that still holds there foretells nothing.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -52,31 +52,32 @@ def solve(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty:
     aside: tuple[int, ...] = ()
     stopped: set[Name] = set()
     at: Slope | None = None
-    fresh = False
+    place, good = problem, False
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if robust else ROUNDS):
             weights, aside = reweighted(problem, base, figures, robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
                 problem = problem.weighted(weights)
-                at, fresh = None if at is None else at.reweighted(weights), False
+                at, good = None if at is None else at.reweighted(weights), False
         if at is None:
-            at, fresh = slope(problem, masks, set(), penalty), True
+            at, place, good = slope(problem, masks, set(), penalty), problem, True
             _enough(problem, len(at.parameters))
         step, stopped = at.step(problem)
         now = at.cost(problem)
         little = SETTLED * now + 1e-12
         further, after = problem, now
         if now - at.foretold(problem, step) > little:
-            further, after = _advance(problem, at, step, now, 10 if fresh else 2)
+            further, after = _advance(problem, at, step, now, 10 if good else 2)
         settled = now - after <= little
-        if settled and fresh:
+        if settled and good:
             break
         bends = np.inf if further is problem else at.bends(problem, further)
-        fresh = fresh and bends < FAITHFUL and at.still_holds(problem, further)
+        good = good and bends < FAITHFUL and at.still_holds(problem, further)
         problem = further
-        if not fresh and (settled or bends > BENT):
+        if not good and (settled or bends > BENT):
             at = None
-    at = at if at is not None and fresh and not stopped else slope(problem, masks, stopped, penalty)
+    # Screening looks for directions beside these columns: they must be those of the very place.
+    at = at if at is not None and place is problem and not stopped else slope(problem, masks, stopped, penalty)
     return Solution(problem, at, tuple(sorted(stopped)), aside)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -83,7 +83,7 @@ class Slope:
         """How much the model misses what the slope foretells between two places, as a share of that."""
         foretold = self.columns @ (self.values(further) - self.values(problem))
         missed = problem.residual - foretold - further.residual
-        return float(np.linalg.norm(missed) / max(np.linalg.norm(foretold), 1e-300))
+        return float(np.linalg.norm(missed)) / max(float(np.linalg.norm(foretold)), 1e-300)
 
     def foretold(self, problem: Problem, step: Array) -> float:
         """The cost a step farther, as the slope has it."""
@@ -141,7 +141,7 @@ class Slope:
             changes[key][i] += change
         return problem.at([e.with_vector(np.clip(changes[e.key], *e.bounds())) for e in problem.model.effects])
 
-    def _over(self, problem: Problem, figure) -> Array:  # type: ignore[no-untyped-def]
+    def _over(self, problem: Problem, figure: Callable[[Effect], Array]) -> Array:
         every = {e.key: figure(e) for e in problem.model.effects}
         return np.array([every[key][i] for key, i in self.parameters])
 

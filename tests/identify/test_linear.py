@@ -3,7 +3,8 @@
 import numpy as np
 from scipy import stats
 
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test, hold_out
+from postproc.identify.forms import gain
+from postproc.identify.linear import Linear, bases_of, basis_of, contiguous_blocks, f_test, hold_out
 
 
 def problem(seed=1, rows=60, columns=7):
@@ -93,3 +94,23 @@ def test_a_penalised_basis_gives_the_penalised_fit_and_its_hold_out():
     x = np.linalg.solve(rest.T @ rest + np.diag(w**2), rest.T @ y[~inside])
     out = hold_out(Linear(y, U, np.arange(60)), (), blocks)
     np.testing.assert_allclose(out[inside], y[inside] - A[inside] @ x, atol=1e-10)
+
+
+def test_bases_for_many_strengths_equal_solving_for_each():
+    A, _, _ = problem()
+    fixed, own = np.array([0, 0, 0, 0, 0, 2.0, 0]), np.array([0, 0, 1.0, 2.0, 3.0, 0, 0])
+    for factor, U in zip((0.1, 1.0, 20.0), bases_of(A, fixed, own, (0.1, 1.0, 20.0)), strict=True):
+        penalty = np.diag(fixed**2 + (factor * own) ** 2)
+        np.testing.assert_allclose(U @ U.T, A @ np.linalg.solve(A.T @ A + penalty, A.T), atol=1e-9)
+
+
+def test_what_the_fitted_parameters_do_as_well_brings_nothing():
+    A, y, linear = problem()
+    again = A[:, :2] @ np.array([[1.0, 2.0], [0.5, -1.0]])
+    assert gain(linear, again, linear.nuisance.T @ again).count == 0
+    fresh = np.random.default_rng(2).normal(size=(60, 3))
+    both = np.hstack([fresh, fresh[:, :1] - fresh[:, 2:]])
+    found = gain(linear, both, linear.nuisance.T @ both)
+    left = y - np.hstack([A, fresh]) @ np.linalg.lstsq(np.hstack([A, fresh]), y, rcond=None)[0]
+    assert found.count == 3
+    np.testing.assert_allclose(found.fall, linear.square - left @ left, rtol=1e-9)
