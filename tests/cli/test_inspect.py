@@ -119,7 +119,7 @@ SHARED = """MODULE shared
   PROC main()
     MoveJ p1,v100,fine,t;
     FOR i FROM 1 TO 4 DO
-      MoveL Offs([[1200,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],0,100*i,0),v100,fine,t;
+      MoveL RelTool([[1200,0,900],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],0,100*i,0),v100,fine,t;
     ENDFOR
     MoveL Offs(p2,0,0,50),v100,fine,t;
     MoveL p2,v100,fine,t;
