@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
 from postproc.compensate.states import States
+from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.curves import Curves
+from postproc.motion.mounts import Mounts
 from postproc.motion.values import Flags, Index
 
 
@@ -59,7 +61,7 @@ def measure_deviation(
     distance, u = np.empty(len(of)), np.empty(len(of))
     reached = np.empty((len(ran.goal), 4, 4))
     for rows in states.blocks():
-        real = ran.mounts_at(rows).seen(predict(model, states.at(rows)), ran.T_work_tcp[rows])
+        real = _reached(model, states.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
         distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
         joints = rows.start + np.flatnonzero(in_joints[rows])
         wanted = ran_pose(programmed, ran, of, joints)
@@ -76,6 +78,15 @@ def measure_deviation(
     angle = np.asarray(Rotation.from_matrix(turn).magnitude())
     goal_distance = np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1)
     return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle, steady[ran.goal[last]])
+
+
+def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
+    """T_work_tcp (n, 4, 4) of the real arm that is commanded to ``T_work_tcp``."""
+    seen = mounts.seen(predict(model, state), T_work_tcp)
+    if not mounts.stationary.any():
+        return seen
+    # A stationary tool pushes where it stands, not where it was commanded to be on the work.
+    return mounts.seen(predict(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
 
 
 def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
