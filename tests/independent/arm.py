@@ -283,11 +283,13 @@ _GYRATION = np.array([0, 0.30, 0.35, 0.25, 0.22, 0.10, 0.05])
 _LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 120], [-400, 400]])
 
 
-def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str = "irb4600_60_205") -> Arm:
+def irb4600(
+    a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str = "irb4600_60_205", cast: bool = False
+) -> Arm:
     """ABB IRB 4600; zero pose: upper arm up, forearm forward; axes +z +y +y +x +y +x.
 
-    Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05; those of the long
-    castings move outwards by half of what they are longer.
+    Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05 (the misprint of the
+    study); where longer castings make the difference (``cast``), theirs move outwards by half of it.
     """
     a1, a3, d1 = 0.175, 0.175, 0.495
     tool0 = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
@@ -315,8 +317,8 @@ def irb4600(a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str =
     )
     axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
     center = _CENTER_AT_ZERO - origin
-    center[2, 2] += 0.5 * (a2 - 0.900)
-    center[4, 0] += 0.5 * (d4 - 0.960)
+    center[2, 2] += 0.5 * (a2 - 0.900) * cast
+    center[4, 0] += 0.5 * (d4 - 0.960) * cast
     lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
     return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths, _GYRATION)
 
@@ -349,7 +351,7 @@ def ur10() -> Arm:
 ARMS: dict[str, Callable[[], Arm]] = {
     "irb4600_60_205": irb4600,
     "irb4600_60_205_seed": lambda: irb4600(a2=1.075, name="irb4600_60_205_seed"),
-    "irb4600_20_250": lambda: irb4600(1.095, 1.2305, 0.085, "irb4600_20_250"),
-    "irb4600_40_255": lambda: irb4600(1.095, 1.270, 0.135, "irb4600_40_255"),
+    "irb4600_20_250": lambda: irb4600(1.095, 1.2305, 0.085, "irb4600_20_250", cast=True),
+    "irb4600_40_255": lambda: irb4600(1.095, 1.270, 0.135, "irb4600_40_255", cast=True),
     "ur10": ur10,
 }
