@@ -6,7 +6,6 @@ Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> t
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -22,13 +21,12 @@ from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import in_transition, judge_statements
 from postproc.compensate.plan import Plan, plan_changes
-from postproc.compensate.proof import Deviation, measure_deviation
-from postproc.compensate.readback import owners_of, places_of
-from postproc.compensate.reading import read_motion, read_samples
+from postproc.compensate.proof import Deviation, Driven, measure_deviation
+from postproc.compensate.readback import drive, run_again
+from postproc.compensate.reading import read_motion
 from postproc.compensate.sharing import target_users
-from postproc.compensate.states import states_of
 from postproc.compensate.values import Outcome
-from postproc.diagnostics import Diagnostic, Source, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.motion.values import Flags
 from postproc.rapid.edits import Edit
@@ -162,27 +160,15 @@ def _prove(
 ) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion = plan.motion
-    own = np.arange(len(motion.moves))
-    place = motion.samples.move + motion.samples.u
-    still = motion.timeline.steady(options, place)
-    before = measure_deviation(model, motion.samples, motion.samples, own, motion.states, still)
-    written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
-    ran_events = walk(written, options.entry)
-    ran, findings = read_samples(model, ran_events, options, joint_ways=True)
-    findings = [d for d in findings if d.severity == "error"]
-    owners = owners_of(program, written, plan.insertions, events, ran_events) if ran is not None else None
-    index = {move.event: i for i, move in enumerate(motion.moves)}
-    of = [index.get(owners[move.event], -1) for move in ran.moves] if ran is not None and owners is not None else []
-    parts = {i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces}
-    if ran is None or Counter(of) != parts:
+    own = Driven(motion.samples, np.arange(len(motion.moves)), motion.states)
+    before = measure_deviation(model, motion.samples, [own])
+    ran, owners = run_again(program, drafts, plan.insertions, events, options)
+    try:
+        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners, options)), []
+    except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
-        return before, None, [*findings, failed]
-    owner = np.array(of)
-    place = places_of(motion.samples, ran, owner, plan.pieces)
-    states = states_of(model, ran, motion.timeline, options, place)
-    still = motion.timeline.steady(options, place)
-    return before, measure_deviation(model, motion.samples, ran, owner, states, still), []
+        return before, None, [*error.diagnostics, failed]
 
 
 def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:

@@ -60,9 +60,8 @@ def plan_changes(
         zone_name: name of a small fly-by zone that means what it says where the event's statement stands.
     """
     samples, moves = motion.samples, motion.moves
-    place = samples.move + samples.u
-    t = motion.timeline.at(motion.timeline.t, place)
-    settled = motion.timeline.steady(options, place)
+    t = motion.timeline.at(motion.timeline.t, motion.states.place)
+    settled = motion.states.steady()
     exact = invert_model(model, samples, motion.states)
     lengths = samples.curves.length.tolist()
     asked = ((i, why_indivisible(events[m.event], lengths[i])) for i, m in enumerate(moves))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,39 +46,54 @@ class Deviation:
         return float(self.distance[rows].max()) if rows.any() else 0.0
 
 
-def measure_deviation(
-    model: Model, programmed: Samples, ran: Samples, owner: Index, states: States, steady: Flags
-) -> Deviation:
-    """Drive the real arm with a program and compare with the programmed curves.
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """A part of a program that drives the arm.
+
+    Args:
+        samples: nominal joint angles from the program's own text; states: at these.
+        owner: (moves of it,) the programmed move that each move is (a part of).
+    """
+
+    samples: Samples
+    owner: Index
+    states: States
+
+
+def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]) -> Deviation:
+    """Drive the real arm with a program, part by part, and compare with the programmed curves.
 
     Args:
         programmed: samples of the program as the user wrote it.
-        ran: samples of the program that drives the arm, nominal joint angles from its own text.
-        owner: (moves of ran,) the programmed move that each move of ``ran`` is (a part of).
-        states, steady: at the samples of ``ran``.
     """
-    of = owner[ran.move]
-    in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
-    distance, u = np.empty(len(of)), np.empty(len(of))
-    reached = np.empty((len(ran.goal), 4, 4))
-    for rows in states.blocks():
-        real = _reached(model, states.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
-        distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
-        joints = rows.start + np.flatnonzero(in_joints[rows])
-        wanted = ran_pose(programmed, ran, of, joints)
-        distance[joints] = np.linalg.norm(real[joints - rows.start, :3, 3] - wanted, axis=1)
-        u[joints] = ran.u[joints]
-        goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
-        reached[goals] = real[ran.goal[goals] - rows.start]
-    distance[np.array([m.again is not None for m in programmed.moves])[of]] = 0.0  # counted where it was reached
-    last = np.zeros(len(programmed.moves), dtype=int)
-    last[owner] = np.arange(len(owner))  # the last part of a divided move reaches its goal
-    wanted = programmed.T_work_tcp[programmed.goal]
-    gap = reached[last]
-    turn = np.swapaxes(gap[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
-    angle = np.asarray(Rotation.from_matrix(turn).magnitude())
-    goal_distance = np.linalg.norm(gap[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    return Deviation(distance, of, u, ~in_joints, steady, goal_distance, angle, steady[ran.goal[last]])
+    m = len(programmed.moves)
+    goal_distance, goal_angle, goal_steady = np.zeros(m), np.zeros(m), np.zeros(m, dtype=bool)
+    again = np.array([move.again is not None for move in programmed.moves])
+    found: list[tuple[Array, Index, Array, Flags, Flags]] = []
+    for part in parts:
+        ran, of = part.samples, part.owner[part.samples.move]
+        in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
+        distance, u, reached = np.empty(len(of)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
+        for rows in part.states.blocks():
+            real = _reached(model, part.states.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
+            distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
+            joints = rows.start + np.flatnonzero(in_joints[rows])
+            wanted = ran_pose(programmed, ran, of, joints)
+            distance[joints] = np.linalg.norm(real[joints - rows.start, :3, 3] - wanted, axis=1)
+            u[joints] = ran.u[joints]
+            goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
+            reached[goals] = real[ran.goal[goals] - rows.start]
+        distance[again[of]] = 0.0  # counted where it was reached
+        steady = part.states.steady()
+        found.append((distance, of, u, ~in_joints, steady))
+        # In the order of the moves: the last part of a divided move reaches its goal.
+        wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
+        turn = np.swapaxes(reached[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
+        goal_angle[part.owner] = np.asarray(Rotation.from_matrix(turn).magnitude())
+        goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
+        goal_steady[part.owner] = steady[ran.goal]
+    distance, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
+    return Deviation(distance, of, u, space, steady, goal_distance, goal_angle, goal_steady)
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:

@@ -1,19 +1,40 @@
-"""Which part of the written program belongs to which statement of the original."""
+"""The written program read back: which part of it belongs to which statement of the original, and what it drives."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.samples import Samples
+from postproc.compensate.options import Options
+from postproc.compensate.plan import Plan
+from postproc.compensate.proof import Driven
+from postproc.compensate.reading import read_samples
+from postproc.compensate.states import feels_sides, states_of
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import Insertion, key_of
-from postproc.motion.values import Index
+from postproc.diagnostics import PostprocError, Source
+from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.program import Program
+from postproc.rapid.program import Program, read_program
+from postproc.rapid.walk import walk
+
+MOST = 5000  # events of the written program that are looked at together
+
+
+def run_again(
+    program: Program,
+    drafts: Mapping[str, bytes],
+    insertions: Sequence[Insertion],
+    events: Sequence[MotionEvent],
+    options: Options,
+) -> tuple[list[MotionEvent], list[int] | None]:
+    """Events of the written program, and the original event of each (see ``owners_of``)."""
+    written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
+    ran = walk(written, options.entry)
+    return ran, owners_of(program, written, insertions, events, ran)
 
 
 def owners_of(
@@ -47,19 +68,69 @@ def owners_of(
     return owners if at == len(events) else None
 
 
-def places_of(programmed: Samples, ran: Samples, owner: Index, pieces: Sequence[Pieces]) -> Array:
-    """(n,) where the samples of the program that ran stand on the programmed path, as move + fraction.
+def drive(
+    model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence[int] | None, options: Options
+) -> Iterator[Driven]:
+    """What the written program drives, part by part: working memory does not grow with the program.
 
     Args:
-        owner: (moves of ran,) programmed moves; the parts of a divided move follow each other.
-        pieces: how moves were divided.
+        ran, owners: see ``run_again``.
+
+    Raises:
+        PostprocError: the arm cannot run it, or it does not run what was planned.
     """
-    edges = {p.move: [0.0, *(float(programmed.u[g]) for g in p.goals), 1.0] for p in pieces if p.goals}
-    low, high = np.zeros(len(owner)), np.ones(len(owner))
-    part = 0
-    for j, i in enumerate(owner.tolist()):
-        part = part + 1 if j > 0 and owner[j - 1] == i else 0
-        if i in edges:
-            low[j], high[j] = edges[i][part], edges[i][part + 1]
-    place: Array = owner[ran.move] + low[ran.move] + (high - low)[ran.move] * ran.u
-    return place
+    index = {move.event: i for i, move in enumerate(plan.motion.moves)}
+    missing = Counter({i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces})
+    if owners is None:
+        raise PostprocError([])
+    edges = _edges(plan.pieces, plan.motion.samples.u)
+    again = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
+    for j in range(1, len(owners)):
+        again[j] = again[j - 1] + 1 if owners[j] == owners[j - 1] else 0
+    # A side of approach may be as old as the program.
+    for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
+        begin = max(a - 1, 0)  # with the goal from which the part goes on
+        samples, findings = read_samples(model, ran[begin:b], options, joint_ways=True)
+        errors = [d for d in findings if d.severity == "error"]
+        if errors:
+            raise PostprocError(errors)
+        if samples is None:
+            continue
+        at = begin + np.array([move.event for move in samples.moves])
+        owner = np.array([index.get(owners[j], -1) for j in at])
+        missing.subtract(owner[at >= a].tolist())
+        if (owner < 0).any():
+            break
+        part = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), again[at].tolist(), strict=True)]
+        if min(map(len, part)) < 2:
+            break
+        low, high = np.array(part).T
+        move = samples.move
+        place = owner[move] + low[move] + (high - low)[move] * samples.u
+        yield Driven(samples, owner, states_of(model, samples, plan.motion.timeline, options, place))
+    if any(missing.values()):
+        raise PostprocError([])
+
+
+def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
+    """Fractions along divided moves at which their parts begin and end."""
+    return {p.move: (0.0, *(float(u[g]) for g in p.goals), 1.0) for p in pieces if p.goals}
+
+
+def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
+    """Parts [a, b) of about ``MOST`` events; nothing changes where they meet, and the goal there is known by itself."""
+    begin = 0
+    for i in range(MOST, len(events)):
+        if i - begin >= MOST and _goes_on(events[i - 1], events[i]):
+            yield begin, i
+            begin = i
+    yield begin, len(events)
+
+
+def _goes_on(before: MotionEvent, event: MotionEvent) -> bool:
+    """Whether the next move starts under the load and with the tool under which the arm has arrived."""
+    same = before.tool == event.tool and before.gripload == event.gripload and before.weld == event.weld
+    own = all(before.options.get(name) is not False for name in ("conf_l", "conf_j"))
+    known = before.target is not None and before.reason is None
+    kinds = {before.statement.interpolation, event.statement.interpolation}
+    return same and own and known and kinds <= {"line", "arc", "joint"}

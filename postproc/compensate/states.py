@@ -13,7 +13,7 @@ from postproc.compensate.samples import Samples
 from postproc.compensate.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.motion.values import Index
+from postproc.motion.values import Flags, Index
 
 BLOCK = 10_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
@@ -53,6 +53,10 @@ class States:
             wrench=wrench,
             T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
         )
+
+    def steady(self) -> Flags:
+        """(n,) see ``Timeline.steady``."""
+        return self.timeline.steady(self.options, self.place)
 
     def blocks(self) -> Iterator[slice]:
         """All rows, a block at a time."""
