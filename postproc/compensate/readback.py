@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -84,13 +85,14 @@ def drive(
     if owners is None:
         raise PostprocError([])
     edges = _edges(plan.pieces, plan.motion.samples.u)
-    again = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
+    nth = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
     for j in range(1, len(owners)):
-        again[j] = again[j - 1] + 1 if owners[j] == owners[j - 1] else 0
+        nth[j] = nth[j - 1] + 1 if owners[j] == owners[j - 1] else 0
     # A side of approach may be as old as the program.
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
         begin = max(a - 1, 0)  # with the goal from which the part goes on
-        samples, findings = read_samples(model, ran[begin:b], options, joint_ways=True)
+        part = [e if e.again is None else replace(e, again=e.again - begin) for e in ran[begin:b]]
+        samples, findings = read_samples(model, part, options, joint_ways=True)
         errors = [d for d in findings if d.severity == "error"]
         if errors:
             raise PostprocError(errors)
@@ -101,10 +103,10 @@ def drive(
         missing.subtract(owner[at >= a].tolist())
         if (owner < 0).any():
             break
-        part = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), again[at].tolist(), strict=True)]
-        if min(map(len, part)) < 2:
+        span = [edges.get(i, (0.0, 1.0))[k : k + 2] for i, k in zip(owner.tolist(), nth[at].tolist(), strict=True)]
+        if min(map(len, span)) < 2:
             break
-        low, high = np.array(part).T
+        low, high = np.array(span).T
         move = samples.move
         place = owner[move] + low[move] + (high - low)[move] * samples.u
         yield Driven(samples, owner, states_of(model, samples, plan.motion.timeline, options, place))
@@ -119,9 +121,12 @@ def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:
 
 def _parts(events: Sequence[MotionEvent]) -> Iterator[tuple[int, int]]:
     """Parts [a, b) of about ``MOST`` events; nothing changes where they meet, and the goal there is known by itself."""
+    # Nor does a way that goes on from an earlier event (``again``) lead from one part into another.
+    back = [i if e.again is None else e.again for i, e in enumerate(events)]
+    earliest = np.minimum.accumulate(back[::-1])[::-1]
     begin = 0
     for i in range(MOST, len(events)):
-        if i - begin >= MOST and _goes_on(events[i - 1], events[i]):
+        if i - begin >= MOST and earliest[i - 1] >= i - 1 and _goes_on(events[i - 1], events[i]):
             yield begin, i
             begin = i
     yield begin, len(events)
