@@ -20,6 +20,7 @@ from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
 MM = 1e3
+UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
@@ -91,6 +92,8 @@ def _outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
     edited = plan.decisions.edited.get(key_of(statement))
+    if statement.interpolation != "joint" and all(plan.motion.moves[i].first for i in rows):
+        reason = reason or UNKNOWN_START
     if any(i in plan.shared for i in rows):
         reason = SHARED
     return Outcome(

@@ -47,8 +47,8 @@ class Wishes:
             if not isinstance(event.target, RobTarget) or move.again is not None:
                 continue
             asked.append((i, "to", self.T_goal[i], self._goal_conf(i, event.target.robconf)))
-            if event.via is not None and not move.first:
-                asked.append((i, "via", self._via(i, divided[i]), event.via.robconf))
+            if event.via is not None:
+                asked.append((i, "via", self._via(i, divided.get(i)), event.via.robconf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         found = []
         for (i, role, _, _), value in zip(asked, values, strict=True):
@@ -74,9 +74,12 @@ class Wishes:
             result.append(TargetValue(pose, conf, event.target.extax))
         return result
 
-    def _via(self, i: int, pieces: Pieces) -> Array:
-        """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part."""
-        if pieces.goals:
+    def _via(self, i: int, pieces: Pieces | None) -> Array:
+        """Circle point: where the user put it, corrected; of a divided arc, in the middle of its last part.
+
+        Of an arc that begins nobody knows where it goes with the goal.
+        """
+        if pieces is not None and pieces.goals:
             middle: Array = self.curve[pieces.vias[-1]]
             return middle
         samples, move = self.motion.samples, self.motion.moves[i]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from postproc.compensate.decisions import WAYS
-from postproc.compensate.outcomes import SHARED
+from postproc.compensate.outcomes import SHARED, UNKNOWN_START
 from postproc.effects.backlash import Backlash
-from tests.compensate.build import FORCE, arm, codes, convert, module, outcome, target, written
+from tests.compensate.build import FORCE, arm, codes, convert, events, module, outcome, target, written
 from tests.independent.arm import ARMS
 from tests.independent.verify import check
 
@@ -59,6 +59,19 @@ def test_ways_that_cannot_be_told_apart_need_one_correction() -> None:
     """No lost motion: what a statement needs does not depend on the way by which the arm comes."""
     found = convert(module("", BRANCH))
     assert outcome(found, 4).reason is None and outcome(found, 4).edited == "aggregate"
+
+
+def test_an_arc_that_begins_nobody_knows_where_moves_as_a_whole() -> None:
+    """Its start belongs to whoever calls the routine; the circle point goes with the goal."""
+    text = module(
+        "", f"MoveJ {A},v200,fine,tT;", f"  PROC service()\n    MoveC {VIA},{ROUND},v50,fine,tT;\n  ENDPROC\n"
+    )
+    found = convert(text)
+    before, after = (events(t)[1] for t in (text, written(found)))
+    to, via = (np.subtract(getattr(after, name).trans, getattr(before, name).trans) for name in ("target", "via"))
+    assert np.linalg.norm(to) > 0.5
+    assert via == pytest.approx(to, abs=1e-3)
+    assert outcome(found, 1).reason == UNKNOWN_START
 
 
 LEFT, RIGHT, MIDDLE = target(1350, -500), target(1350, -300), target(1350, -400)
