@@ -56,7 +56,9 @@ def approved_program(pytestconfig: pytest.Config) -> ApprovedProgram:
 
     def check(produced: str | Path, approved: str | Path, tolerance_mm: float = 0.001) -> None:
         failure = _difference(produced, approved, tolerance_mm)
-        if failure and pytestconfig.getoption(UPDATE) and Path(produced).is_file():
+        if failure and not Path(produced).is_file():
+            pytest.fail(f"{produced} is not there\nif this is as it should be: delete {approved}", pytrace=False)
+        elif failure and pytestconfig.getoption(UPDATE):
             _read(produced)  # what is no program is not approved
             Path(approved).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(produced, approved)

@@ -86,4 +86,7 @@ def _ranking(document: dict[str, Any]) -> Section:
 
 
 def _p(value: float) -> str:
-    return f"{value:.2f}" if value > 0.005 else f"{value:.0e}"
+    if value > 0.005:
+        return f"{value:.2f}"
+    text = f"{value:.0e}" if value > 1e-300 else "< 1e-300"
+    return text.replace("-", "\N{NON-BREAKING HYPHEN}").replace(" ", "\N{NO-BREAK SPACE}")

@@ -21,7 +21,7 @@ SUITE = """
 import pytest
 from postproc.testing import programs
 
-@pytest.mark.parametrize("name", programs("out"))
+@pytest.mark.parametrize("name", sorted({*programs("approved"), *programs("out")}))
 def test_output(name, approved_program):
     approved_program(f"out/{name}", f"approved/{name}", tolerance_mm=0.2)
 """
@@ -86,6 +86,14 @@ def test_programs_are_approved_on_request(suite: pytest.Pytester) -> None:
     assert (suite.path / "approved/cell/new.mod").read_text() == far
     assert (suite.path / "approved/a.mod").read_text() == program("Seam")  # within the tolerance: left as it is
     run(suite).assert_outcomes(passed=2)
+
+
+def test_a_program_that_is_no_longer_produced_is_missed(suite: pytest.Pytester) -> None:
+    (suite.path / "out/a.mod").unlink()
+    for options in ((), ("--approve-programs",)):
+        result = run(suite, *options)
+        result.assert_outcomes(failed=1)
+        result.stdout.fnmatch_lines(["out/a.mod is not there", "*delete approved/a.mod"])
 
 
 def test_what_is_no_program_is_never_approved(suite: pytest.Pytester) -> None:
