@@ -53,28 +53,40 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """From the forearm housing, the upper arm or the forearm to the flange; always taut, or slack half the time."""
+        """From the elbow, the forearm housing or the forearm to places around the flange, with three slacks."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
-        for body, point in _starts(state.T_base_body, state.robot):
-            distance = cls(body_from=body, from_m=point)._ends(state)[2]
-            for label, slack in (("always taut", 0.9 * distance.min()), ("slack at times", np.median(distance))):
-                effect = cls(body_from=body, from_m=point, slack_m=float(slack))
-                found.append(variant(effect, f"from body {body}, {label}"))
+        around = [np.zeros(3), *(0.1 * way for way in _across(state.robot.axis[5]))]
+        for body, here in _starts(state.T_base_body, state.robot):
+            for there in around:
+                distance = cls(body_from=body, from_m=here, to_m=there)._ends(state)[2]
+                for label, slack in (
+                    ("always taut", 0.5 * distance.min()),
+                    ("just taut", 0.9 * distance.min()),
+                    ("slack at times", np.median(distance)),
+                ):
+                    effect = cls(body_from=body, from_m=here, to_m=there, slack_m=float(slack))
+                    found.append(variant(effect, f"from body {body}, {label}"))
         return tuple(found)
 
 
 def _starts(T_base_body: Array, robot: Robot) -> list[tuple[int, Array]]:
-    """Where a fit begins: 0.3 m above the elbow and the shoulder, and 0.2 m beside the forearm on four sides."""
-    found: list[tuple[int, Array]] = []
-    for body in (3, 2):
-        up = T_base_body[:, body, 2, :3].mean(axis=0)
-        found.append((body, 0.3 * up / max(float(np.linalg.norm(up)), 1e-9)))
-    span = distal_point(robot, 4)
-    along = span / max(float(np.linalg.norm(span)), 1e-9)
-    side = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
-    side /= np.linalg.norm(side)
-    for way in (side, -side, np.cross(along, side), -np.cross(along, side)):
-        found.append((4, 0.3 * span + 0.2 * way))
-    return found
+    """Where a fit begins: the elbow, 0.25 m above the forearm housing and to both sides of that, around the forearm."""
+    up = T_base_body[:, 3, 2, :3].mean(axis=0)
+    up /= max(float(np.linalg.norm(up)), 1e-9)
+    forearm = distal_point(robot, 4)
+    side = np.cross(up, forearm)
+    side /= max(float(np.linalg.norm(side)), 1e-9)
+    above = [(3, 0.25 * up + shift * side) for shift in (-0.15, 0.0, 0.15)]
+    beside = [(4, 0.3 * forearm + 0.2 * way) for way in _across(forearm)]
+    return [(2, distal_point(robot, 2)), *above, *beside]
+
+
+def _across(axis: Array) -> tuple[Array, ...]:
+    """Four unit vectors at right angles to an axis."""
+    along = axis / max(float(np.linalg.norm(axis)), 1e-9)
+    one = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    one /= np.linalg.norm(one)
+    two = np.cross(along, one)
+    return one, -one, two, -two

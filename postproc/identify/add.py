@@ -14,7 +14,7 @@ from postproc.effects.registry import effect_library, find_effect
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.judgement import refit
+from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose
 from postproc.measure.measurements import Measurements
@@ -142,13 +142,13 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
         return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
-    after = refit(fit, screen, fit.linear, candidate)
-    if after is None:
+    found = fitted_best(fit, screen, fit.linear, candidate)
+    if found is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError(
             Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it")
         )
-    return after
+    return found[1]
 
 
 def _without(final: Fit, key: str, noise: float | None) -> Fit:

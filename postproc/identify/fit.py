@@ -14,7 +14,7 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.reweight import far_off
 from postproc.identify.solve import solve
@@ -77,7 +77,9 @@ class Fit:
         """
         soft = np.flatnonzero(self.penalty)
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
-        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row)
+        turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
+        share = independent_share(self.problem.residual, turns, self.problem.row)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share)
 
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
@@ -86,7 +88,7 @@ class Fit:
     @cached_property
     def freedom(self) -> float:
         """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
-        return float(self.linear.freedom)
+        return float(len(self.problem.residual) - self.linear.parameters)
 
     @cached_property
     def variance(self) -> float:

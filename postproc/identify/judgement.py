@@ -15,7 +15,7 @@ from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 
-SIGNIFICANT = 2e-3
+SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
 MATERIAL = 0.01
 """An effect must explain at least this share of what is left, however many rows make it significant."""
@@ -54,6 +54,15 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fi
         )
     except PostprocError:
         return None
+
+
+def fitted_best(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> tuple[Candidate, Fit] | None:
+    """The best of a candidate's starts after full fits, with its fit; None where none settles."""
+    every = [
+        (s, after) for s in candidate.starts or (candidate,) if (after := refit(base, screen, linear, s)) is not None
+    ]
+    found = [(judged(base, after, start), after) for start, after in every]
+    return max(found, key=lambda pair: pair[0].evidence, default=None)
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:

@@ -23,16 +23,23 @@ class Linear:
         residual: (N,) residual in units of the noise.
         nuisance: (N, k) basis U of the columns of the fitted parameters, orthonormal where no penalty holds them.
         row: (N,) measured row that each entry belongs to.
+        independent: share of the entries that count as numbers of their own (`independent_share`).
     """
 
     residual: Array
     nuisance: Array
     row: NDArray[np.int_]
+    independent: float = 1.0
+
+    @cached_property
+    def parameters(self) -> int:
+        """Fitted parameters (the effective number, where a penalty holds them)."""
+        return round(float(np.sum(self.nuisance**2)))
 
     @cached_property
     def freedom(self) -> int:
-        """Entries minus fitted parameters (the effective number, where a penalty holds them)."""
-        return len(self.residual) - round(float(np.sum(self.nuisance**2)))
+        """Independent entries minus fitted parameters."""
+        return round(self.independent * len(self.residual)) - self.parameters
 
     @cached_property
     def rest(self) -> Array:
@@ -60,7 +67,31 @@ class Linear:
         value, vector = np.linalg.eigh(scaled.T @ rest)
         keep = value > rank**2
         more = rest @ (vector[:, keep] / np.sqrt(value[keep]))
-        return Linear(self.residual, np.hstack([self.nuisance, more]), self.row)
+        return Linear(self.residual, np.hstack([self.nuisance, more]), self.row, self.independent)
+
+
+def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> float:
+    """Share of the entries of a residual that count as independent, in (0, 1].
+
+    Where one joint's angle is off by a number of its own in every pose, the r numbers of a pose are one number. With f
+    the largest share of the sum of squares that a free turn of one joint in every pose explains, and the rest spread
+    evenly over the r - 1 other directions, they count as 1 / (f^2 + (1 - f)^2 / (r - 1)): r for noise, 1 for f = 1 (the
+    participation ratio of a spectrum).
+
+    Args:
+        residual: (N,) whitened; turns: (N, 6) whitened derivative by a turn of each joint; row: (N,) row of each entry.
+    """
+    per_row = np.bincount(row)
+    size = len(row) / max(int((per_row > 0).sum()), 1)
+    total = float(residual @ residual)
+    if size < 1.5 or total == 0.0:
+        return 1.0
+    share = 0.0
+    for turn in turns.T:
+        length, along = np.bincount(row, turn**2), np.bincount(row, turn * residual)
+        share = max(share, float(np.sum(along**2 / np.where(length > 0, length, 1.0))) / total)
+    share = max(share, 1 / size)
+    return 1 / (size * (share**2 + (1 - share) ** 2 / (size - 1)))
 
 
 def basis_of(columns: Array, penalty: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import Form
-from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
+from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
 from postproc.identify.selection import Candidate, Screen, compose, grown
 from postproc.identify.suspects import ODDS, Pattern, Suspect, find_suspects
@@ -79,9 +79,8 @@ def ranking(search: Search) -> list[Candidate]:
     best = found[0].evidence if found else 0.0
     for i, candidate in enumerate(found):
         if candidate.starts and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
-            fitted = [(s, f) for s in candidate.starts if (f := refit(search.fit, screen, linear, s)) is not None]
-            if fitted:
-                found[i] = max((judged(search.fit, f, s) for s, f in fitted), key=lambda c: c.evidence)
+            settled = fitted_best(search.fit, screen, linear, candidate)
+            found[i] = candidate if settled is None else settled[0]
     return sorted(found, key=lambda c: -c.evidence)
 
 

@@ -117,14 +117,15 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
     starts = {best, max(thin, key=lambda i: measured[i].evidence)} if thin else set()
     visible = max((g.visible for g in measured), default=0.0)
-    found = [_grow(screen, linear, forms[i], measured[i], len(forms)) for i in starts]
+    tried = _tried(forms)
+    found = [_grow(screen, linear, forms[i], measured[i], tried) for i in starts]
     if not found:
         form = forms[best]
-        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, len(forms), visible, 1.0)
+        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, tried, visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], len(forms)) for i in _diverse(forms, measured)]
+    others = [_alone(linear, forms[i], measured[i], tried) for i in _diverse(forms, measured)]
     others = [c for c in others if c.effect is not chosen.effect and (c.free & ~c.effect.amplitudes()).any()]
     return replace(chosen, starts=(chosen, *others))
 
@@ -135,6 +136,11 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
     form = make_form(screen.problem, chosen, True)
     return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 1)
+
+
+def _tried(forms: Sequence[Form]) -> int:
+    """How many forms a search has tried: starts that differ in fitted parameters alone are one, and pay for those."""
+    return len({(_structure(form.effect), form.refit.tobytes()) for form in forms})
 
 
 def _diverse(forms: Sequence[Form], measured: Sequence[Gain]) -> list[int]:

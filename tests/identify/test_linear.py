@@ -1,10 +1,11 @@
 """The linear algebra behind screening and hold-out, against doing it the long way."""
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from postproc.identify.forms import gain
-from postproc.identify.linear import Linear, bases_of, basis_of, contiguous_blocks, f_test, hold_out
+from postproc.identify.linear import Linear, bases_of, basis_of, contiguous_blocks, f_test, hold_out, independent_share
 
 
 def problem(seed=1, rows=60, columns=7):
@@ -114,3 +115,14 @@ def test_what_the_fitted_parameters_do_as_well_brings_nothing():
     left = y - np.hstack([A, fresh]) @ np.linalg.lstsq(np.hstack([A, fresh]), y, rcond=None)[0]
     assert found.count == 3
     np.testing.assert_allclose(found.fall, linear.square - left @ left, rtol=1e-9)
+
+
+def test_noise_counts_every_number_and_a_joint_that_moves_by_itself_one_a_pose():
+    rng = np.random.default_rng(3)
+    row, turns = np.repeat(np.arange(2000), 3), rng.normal(size=(6000, 6))
+    noise = rng.normal(size=6000)
+    assert independent_share(noise, turns, row) == pytest.approx(1.0, abs=0.02)
+    jumping = turns[:, 2] * rng.normal(size=2000)[row]
+    assert independent_share(jumping, turns, row) == pytest.approx(1 / 3)
+    assert 1 / 3 < independent_share(jumping + noise, turns, row) < 1
+    assert independent_share(noise[:2000], turns[:2000], np.arange(2000)) == 1.0
