@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -133,6 +133,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
     for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):
         edits[changed.path].append(edit)
+    plan = replace(plan, decisions=replace(plan.decisions, changes=()))  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     before, after, more = _prove(model, plan, program, events, drafts, options)
     findings += more

@@ -1,0 +1,36 @@
+"""Memory of a whole conversion: what is kept of a target is small, and working arrays do not grow with the program."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PEAK = """
+import resource, sys
+from postproc.compensate.options import Options
+from postproc.convert import compensate_program
+from postproc.diagnostics import Source
+from postproc.model.file import default_model
+from tests.bench.long import program
+done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default_model(), Options())
+assert done.exit_code == 0, done.diagnostics
+print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+MOST = 10_000  # bytes a target; 16,000 with all states, splines and both programs held at once
+
+
+def peak(targets: int) -> int:
+    """Peak memory [byte] of a process that converts a program of so many targets."""
+    env = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", PEAK, str(targets)], cwd=ROOT, env=env, capture_output=True, text=True, check=True
+    )
+    return int(done.stdout)
+
+
+def test_a_target_costs_a_few_kilobytes() -> None:
+    few, many = 2_000, 20_000
+    assert (peak(many) - peak(few)) / (many - few) < MOST
