@@ -9,7 +9,7 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.events import TargetSpans
 from postproc.rapid.expressions import Aggregate, Expression, ExpressionError, Number, read_whole_expression
 from postproc.rapid.records import NO_AXIS, Ax6, RobTarget
-from postproc.rapid.values import Data, NotKnown, to_quat, to_robtarget
+from postproc.rapid.values import Data, NotKnown, to_conf, to_quat, to_robtarget
 
 _GAP = rb"[ \t\r\n]*+"
 _NUMBER = rb"([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)"
@@ -80,7 +80,7 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
             raise NotKnown("a number in the data is too large")
         # The same as to_robtarget, without its checks: there are as many numbers as targets need.
         rot = to_quat((n[3], n[4], n[5], n[6]))
-        conf = (round(n[7]), round(n[8]), round(n[9]), round(n[10]))
+        conf = to_conf(n[7:11])
         extax = NO_AXES if n[11:] == NO_AXES_LIST else (n[11], n[12], n[13], n[14], n[15], n[16])
         return RobTarget((n[0], n[1], n[2]), rot, conf, extax), LiteralSpans(source, (start, end))
     if source.data[start : start + 1] != b"[":

@@ -6,7 +6,7 @@ Layouts: ABB RAPID reference manual, data types.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,6 +60,8 @@ class NotKnown(Exception):
         self.missing = missing
         self.span = span
 
+
+MOST_QUARTERS = 4000  # no axis turns a thousand times
 
 Fields = tuple[tuple[str, str], ...]
 
@@ -141,8 +143,19 @@ def to_pose(data: Data) -> Pose:
 
 def to_robtarget(data: Data) -> RobTarget:
     trans, rot, conf, extax = _parts(data, 4, "robtarget")
-    a, b, c, d = (round(number) for number in _numbers(conf, 4))
-    return RobTarget(_vector(trans), to_quat(rot), (a, b, c, d), _ax6(extax))
+    return RobTarget(_vector(trans), to_quat(rot), to_conf(_numbers(conf, 4)), _ax6(extax))
+
+
+def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
+    """Configuration data as integers.
+
+    Raises:
+        NotKnown: an axis that has turned a thousand times.
+    """
+    a, b, c, d = (round(number) for number in numbers)
+    if max(abs(a), abs(b), abs(c), abs(d)) > MOST_QUARTERS:
+        raise NotKnown("a number in the configuration data is too large")
+    return a, b, c, d
 
 
 def to_jointtarget(data: Data) -> JointTarget:

@@ -47,6 +47,11 @@ PROGRAMS = {
     "components of components": b"MODULE M PROC main() a" + b".a" * 3000 + b":=1; ENDPROC ENDMODULE",
     "loops that nothing closes": b"MODULE M PROC main() " + LOOPS + b"ENDPROC ENDMODULE",
 }
+CONVERSIONS = {
+    "configuration data beyond 64 bits": b"MODULE M PROC main() MoveJ [[1200,0,900],[0,0,1,0],[1E38,0,0,0],"
+    b"[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0; MoveL Offs([[1200,0,900],[0,0,1,0],[0,0,-1E30*1,0],"
+    b"[9E9,9E9,9E9,9E9,9E9,9E9]],0,0,9),v100,fine,tool0; ENDPROC ENDMODULE",
+}
 MODELS = {
     "a number of 5000 digits": b'robot = "irb4600_60_205"\n[fit]\nn = ' + b"1" * 5000,
     "brackets a thousand deep": b"robot = " + b"[" * 5000,
@@ -70,6 +75,11 @@ TABLES = {
 def test_programs_that_once_went_wrong(text: bytes) -> None:
     with checks.limited(checks.SECONDS):
         checks.check_program(text)
+
+
+@pytest.mark.parametrize("text", CONVERSIONS.values(), ids=CONVERSIONS)
+def test_conversions_that_once_went_wrong(text: bytes) -> None:
+    assert not checks.check_conversion(text, checks.shipped_model())
 
 
 @pytest.mark.parametrize("text", MODELS.values(), ids=MODELS)
