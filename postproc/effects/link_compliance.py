@@ -51,7 +51,9 @@ class LinkCompliance(
         if current is not None or state.robot is None:
             return (variant(current or cls()),)
         bodies = long_bodies(state.robot)
-        every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in bodies)]
+        # The housing that carries the forearm bends as well, short as it is.
+        alone = [b for b in range(bodies[0], bodies[-1] + 1) if np.any(distal_point(state.robot, b))]
+        every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in alone)]
         return tuple(_without_stretch(cls(body=b)) for b in every)
 
 

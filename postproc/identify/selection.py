@@ -15,7 +15,7 @@ from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
-UNLIKELY = {"bearing_tilt": 8.0, "session": 4.0, "link_geometry": 4.0}
+UNLIKELY = {"bearing_tilt": 6.0, "session": 4.0, "link_geometry": 4.0}
 """Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
 STARTS = 3
 """Forms from which a full fit is tried where an effect has parameters that form it."""

@@ -67,6 +67,32 @@ def test_a_floor_and_a_main_bearing_that_tilt_alike_are_said_to_do_so(kind):
     assert missing.candidate.key == "base_compliance" and "bearing_tilt" in missing.not_separable
 
 
+@pytest.mark.parametrize(("hidden", "named"), [("housing", "link_compliance"), ("bearing", "bearing_tilt")])
+def test_a_housing_that_bends_and_a_bearing_of_the_shoulder_that_tilts(hidden, named):
+    data, true = cell({"housing": _soft_housing, "bearing": _soft_shoulder}[hidden], seed=408006, poses=150)
+    found = diagnose(base_fit(data).model, data)
+    assert [m.candidate.key for m in found.missing] == [named]
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+def _soft_housing(g, arm):
+    compliance = kinds.beam(0.175, 1.0e6, 0.5e6, 4e9, 2)
+    return _sprung(3, lambda w: w[:, 3] @ compliance.T)
+
+
+def _soft_shoulder(g, arm):
+    return _sprung(1, lambda w: 4e-7 * w[:, 1] * [0, 0, 0, 1, 0, 1])
+
+
+def _sprung(b, spring):
+    def body(s, f, w):
+        xi = np.zeros((len(s), 7, 6))
+        xi[:, b] = spring(w)
+        return xi
+
+    return Hidden("spring", "spring", body=body)
+
+
 def test_one_casting_and_a_wave_of_high_order_are_found():
     data, true = cell(_short_wrist, _motor_wave, seed=7, poses=150)
     found = diagnose(base_fit(data).model, data)
