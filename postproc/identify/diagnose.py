@@ -17,6 +17,7 @@ from postproc.identify.findings import data_findings
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
+from postproc.identify.patterns import patterns
 from postproc.identify.search import (
     Missing,
     Search,
@@ -29,7 +30,7 @@ from postproc.identify.search import (
     worth_saying,
 )
 from postproc.identify.selection import Candidate
-from postproc.identify.suspects import ODDS, Suspect, by_channel, find_suspects, patterns
+from postproc.identify.suspects import ODDS, Suspect, by_channel, find_suspects
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -98,7 +99,7 @@ def diagnose(
     classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
     start = thinned(base, noise)
     named = channels(start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3])
-    search = Search(start, classes, patterns(named), [])
+    search = Search(start, classes, patterns(named, start.problem.sensitivity.state), [])
     first = ranking(search)
     missing = select_forward(search, first)
     missing = check_backward(search, start, missing, noise)

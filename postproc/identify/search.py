@@ -12,8 +12,9 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import Form
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
+from postproc.identify.patterns import Pattern
 from postproc.identify.selection import Candidate, Screen, compose, grown
-from postproc.identify.suspects import ODDS, Pattern, Suspect, find_suspects
+from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
 MOST = 6
 """Effects that are added one after another at most."""
