@@ -17,6 +17,7 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose
+from postproc.identify.step import FRAMES
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -125,7 +126,7 @@ def add_effects(
     for name, fit in steps:
         share = None if top <= floor else float(np.clip((top - fit.held_out_rms) / (top - floor), 0.0, 1.0))
         ladder.append(Step(name, fit, share))
-    without = {e.key: _without(final, e.key, noise) for e in final.model.effects if len(final.model.effects) > 1}
+    without = {e.key: _without(final, e.key, noise) for e in final.model.effects if e.key not in FRAMES}
     return Addition(tuple(ladder), without, floor)
 
 

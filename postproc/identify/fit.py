@@ -17,7 +17,7 @@ from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.reweight import far_off
-from postproc.identify.solve import solve
+from postproc.identify.solve import SETTLED, solve
 from postproc.identify.start import start_frames
 from postproc.identify.step import FRAMES, Masks, slope
 from postproc.measure.measurements import Measurements
@@ -177,6 +177,7 @@ def fit_model(
     noise: float | None = None,
     robust: bool = False,
     penalty: Mapping[str, float] | None = None,
+    closely: float = SETTLED,
 ) -> Fit:
     """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
 
@@ -186,6 +187,7 @@ def fit_model(
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
         robust: Huber weights for all rows; rows far off are set aside in any case and named.
         penalty: strength of the smoothness penalty by effect; chosen on held-out rows where it is not given.
+        closely: share of the sum of squares below which a step is the last.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -199,14 +201,14 @@ def fit_model(
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
     problem = _null_where_held(problem, masks, frozenset(e.key for e in effects))
     strength = dict(penalty or {})
-    fit = _fitted(problem, masks, figures, robust, strength)
+    fit = _fitted(problem, masks, figures, robust, strength, closely)
     rough = [e.key for e in fit.model.effects if e.roughness() is not None and e.key not in strength]
     if not rough:
         return fit
     from postproc.identify.smooth import choose_strength
 
     strength.update({key: choose_strength(fit, key) for key in rough})
-    return _fitted(fit.problem, masks, figures, robust, strength)
+    return _fitted(fit.problem, masks, figures, robust, strength, closely)
 
 
 def _place(effect: Effect) -> int:
@@ -271,7 +273,14 @@ def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
     return chosen
 
 
-def _fitted(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Fit:
-    s = solve(problem, masks, figures, robust, penalty)
+def _fitted(
+    problem: Problem,
+    masks: Masks,
+    figures: Noise,
+    robust: bool,
+    penalty: Mapping[str, float],
+    closely: float = SETTLED,
+) -> Fit:
+    s = solve(problem, masks, figures, robust, penalty, closely)
     at = s.slope
     return Fit(s.problem, masks, at.held, s.at_bound, at.columns, at.penalty, figures, s.set_aside, dict(penalty))

@@ -14,6 +14,7 @@ from postproc.identify.forms import WIDE, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
+from postproc.identify.solve import SETTLED
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -36,7 +37,7 @@ def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Eff
     return candidate.effect.with_vector(np.clip(x, low, high))
 
 
-def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fit | None:
+def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
     """The model with a candidate, everything fitted again; None where that fails."""
     free = {**base.free, candidate.key: candidate.free}
     model = base.model
@@ -51,16 +52,18 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> Fi
             free=free,
             noise=base.noise.position if base.noise.origin == "user" else None,
             penalty={k: v for k, v in base.strength.items() if k != candidate.key},
+            closely=closely,
         )
     except PostprocError:
         return None
 
 
-def fitted_best(base: Fit, screen: Screen, linear: Linear, candidate: Candidate) -> tuple[Candidate, Fit] | None:
+def fitted_best(
+    base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED
+) -> tuple[Candidate, Fit] | None:
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
-    every = [
-        (s, after) for s in candidate.starts or (candidate,) if (after := refit(base, screen, linear, s)) is not None
-    ]
+    fits = [(start, refit(base, screen, linear, start, closely)) for start in candidate.starts or (candidate,)]
+    every = [(start, after) for start, after in fits if after is not None]
     found = [(judged(base, after, start), after) for start, after in every]
     return max(found, key=lambda pair: pair[0].evidence, default=None)
 

@@ -163,7 +163,7 @@ def sharper(pattern: Pattern) -> list[Pattern]:
 
 
 def _step(name: str, values: Array, edge: float) -> Pattern:
-    return Pattern((name,), f"step near {shown(name, edge)}", (values > edge) * 1.0, values)
+    return Pattern((name,), f"step near {shown(name, edge)}", (values > edge).astype(float), values)
 
 
 def _kink(name: str, values: Array, knot: float) -> Pattern:
@@ -171,7 +171,7 @@ def _kink(name: str, values: Array, knot: float) -> Pattern:
 
 
 def _wave(names: tuple[str, ...], values: Array, order: float, phase: float, label: str = "") -> Pattern:
-    value: Array = np.cos(order * values - phase)
+    value = np.asarray(np.cos(order * values - phase), dtype=np.float64)
     return Pattern(names, f"wave {order:g} times a turn{label}", value, values)
 
 

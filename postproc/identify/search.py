@@ -14,6 +14,7 @@ from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Pattern
 from postproc.identify.selection import Candidate, Screen, compose, grown
+from postproc.identify.solve import ROUGHLY
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
 MOST = 6
@@ -80,7 +81,7 @@ def ranking(search: Search) -> list[Candidate]:
     best = found[0].evidence if found else 0.0
     for i, candidate in enumerate(found):
         if candidate.starts and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
-            settled = fitted_best(search.fit, screen, linear, candidate)
+            settled = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
             found[i] = candidate if settled is None else settled[0]
     return sorted(found, key=lambda c: -c.evidence)
 

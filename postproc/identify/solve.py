@@ -22,6 +22,8 @@ BENT = 0.02
 FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED = 1e-7
+ROUGHLY = 1e-4
+"""The same for a fit that only has to be compared with others."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +41,21 @@ class Solution:
     set_aside: tuple[int, ...]
 
 
-def solve(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty: Mapping[str, float]) -> Solution:
+def solve(
+    problem: Problem,
+    masks: Masks,
+    figures: Noise,
+    robust: bool,
+    penalty: Mapping[str, float],
+    closely: float = SETTLED,
+) -> Solution:
     """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
     where a slope that still holds there foretells nothing.
+
+    Args:
+        closely: share of the cost below which a step is none.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -64,7 +76,7 @@ def solve(problem: Problem, masks: Masks, figures: Noise, robust: bool, penalty:
             _enough(problem, len(at.parameters))
         step, stopped = at.step(problem)
         now = at.cost(problem)
-        little = SETTLED * now + 1e-12
+        little = closely * now + 1e-12
         further, after = problem, now
         if now - at.foretold(problem, step) > little:
             further, after = _advance(problem, at, step, now, 10 if good else 2)
