@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import Form
+from postproc.identify.forms import Form, schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Pattern
@@ -93,19 +93,31 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     that is worth more is kept: early on, a pattern may only look better because other effects are still missing.
     """
     named = replace(search, outside=[])
-    missing, worth, contested = _select(named, first, False)
+    missing, contested = _select(named, first, False)
     if contested:
         free = replace(search, outside=[])
-        other, value, _ = _select(free, first, True)
-        if value > worth + ODDS:
+        other, _ = _select(free, first, True)
+        if _worth(search.fit.linear, free, other) > _worth(search.fit.linear, named, missing):
             named, missing = free, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
 
 
-def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[Missing], float, bool]:
+def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:
+    """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
+
+    A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in
+    for one smooth pattern lose against it.
+    """
+    after = search.linear()
+    added = max(after.parameters - before.parameters, 1)
+    gained = schwarz(before.square, before.square - after.square, added, before.freedom, 1.0)
+    return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
+
+
+def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[Missing], bool]:
     missing: list[Missing] = []
-    ranked, worth, contested = first, 0.0, False
+    ranked, contested = first, False
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
         suspects = find_suspects(search.fit.problem, search.linear(), search.patterns)
@@ -118,14 +130,12 @@ def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[
                 search.classes = {k: c for k, c in search.classes.items() if k != best.key}
             else:
                 missing = [m for m in missing if m.candidate.key != best.key] + [taken]
-                worth += best.evidence
         elif outside is not None and len(search.outside) < 3:
             search.outside = [*search.outside, outside]
-            worth += outside.evidence
         else:
             break
         ranked = ranking(search)
-    return missing, worth, contested
+    return missing, contested
 
 
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
