@@ -29,7 +29,8 @@ def main(rows: list[int]) -> None:
         data, _ = cell(kinds.backlash, kinds.arm_load, seed=222, poses=round(n * 0.86))
         timed(data, "positions")
         data, _ = cell(kinds.joint_error_map, kinds.backlash, seed=223, poses=round(n * 0.86))
-        seen = predict(base_fit(data).model, data.state)[:, :3, :3]
+        whole = base_fit(data, more=("backlash", "joint_error_map"))
+        seen = predict(whole.model, data.state)[:, :3, :3]
         noise = Rotation.from_rotvec(np.random.default_rng(5).normal(0, TURN, (len(data), 3))).as_matrix()
         timed(replace(data, rotation=noise @ seen), "positions and orientations")
 
