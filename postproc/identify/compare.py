@@ -128,7 +128,8 @@ class Comparison:
         lines = [
             f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
-            f"Any function of the channels could bring it to about {j['bound_mm']:.3f} mm on rows it has not seen.",
+            f"A free function of all channels, without physics, brings it to {j['bound_mm']:.3f} mm per axis on rows "
+            "that it has not seen.",
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),

@@ -139,7 +139,7 @@ def _ladder(d: Diagnosis) -> list[str]:
     floor = f"{1e3 * d.floor:.3f}" if d.floor else "unknown"
     lines = ["held-out error, mm per axis:", f"  {'base':24s} {1e3 * d.base.held_out_rms:8.3f}"]
     lines += [f"  + {m.candidate.key:22s} {1e3 * m.held_out_after:8.3f}   {m.candidate.label}" for m in d.missing]
-    lines += [f"  {'any function (bound)':24s} {1e3 * d.bound:8.3f}", f"  {'noise':24s} {floor:>8s}"]
+    lines += [f"  {'free function (bound)':24s} {1e3 * d.bound:8.3f}", f"  {'noise':24s} {floor:>8s}"]
     return lines
 
 

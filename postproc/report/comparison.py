@@ -8,7 +8,7 @@ from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
 
-BOUND = "any function of the channels (bound)"
+BOUND = "free function of the channels (bound)"
 
 
 def comparison_page(name: str, found: Comparison) -> str:
