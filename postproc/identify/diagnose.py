@@ -11,6 +11,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
+from postproc.identify.aside import suspects_aside
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.findings import data_findings
@@ -129,6 +130,8 @@ def _conclude(
     if still or lacking or (strongest and clear(strongest[0], linear, share)):
         verdict = "unknown"
         shown = by_channel(strongest)
+    if aside := suspects_aside(final):
+        verdict, shown = "unknown", [*shown, *aside]
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0}
     blind.update(untestable)
     blind = {

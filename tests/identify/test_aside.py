@@ -1,0 +1,37 @@
+"""Rows that the fit leaves out: typing errors, or poses that show what is missing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.identify.diagnose import diagnose
+from tests.identify.cells import base_fit, cell
+from tests.independent.cells import Hidden, column
+
+
+def worn_tooth(g: np.random.Generator, arm: object) -> Hidden:
+    """Joint 3 is 0.4 mrad off, but only within a few degrees of -20 deg."""
+    at, width = np.radians(-20.0), np.radians(2.5)
+    return Hidden(
+        "worn_tooth",
+        "unknown",
+        channels=("q3",),
+        joint=lambda s, tau: column(2, 4e-4 * np.exp(-0.5 * ((s.q[:, 2] - at) / width) ** 2)),
+    )
+
+
+@pytest.mark.parametrize("seed", [911, 912, 913])
+def test_poses_that_show_a_local_error_are_not_taken_for_bad_readings(seed):
+    data, _ = cell(worn_tooth, seed=seed, poses=80, noise=0.01)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown"
+    assert "q3" in [s.channel for s in found.suspects[:3]]
+
+
+@pytest.mark.parametrize("seed", [921, 922, 923])
+def test_typing_errors_are_findings_about_the_data(seed):
+    data, _ = cell(seed=seed, poses=80, outliers=3)
+    found = diagnose(base_fit(data).model, data)
+    assert len(found.final.set_aside) >= 2
+    assert (found.verdict, found.suspects) == ("complete", ())
