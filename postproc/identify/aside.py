@@ -16,8 +16,8 @@ CHANCE = 1e-3
 def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     """What the rows left out have in common, where all of them are off as if the same joint had turned; else nothing.
 
-    A turn of joint j moves the point along its column J_j of the Jacobian. That directions without a reason come as close
-    to it in k poses as they do has the probability 6 prod(1 - |cos(error, J_j)|). The channels follow whose range over
+    A turn of joint j moves the point along its column J_j of the Jacobian. That directions without a reason come this
+    close to it in every pose has the probability 6 prod(1 - |cos(error, J_j)|). The channels follow whose range over
     these poses holds the smallest share of all poses.
     """
     rows = _one_a_pose(fit)
