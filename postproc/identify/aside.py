@@ -34,6 +34,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     share = float(np.average(cosine[:, j] ** 2, weights=np.sum(off**2, axis=1)))
     state = fit.problem.sensitivity.state
     found: list[tuple[float, Suspect]] = []
+    nothing = np.zeros((1, 1, 0))
     for name, values in channels(state, fit.problem.rest.T_base_tcp[:, :3, 3]).items():
         low, high = float(values[rows].min()), float(values[rows].max())
         held = float(np.mean((values >= low) & (values <= high)))
@@ -41,7 +42,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
         order = held if name.endswith(str(j + 1)) else 2 * held
         text = f"the rows left out, between {shown(name, low)} and {shown(name, high)}"
         evidence = -2 * float(np.log(max(chance[j], 1e-300)))
-        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, evidence, np.zeros((0, 1)))))
+        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, evidence, nothing, nothing[0, 0])))
     found.sort(key=lambda item: item[0])
     return [suspect for _, suspect in found[:most]]
 

@@ -19,6 +19,7 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import patterns
+from postproc.identify.problem import Problem
 from postproc.identify.search import (
     Missing,
     Search,
@@ -121,7 +122,7 @@ def _conclude(
     bound: float,
 ) -> Diagnosis:
     linear = search.fit.linear
-    still = [s for s in search.outside if _still(s, linear, worth_saying(final))]
+    still = [s for s in search.outside if _still(s, search.fit.problem, linear, worth_saying(final))]
     strongest = find_suspects(search.fit.problem, linear, search.patterns)
     lacking = _lack_of_fit(final)
     share = worth_saying(final)
@@ -155,13 +156,12 @@ def _conclude(
     )
 
 
-def _still(suspect: Suspect, linear: Linear, share: float) -> bool:
-    if len(suspect.columns) > len(linear.residual):
-        return True
+def _still(suspect: Suspect, problem: Problem, linear: Linear, share: float) -> bool:
+    columns = suspect.columns(problem)
     rest = linear.square
-    after = linear.extended(suspect.columns)
+    after = linear.extended(columns)
     fall = rest - after.square
-    return schwarz(rest, fall, suspect.columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > share * rest
+    return schwarz(rest, fall, columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > share * rest
 
 
 def _lack_of_fit(fit: Fit) -> bool:

@@ -65,7 +65,7 @@ class Search:
     def linear(self) -> Linear:
         linear = self.fit.linear
         for suspect in self.outside:
-            linear = linear.extended(suspect.columns)
+            linear = linear.extended(suspect.columns(self.fit.problem))
         return linear
 
 

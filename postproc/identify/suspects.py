@@ -26,7 +26,7 @@ class Suspect:
     Args:
         channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried.
-        columns: (N, m) whitened columns.
+        place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
     """
 
     channel: str
@@ -35,7 +35,12 @@ class Suspect:
     share: float
     fall: float
     evidence: float
-    columns: Array
+    place: Array
+    values: Array
+
+    def columns(self, problem: Problem) -> Array:
+        """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside."""
+        return problem.whiten(self.place * self.values[:, None, None])
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -78,10 +83,10 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
 
     With the fitted parameters projected out.
     """
-    rows = problem.row
     values = np.array([p.values for p in every]).T
     before = linear.square
-    places_ = {name: problem.whiten(J) for name, J in places(problem).items()}
+    moves = places(problem)
+    places_ = {name: problem.whiten(J) for name, J in moves.items()}
     tried = len(every) * len(places_)
     found: list[tuple[float, float, str, int]] = []
     for where, J in places_.items():
@@ -93,7 +98,7 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
     for text, field in _fields(problem).items():
         where = f"instrument, {text}"
         every.append(Pattern(("x", "y", "z"), "smooth in the place", np.ones(len(problem.error))))
-        places_[where] = problem.whiten(field)
+        moves[where], places_[where] = field, problem.whiten(field)
         one, count = _falls(problem, linear, places_[where], every[-1].values[:, None])
         worth = schwarz(before, float(one[0]), count, linear.freedom, tried) - ODDS
         found.append((worth, float(one[0]), where, len(every) - 1))
@@ -103,10 +108,9 @@ def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: i
     result: list[Suspect] = []
     for worth, fall_, where, k in found[:top]:
         pattern = every[k]
-        columns = places_[where] * pattern.values[rows, None]
         share = min(1.0, fall_ / above)
         for channel in pattern.channels:
-            result.append(Suspect(channel, where, pattern.text, share, fall_, worth, columns))
+            result.append(Suspect(channel, where, pattern.text, share, fall_, worth, moves[where], pattern.values))
     return result
 
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.identify.channels import channels
 from postproc.identify.diagnose import diagnose
+from postproc.identify.patterns import patterns
+from postproc.identify.problem import Weights
+from postproc.identify.suspects import find_suspects
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -35,3 +39,17 @@ def test_typing_errors_are_findings_about_the_data(seed):
     found = diagnose(base_fit(data).model, data)
     assert len(found.final.set_aside) >= 2
     assert (found.verdict, found.suspects) == ("complete", ())
+
+
+def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
+    """A suspect found on one fit stands beside the next one, whose rows may be fewer."""
+    data, _ = cell(worn_tooth, seed=912, poses=80, noise=0.01)
+    fit = base_fit(data)
+    problem = fit.problem
+    named = channels(problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3])
+    suspect = find_suspects(problem, fit.linear, patterns(named, problem.sensitivity.state))[0]
+    fewer = problem.weights.values.copy()
+    fewer[5] = 0.0
+    assert suspect.columns(problem.weighted(Weights(fewer))) == pytest.approx(
+        np.delete(suspect.columns(problem), np.arange(15, 18), axis=0)
+    )
