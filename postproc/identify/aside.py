@@ -12,6 +12,9 @@ from postproc.identify.suspects import Suspect
 CHANCE = 1e-3
 """That stray rows look as if one joint had turned: a typing error moves a point along any direction."""
 
+FEWEST = 3
+"""Poses left out from which on they may be more than bad readings."""
+
 
 def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     """What the rows left out have in common, where all of them are off as if the same joint had turned; else nothing.
@@ -21,7 +24,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     these poses holds the smallest share of all poses.
     """
     rows = _one_a_pose(fit)
-    if len(rows) < 2:
+    if len(rows) < FEWEST:
         return []
     off = fit.problem.error[rows, :3]
     turned = fit.problem.sensitivity.matrix[rows, :3, :6]
