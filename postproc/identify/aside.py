@@ -12,6 +12,9 @@ from postproc.identify.suspects import Suspect
 CHANCE = 1e-3
 """That stray rows look as if one joint had turned: a typing error moves a point along any direction."""
 
+WHOLE = 0.97
+"""Cosine that every pose must reach: a turn of the joint leaves no more than noise beside it."""
+
 FEWEST = 3
 """Poses left out from which on they may be more than bad readings."""
 
@@ -32,7 +35,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     cosine = np.minimum(np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300), 1.0)
     chance = 6 * np.prod(1 - cosine, axis=0)
     j = int(np.argmin(chance))
-    if not chance[j] < CHANCE:
+    if not chance[j] < CHANCE or cosine[:, j].min() < WHOLE:
         return []
     share = float(np.average(cosine[:, j] ** 2, weights=np.sum(off**2, axis=1)))
     state = fit.problem.sensitivity.state
