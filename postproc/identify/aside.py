@@ -9,11 +9,8 @@ from postproc.identify.channels import channels, shown
 from postproc.identify.fit import Fit
 from postproc.identify.suspects import Suspect
 
-CHANCE = 1e-3
-"""That stray rows look as if one joint had turned: a typing error moves a point along any direction."""
-
 WHOLE = 0.97
-"""Cosine that every pose must reach: a turn of the joint leaves no more than noise beside it."""
+"""Cosine that every pose must reach: three errors without a reason do so for one of six joints once in 6000 cases."""
 
 FEWEST = 3
 """Poses left out from which on they may be more than bad readings."""
@@ -22,9 +19,9 @@ FEWEST = 3
 def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     """What the rows left out have in common, where all of them are off as if the same joint had turned; else nothing.
 
-    A turn of joint j moves the point along its column J_j of the Jacobian. That directions without a reason come this
-    close to it in every pose has the probability 6 prod(1 - |cos(error, J_j)|). The channels follow whose range over
-    these poses holds the smallest share of all poses.
+    A turn of joint j moves the point along its column J_j of the Jacobian, a typing error along any direction, which
+    reaches the cosine c to J_j in k poses with the probability (1 - c)^k. The channels follow whose range over these
+    poses holds the smallest share of all poses.
     """
     rows = _one_a_pose(fit)
     if len(rows) < FEWEST:
@@ -33,9 +30,8 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
     turned = fit.problem.sensitivity.matrix[rows, :3, :6]
     size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
     cosine = np.minimum(np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300), 1.0)
-    chance = 6 * np.prod(1 - cosine, axis=0)
-    j = int(np.argmin(chance))
-    if not chance[j] < CHANCE or cosine[:, j].min() < WHOLE:
+    j = int(np.argmax(cosine.min(axis=0)))
+    if cosine[:, j].min() < WHOLE:
         return []
     share = float(np.average(cosine[:, j] ** 2, weights=np.sum(off**2, axis=1)))
     state = fit.problem.sensitivity.state
@@ -47,8 +43,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
         # Of two channels that single these poses out, that of the joint itself is the likelier.
         order = held if name.endswith(str(j + 1)) else 2 * held
         text = f"the rows left out, between {shown(name, low)} and {shown(name, high)}"
-        evidence = -2 * float(np.log(max(chance[j], 1e-300)))
-        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, evidence, nothing, nothing[0, 0])))
+        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, 0.0, nothing, nothing[0, 0])))
     found.sort(key=lambda item: item[0])
     return [suspect for _, suspect in found[:most]]
 
