@@ -14,7 +14,7 @@ from postproc.identify.fit import fit_model
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.report.residuals import channel_section
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 ROOT = Path(__file__).resolve().parents[2]
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")

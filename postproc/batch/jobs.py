@@ -20,7 +20,7 @@ from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
 from postproc.render.templates import environment
 from postproc.resources import resource
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 

@@ -38,7 +38,7 @@ def run(
     measured = table.read(data, arm.robot)
     found = compare(arm, measured, noise=None if noise is None else noise * 1e-3)
     if report is not None:
-        write(report, comparison_page(data, found).encode())
+        write(report, comparison_page(f"{model.name} {Path(data).name}", found).encode())
     if json:
         print_json(found.as_json())
     else:

@@ -49,7 +49,7 @@ def run(
     result = compensate_program(source, convert.arm(), options)
     show(result.diagnostics)
     if report is not None:
-        write(report, compensation_page(source.path, result).encode())
+        write(report, compensation_page(Path(source.path).name, result).encode())
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)

@@ -41,7 +41,7 @@ def run(
     found = diagnose(arm, measured, own_effects(effects), noise=None if noise is None else noise * 1e-3)
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
-        write(report, diagnosis_page(data, found).encode())
+        write(report, diagnosis_page(f"{model.name} {Path(data).name}", found).encode())
     if json:
         print_json(found.as_json())
     else:

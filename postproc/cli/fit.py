@@ -14,7 +14,7 @@ from postproc.effects.registry import effect_library, find_effect, load_effect_f
 from postproc.identify.add import grown
 from postproc.identify.fit import fit_model
 from postproc.model.arm import Model
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 
 def run(

@@ -48,7 +48,7 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
-    from postproc.robot.library import load_robot
+    from postproc.robot.catalogue import load_robot
 
     library = effect_library(effects)
     if path is None:

@@ -15,7 +15,7 @@ from postproc.convert import UNREADABLE, compensate_program
 from postproc.diagnostics import has_errors
 from postproc.model.arm import Model
 from postproc.report.inspection import Row, inspect_program
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 EDITED: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",

@@ -8,7 +8,7 @@ from postproc.arrays import Array
 from postproc.cli.options import Flag
 from postproc.cli.report import print_json
 from postproc.robot.arm import Robot
-from postproc.robot.library import list_robots, load_robot
+from postproc.robot.catalogue import list_robots, load_robot
 
 
 def list_(*, json: Flag = False) -> int:

@@ -17,7 +17,7 @@ from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.robot.arm import Robot
-from postproc.robot.library import list_robots, load_robot
+from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_key
 

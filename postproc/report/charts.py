@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.report.svg import BLUE, GREY, RED, Frame, arrows, dots, line, ring, spread, svg
+from postproc.report.svg import BLUE, GREY, RED, Frame, arrows, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
 
@@ -110,22 +110,16 @@ def course(x: Array, y: Array, x_label: str, y_label: str, *, limit: float, colo
 def bars(levels: Mapping[str, float | None], unit: str, floor: float | None = None, aside: str = "") -> str:
     """Horizontal bars, with a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
     known = {label: value for label, value in levels.items() if value is not None}
-    width, height, left = 860, 26 * len(known) + 30, 260
-    scale = (width - left - 90) / max([*known.values(), floor or 0.0, 1e-12])
-    parts: list[str] = []
-    for row, (label, value) in enumerate(known.items()):
-        y = 26 * row + 8
-        color = GREY if label == aside else BLUE
-        parts.append(f'<text x="{left - 8}" y="{y + 13}" text-anchor="end">{escape(label)}</text>')
-        parts.append(f'<rect x="{left}" y="{y}" width="{value * scale:.1f}" height="18" fill="{color}"/>')
-        parts.append(f'<text x="{left + value * scale + 6:.1f}" y="{y + 13}">{value:.3f} {escape(unit)}</text>')
+    percent = 100 / max([*known.values(), floor or 0.0, 1e-12])
+    end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%; border-color: {RED}"></i>'
+    rows = []
+    for label, value in known.items():
+        bar = f"width: {value * percent:.1f}%; background: {GREY if label == aside else BLUE}"
+        figure = f"{value:.3f} {escape(unit)}"
+        rows.append(f'<span>{escape(label)}</span><b><i style="{bar}"></i>{end}</b><span>{figure}</span>')
     if floor is not None:
-        x = left + floor * scale
-        parts.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="2" y2="{height - 22}" stroke="{RED}" stroke-dasharray="4 3"/>'
-        )
-        parts.append(f'<text x="{x:.1f}" y="{height - 6}" fill="{RED}">noise {floor:.3f} {escape(unit)}</text>')
-    return svg(width, height, parts)
+        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} {escape(unit)}</span>')
+    return f'<div class="bars">{"".join(rows)}</div>'
 
 
 def _means(frame: Frame, bins: Bins) -> list[str]:

@@ -8,13 +8,17 @@ from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
 
-BOUND = "free function of the channels (bound)"
+FREE = "any smooth function of the channels"
 
 
 def comparison_page(name: str, found: Comparison) -> str:
-    """HTML of a comparison with the table of that name."""
+    """HTML of a comparison.
+
+    Args:
+        name: of the model and the table.
+    """
     document = plain(found.as_json())
-    levels = {"this model": document["rms_mm"], BOUND: document["bound_mm"]}
+    levels = {"this model": document["rms_mm"], FREE: document["bound_mm"]}
     key = {
         "mean distance": document["mean_mm"],
         "worst pose": document["maximum_mm"],
@@ -38,8 +42,9 @@ def comparison_page(name: str, found: Comparison) -> str:
     sections = [
         Section(
             "How far, and how far it could be",
-            bars(levels, "mm", document["noise_mm"], aside=BOUND),
-            "Rms per axis. The bound is what a free function of the channels reaches on rows that it has not seen.",
+            bars(levels, "mm", document["noise_mm"], aside=FREE),
+            "Rms per axis. Grey: what a smooth function of all channels, without physics, reaches on rows that it has "
+            "not seen. An effect that jumps can do better.",
         ),
         workspace_section(found.fit),
         channel_section(found.fit, found.noise.position),

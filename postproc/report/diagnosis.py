@@ -4,24 +4,33 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from postproc.effects.parameters import unit_suffix
 from postproc.identify.diagnose import Diagnosis
+from postproc.identify.fit import Fit
 from postproc.report.charts import bars
-from postproc.report.comparison import BOUND
+from postproc.report.comparison import FREE
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
 
+MOST_VALUES = 12  # parameters of one effect
 MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 
 
 def diagnosis_page(name: str, found: Diagnosis) -> str:
-    """HTML of a diagnosis on the table of that name."""
+    """HTML of a diagnosis.
+
+    Args:
+        name: of the model and the table.
+    """
     document = plain(found.as_json())
     ladder = {"the model as it came": document["held_out_rms_mm"]}
     ladder |= {f"+ {m['effect']}": m["held_out_rms_mm_after"] for m in document["missing"]}
-    ladder[BOUND] = document["bound_mm"]
+    ladder[FREE] = document["bound_mm"]
     key = {
-        "verdict": document["verdict"],
+        **_verdict(document),
         "error as it came": document["held_out_rms_mm"],
         "with what was found": document["held_out_rms_mm_after"] if document["missing"] else None,
         "noise": document["floor_mm"],
@@ -29,12 +38,13 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     sections = [
         Section(
             "The error on rows that the fit has not seen",
-            bars(ladder, "mm", document["floor_mm"], aside=BOUND),
-            "Rms per axis. The dashed line is the noise: no model can be expected below it.",
+            bars(ladder, "mm", document["floor_mm"], aside=FREE),
+            "Rms per axis. The dashed line is the noise: no model can be expected below it. Grey: what a smooth "
+            "function of all channels, without physics, reaches.",
         )
     ]
     if document["missing"]:
-        sections.append(_found(document))
+        sections.append(_found(document, found.final))
     if found.suspects:
         suspects = [(s["where"], s["channel"], s["pattern"], f"{100 * s['share']:.0f} %") for s in document["suspects"]]
         note = "Of what the final model leaves above the noise; strongest first."
@@ -55,21 +65,42 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     return render_page(f"postproc diagnose {name}", found.text().splitlines()[0], sections, document, key)
 
 
-def _found(document: dict[str, Any]) -> Section:
+def _verdict(document: dict[str, Any]) -> dict[str, object]:
+    missing = ", ".join(m["effect"] for m in document["missing"])
+    if document["verdict"] == "missing":
+        return {"missing": missing}
+    return {"verdict": document["verdict"], "found": missing or None}
+
+
+def _found(document: dict[str, Any], final: Fit) -> Section:
     rows = []
     for m in document["missing"]:
+        effect = final.model.effect(m["effect"])
+        title = effect.title if effect is not None else ""
         other = ", ".join(m["not_separable_from"]) or "nothing"
-        rows.append((m["effect"], m["form"], _p(m["p_value"]), m["held_out_rms_mm_after"], other, _values(m)))
-    columns = ("effect", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
-    return Section("What is missing", table(columns, rows), "Parameters with their standard deviations.")
+        error = m["held_out_rms_mm_after"]
+        rows.append((m["effect"], title, m["form"], _p(m["p_value"]), error, other, _values(final, m["effect"])))
+    columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
+    note = "Parameters with their standard deviations. `postproc add` with these names writes the model that has them."
+    return Section("What is missing", table(columns, rows), note)
 
 
-def _values(missing: dict[str, Any]) -> str:
-    return "; ".join(
-        f"{name} " + ", ".join(f"{v:.3g} ± {sigma:.1g}" for v, sigma in values if sigma is not None)
-        for name, values in missing["parameters"].items()
-        if any(sigma is not None for _, sigma in values)
-    )
+def _values(fit: Fit, key: str) -> str:
+    """The fitted parameters of an effect, in mm and mrad."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return ""
+    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
+    units = [meta.unit for name, meta in effect.parameters().items() for _ in range(int(np.prod(effect.shape(name))))]
+    said = []
+    for i, (name, unit, value) in enumerate(zip(effect.names(), units, effect.vector(), strict=True)):
+        if (key, i) in sigma:
+            factor, small = (1e3, "m") if unit == "m" or unit.startswith(("rad", "m/")) else (1.0, "")
+            short = name.replace(unit_suffix(unit), "")
+            plain = "" if unit == "1" else f" {small}{unit}"
+            said.append(f"{short} {factor * value:.3g} ± {factor * sigma[key, i]:.1g}{plain}")
+    more = f"; {len(said) - MOST_VALUES} more" if len(said) > MOST_VALUES else ""
+    return "; ".join(said[:MOST_VALUES]) + more
 
 
 def _ranking(document: dict[str, Any]) -> Section:

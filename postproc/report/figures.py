@@ -100,7 +100,6 @@ def space_view(position: Array, vector: Array, times: float, label: Sequence[str
     }
     camera = {"eye": {"x": 1.3, "y": -1.3, "z": 0.8}, "center": {"x": 0, "y": 0, "z": -0.15}}
     figure.update_layout(
-        height=620,
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
         showlegend=False,
         scene={**axes, "aspectmode": "data", "camera": camera},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -46,15 +47,20 @@ def render_page(
     )
     # "</" would end the script element.
     embedded = json.dumps(document, allow_nan=False).replace("</", "<\\/")
-    shown = [Section(s.title, Markup(s.html), s.note) for s in sections]
+    shown = [Section(s.title, Markup(s.html), prose(s.note)) for s in sections]
     return environment.get_template("report.html.j2").render(
         title=title,
-        sentence=sentence,
+        sentence=prose(sentence),
         key={label: _figure(value) for label, value in (key or {}).items() if value is not None},
         sections=shown,
         document=Markup(embedded),
         plotly=Markup(_bundle()) if any('<div class="space">' in s.html for s in sections) else "",
     )
+
+
+def prose(text: str) -> Markup:
+    """Text as HTML, with `names` set apart."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text)))
 
 
 def _figure(value: object) -> str:
@@ -80,7 +86,7 @@ def _kind(cell: object) -> str:
 def _shown(cell: object) -> str:
     if cell is None:
         return ""
-    return f"{cell + 0.0:.4g}" if isinstance(cell, float) else escape(str(cell))
+    return f"{cell + 0.0:.4g}" if isinstance(cell, float) else prose(str(cell))
 
 
 def _bundle() -> str:

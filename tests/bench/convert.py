@@ -25,9 +25,9 @@ import numpy as np
 from postproc.diagnostics import Source
 from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk
+from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import track
-from postproc.robot.library import load_robot
 from postproc.robot.pose import invert
 
 PER_SEAM, STEP = 50, 0.008  # targets of a seam and their distance [m]

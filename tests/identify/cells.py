@@ -15,7 +15,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 from tests.independent.hidden_effects import Plan, make_set
 
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")

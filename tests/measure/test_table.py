@@ -9,8 +9,8 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.measure.alignment import align
 from postproc.measure.repeat import estimate_noise, iso9283
 from postproc.measure.table import read_measurements
+from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from postproc.robot.library import load_robot
 from tests.measure.tables import TOOL, edited, points, poses, source, table
 
 ARM = load_robot("irb4600_60_205")

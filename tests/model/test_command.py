@@ -18,8 +18,8 @@ from postproc.effects.transmission_error import TransmissionError
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.model.file import default_model
+from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from postproc.robot.library import load_robot
 from tests.independent import arm as A
 
 RNG = np.random.default_rng(23)

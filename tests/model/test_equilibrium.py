@@ -17,8 +17,8 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
 from postproc.model.states import take
+from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from postproc.robot.library import load_robot
 from postproc.robot.pose import rpy
 from tests.independent import arm as A
 from tests.model.arms import random_arm

@@ -103,9 +103,9 @@ def test_a_new_file_reads_back_as_the_same_model(tmp_path: Path) -> None:
 
 
 def test_a_robot_file_beside_the_model_is_found(tmp_path: Path) -> None:
-    from postproc.robot.library import LIBRARY
+    from postproc.robot.catalogue import ARMS
 
-    (tmp_path / "mine.toml").write_bytes((LIBRARY / "ur5.toml").read_bytes())
+    (tmp_path / "mine.toml").write_bytes((ARMS / "ur5.toml").read_bytes())
     (tmp_path / "cell.toml").write_text('robot = "mine.toml"\n', encoding="utf-8")
     assert read_model(tmp_path / "cell.toml").robot.name == "ur5"
 

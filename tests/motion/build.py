@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
+from postproc.robot.catalogue import load_robot
 from postproc.robot.inverse import inverse
 from postproc.robot.kinematics import forward
-from postproc.robot.library import load_robot
 
 ROBOT = load_robot("irb4600_60_205")
 HOME = np.radians([0.0, 20.0, 10.0, 0.0, 60.0, 0.0])

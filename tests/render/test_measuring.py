@@ -9,7 +9,7 @@ from postproc.rapid.program import read_program
 from postproc.rapid.records import JointTarget
 from postproc.rapid.walk import walk
 from postproc.render.measuring import measuring_module
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 
 def test_every_pose_is_reached_from_its_side_and_loads_are_changed_once() -> None:

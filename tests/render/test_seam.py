@@ -19,8 +19,8 @@ from postproc.rapid.units import flange_matrix
 from postproc.rapid.walk import walk
 from postproc.render.seam import SeamOptions, seam_module
 from postproc.render.seampoints import read_seam_points
+from postproc.robot.catalogue import load_robot
 from postproc.robot.inverse import joint_solution
-from postproc.robot.library import load_robot
 
 TOOL = "tTorch:=[TRUE,[[-63.4,0.8,372.6],[0.953717,0,0.300706,0]],[5.6,[-21.5,0,131],[1,0,0,0],0.038,0.041,0.009]]"
 WOBJ = 'wJig:=[FALSE,TRUE,"",[[1300,-200,700],[0.9659258,0,0,0.2588190]],[[0,0,0],[1,0,0,0]]]'

@@ -14,15 +14,23 @@ import pytest
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
+from postproc.effects.backlash import Backlash
+from postproc.effects.instrument_frame import InstrumentFrame
+from postproc.effects.joint_offset import JointOffset
+from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.compare import compare
+from postproc.identify.diagnose import diagnose
 from postproc.measure.table import read_measurements
 from postproc.model.file import default_model
 from postproc.report.charts import Bins, Mark, bars, course, scatter, vectors
 from postproc.report.comparison import comparison_page
 from postproc.report.compensation import compensation_page
+from postproc.report.diagnosis import diagnosis_page
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid, render_page, table
 from postproc.resources import resource
+
+BASE = (InstrumentFrame, ToolFrame, JointOffset)
 
 
 @pytest.fixture(scope="module")
@@ -146,6 +154,20 @@ def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
     assert f"{j['worst'][0]['pose_id']} (row {j['worst'][0]['row']})" in page
 
 
+def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
+    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
+    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
+    found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
+    page = diagnosis_page("cell.toml cell.csv", found)
+    assert "The model lacks <code>backlash</code>." in page
+    assert "<dt>missing</dt><dd>backlash</dd>" in page
+    assert Backlash.title in page
+    gap = found.final.model.effect("backlash").vector()  # type: ignore[union-attr]
+    assert f"half_gap[2] {1e3 * gap[1]:.3g} ± " in page
+    assert f"half_gap[4] {1e3 * gap[3]:.3g} ± " in page
+    assert "half_gap[1]" not in page.split('id="document"')[0]
+
+
 def points(svg: str) -> list[tuple[float, float]]:
     return [(float(x), float(y)) for x, y in re.findall(r"M([\d.]+) ([\d.]+)h0", svg)]
 
@@ -177,10 +199,10 @@ def test_means_and_marks_speak_when_pointed_at() -> None:
 
 def test_bars_end_at_the_floor() -> None:
     chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, "mm", 0.1, aside="b")
-    widths = [float(w) for w in re.findall(r'width="([\d.]+)" height="18"', chart)]
-    assert widths[1] == pytest.approx(widths[0] / 2, abs=0.1)
-    assert len(widths) == 2
-    assert "noise 0.100 mm" in chart
+    assert re.findall(r"width: ([\d.]+)%", chart) == ["100.0", "50.0"]
+    assert set(re.findall(r"left: ([\d.]+)%", chart)) == {"10.0"}
+    assert ">noise<" in chart
+    assert "0.100 mm" in chart
     assert (
         course(np.arange(5.0), np.ones(5), "t", "mm", limit=0.5, color="#000", title="x").count("stroke-dasharray") == 1
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.kinematics import body_poses, forward, jacobian
-from postproc.robot.library import list_robots, load_robot
 from tests.independent import arm as A
 
 RNG = np.random.default_rng(11)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
+from postproc.robot.catalogue import ARMS, list_robots, load_robot, read_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import body_poses, forward
-from postproc.robot.library import LIBRARY, list_robots, load_robot, read_robot
 from tests.independent import arm as A
 
 
@@ -53,7 +53,7 @@ def codes(text: str) -> list[tuple[str, str]]:
 
 
 def test_mistakes_are_found_at_their_place() -> None:
-    good = (LIBRARY / "ur5.toml").read_text(encoding="utf-8")
+    good = (ARMS / "ur5.toml").read_text(encoding="utf-8")
     assert codes(good.replace("a_mm =", "a_m =")) == [("KIN007", "arm.toml:5:2"), ("KIN007", "arm.toml:6:1")]
     assert codes(good.replace("[0, -425, ", "[0, ")) == [("KIN007", "arm.toml:6:8")]
     assert codes(good.replace("mass_kg = 3.7,", "mass_kg = -3.7,"))[0][0] == "KIN007"

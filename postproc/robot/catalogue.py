@@ -1,4 +1,4 @@
-"""Robots by library name, from a TOML file of the same form, or from a URDF."""
+"""The catalogue of arms: robots by name, from a TOML file of the same form, or from a URDF."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
-LIBRARY = Path(__file__).parent / "library"
+ARMS = Path(__file__).parent / "arms"
 
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
@@ -78,7 +78,7 @@ class _File(_Table):
 
 def list_robots() -> list[str]:
     """Names of the robots in the library, sorted."""
-    return sorted(path.stem for path in LIBRARY.glob("*.toml"))
+    return sorted(path.stem for path in ARMS.glob("*.toml"))
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -87,7 +87,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     Raises:
         PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm.
     """
-    path = LIBRARY / f"{name_or_path}.toml"
+    path = ARMS / f"{name_or_path}.toml"
     if not isfile(path) or Path(name_or_path).name != str(name_or_path):
         path = Path(name_or_path)
     if path.suffix.lower() in (".urdf", ".xml") and isfile(path):
