@@ -22,16 +22,6 @@ def parameters(model: Model) -> Array:
     return np.concatenate([np.zeros(0), *(e.vector() for e in model.effects)])
 
 
-def with_parameters(model: Model, x: Array) -> Model:
-    """The same model with other parameters, (p,)."""
-    effects, at = [], 0
-    for effect in model.effects:
-        size = len(effect.vector())
-        effects.append(effect.with_vector(x[at : at + size]))
-        at += size
-    return model.with_effects(*effects)
-
-
 def pose_derivatives(model: Model, state: State, rest: Equilibrium | None = None) -> Array:
     """Derivatives of T_instrument_tcp by all parameters, (n, 6, p) [m and rad per unit], instrument axes.
 

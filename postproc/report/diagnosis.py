@@ -13,9 +13,13 @@ from postproc.report.charts import bars
 from postproc.report.comparison import FREE
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
-from postproc.report.residuals import channel_section, workspace_section
+from postproc.report.residuals import channel_section, suspect_chart, workspace_section
 
-MOST_VALUES = 12  # parameters of one effect
+LOOKS = (
+    " The chart shows the first without the share that the fitted parameters have taken on: write this curve as an "
+    "effect, and `postproc add` it."
+)
+FEW_VALUES = 12  # parameters of one effect that are told one by one
 MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 
 
@@ -47,9 +51,10 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
         sections.append(_found(document, found.final))
     if found.suspects:
         suspects = [(s["where"], s["channel"], s["pattern"], f"{100 * s['share']:.0f} %") for s in document["suspects"]]
-        note = "Of what the final model leaves above the noise; strongest first."
+        chart = suspect_chart(found.final, found.suspects[0], found.floor)
+        note = "Of what the final model leaves above the noise; strongest first." + (LOOKS if chart else "")
         columns = ("where", "channel", "pattern", "explains")
-        sections.append(Section("What remains follows", table(columns, suspects), note))
+        sections.append(Section("What remains follows", chart + table(columns, suspects), note))
     if found.missing:
         sections.append(workspace_section(found.base, "Where the model as it came is off"))
         sections.append(channel_section(found.base, found.floor, "What its error follows", most=MOST_TELLING))
@@ -99,8 +104,7 @@ def _values(fit: Fit, key: str) -> str:
             short = name.replace(unit_suffix(unit), "")
             plain = "" if unit == "1" else f" {small}{unit}"
             said.append(f"{short} {factor * value:.3g} ± {factor * sigma[key, i]:.1g}{plain}")
-    more = f"; {len(said) - MOST_VALUES} more" if len(said) > MOST_VALUES else ""
-    return "; ".join(said[:MOST_VALUES]) + more
+    return "; ".join(said) if len(said) <= FEW_VALUES else f"{len(said)} numbers"
 
 
 def _ranking(document: dict[str, Any]) -> Section:

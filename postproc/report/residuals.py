@@ -10,6 +10,7 @@ from postproc.arrays import Array
 from postproc.identify.channels import UNITS
 from postproc.identify.compare import WORST, Trend, fit_channels, joint_inverse, residual_trends
 from postproc.identify.fit import Fit
+from postproc.identify.suspects import Suspect
 from postproc.report.charts import Bins, Mark, scatter
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid
@@ -20,11 +21,12 @@ HOW = (
     "explain it. "
     "A pattern is physics that the model lacks, a cloud is noise."
 )
+DAMPING = 0.05  # [m], as in `joint_inverse`: no joint is blamed for what it could hardly cause
 
 
 def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
     """Residuals in instrument axes, where they were measured."""
-    position, error = fit.data.position, fit.problem.error[:, :3]
+    position, error = fit.data.position, fit.position_error
     good = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(error).all(axis=1))
     if not len(good):
         return Section(title, "", "No position was measured.")
@@ -39,6 +41,11 @@ def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
     note = f"Arrows from the measured position along measured minus predicted, drawn {times:g} times as long."
     if len(rows) < len(good):
         note += f" {len(rows)} of {len(good)} poses are drawn, the worst among them."
+    if fit.set_aside:
+        aside = ", ".join(
+            f"{_pose(fit, i)} {1e3 * np.linalg.norm(fit.problem.error[i, :3]):.2f} mm" for i in fit.set_aside
+        )
+        note += f" Not drawn, because the fit left them out: {aside}."
     views = plane_views(position[rows], error[rows], times)
     return Section(title, space_view(position[rows], error[rows], times, label) + views, note)
 
@@ -73,6 +80,35 @@ def channel_section(
     direction = next((f" ({', '.join(f'{x:.1f}' for x in t.direction)})" for t in trends if t.where == "space"), "")
     note = HOW.format(direction=direction) + (" The grey band is twice the noise." if noise is not None else "")
     return Section(title, grid(charts, 330), note)
+
+
+def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
+    """The error of the suspect's joint over its channel, without the share that the fit has taken on; empty elsewhere.
+
+    Component plus residual (Larsen and McCleary 1972): c s + J_j^+ r, with c the size of the pattern s fitted beside
+    all parameters, r the residual after it, J_j the joint's column, damped as in ``joint_inverse``.
+    """
+    named = fit_channels(fit)
+    if suspect.channel not in named or not suspect.where.startswith("joint"):
+        return ""
+    linear, used, weight = fit.linear, fit.problem.weights.used, fit.problem.weights.values
+    columns = linear.project(suspect.columns(fit.problem))
+    (size,) = np.linalg.lstsq(columns, linear.rest, rcond=None)[0]
+    rest = np.full(used.shape, np.nan)
+    rest[used] = (linear.rest - columns[:, 0] * size) / weight[used]
+    lever = suspect.place[:, :3, 0]
+    square = (lever**2).sum(axis=1)
+    shown = size * suspect.values + (lever * rest[:, :3]).sum(axis=1) / (square + DAMPING**2)
+    unit, factor = UNITS.get(suspect.channel.rstrip("0123456789"), ("", 1.0))
+    return scatter(
+        named[suspect.channel] * factor,
+        1e3 * shown,
+        f"{suspect.channel} [{unit}]" if unit else suspect.channel,
+        f"mrad at {suspect.where}",
+        band=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
+        title=f"{suspect.where}: {suspect.pattern}",
+        size=(560, 260),
+    )
 
 
 def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float | None) -> str:

@@ -34,13 +34,6 @@ def invert(T: Array) -> Array:
     return transform(-(R @ T[..., :3, 3:])[..., 0], R)
 
 
-def normalised(T: Array) -> Array:
-    """The same poses with the rotation part replaced by the nearest rotation (polar decomposition), (..., 4, 4)."""
-    U, _, V = np.linalg.svd(T[..., :3, :3])
-    U = U * np.where(np.linalg.det(U @ V) < 0, -1.0, 1.0)[..., None, None] ** np.array([0.0, 0.0, 1.0])
-    return transform(T[..., :3, 3], U @ V)
-
-
 def pose_error(T: Array, T_wanted: Array) -> Array:
     """What leads from T to T_wanted in the outer axes: position difference and rotation vector, (n, 6) [m, rad]."""
     rotation = T_wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)

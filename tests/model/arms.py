@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from postproc.arrays import Array
+from postproc.model.arm import Model
 from postproc.robot.arm import Robot
 from tests.independent import arm as A
 
@@ -23,3 +25,13 @@ def random_arm(seed: int) -> tuple[Robot, A.Arm]:
     limit = np.full(6, 6.0)
     robot = Robot("random", link, axis, -limit, limit, limit, limit, limit, mass, center, inertia)
     return robot, A.Arm("random", link, axis, mass, center, -limit, limit, gyration=gyration)
+
+
+def with_parameters(model: Model, x: Array) -> Model:
+    """The same model with other parameters, (p,)."""
+    effects, at = [], 0
+    for effect in model.effects:
+        size = len(effect.vector())
+        effects.append(effect.with_vector(x[at : at + size]))
+        at += size
+    return model.with_effects(*effects)

@@ -14,13 +14,14 @@ from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.registry import BUILT_IN
 from postproc.model.arm import Model
-from postproc.model.derivatives import effect_derivatives, parameters, pose_derivatives, with_parameters
+from postproc.model.derivatives import effect_derivatives, parameters, pose_derivatives
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
 from postproc.model.stiffness import natural_frequencies, principal_stiffness, stiffness, tcp_compliance
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import jacobian
 from postproc.robot.pose import pose_error
+from tests.model.arms import with_parameters
 
 RNG = np.random.default_rng(17)
 TOOL = np.array([[0.0, 0, 1, 0.1], [0, 1, 0, -0.05], [-1, 0, 0, 0.35], [0, 0, 0, 1]])

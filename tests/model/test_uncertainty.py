@@ -11,7 +11,7 @@ import pytest
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.registry import effect_library
-from postproc.model.derivatives import parameters, pose_derivatives, with_parameters
+from postproc.model.derivatives import parameters, pose_derivatives
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, read_model, write_model
 from postproc.model.uncertainty import (
@@ -22,6 +22,7 @@ from postproc.model.uncertainty import (
     read_uncertainty,
     uncertainty_table,
 )
+from tests.model.arms import with_parameters
 
 RNG = np.random.default_rng(29)
 

@@ -28,6 +28,7 @@ from postproc.report.compensation import compensation_page
 from postproc.report.diagnosis import diagnosis_page
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid, render_page, table
+from postproc.report.residuals import suspect_chart
 from postproc.resources import resource
 
 BASE = (InstrumentFrame, ToolFrame, JointOffset)
@@ -166,6 +167,19 @@ def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
     assert f"half_gap[2] {1e3 * gap[1]:.3g} ± " in page
     assert f"half_gap[4] {1e3 * gap[3]:.3g} ± " in page
     assert "half_gap[1]" not in page.split('id="document"')[0]
+
+
+def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None:
+    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
+    data = resource("samples", "measurements", "simulated_step.csv").read_bytes()
+    found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
+    assert (found.suspects[0].channel, found.suspects[0].where) == ("q4", "joint 4")
+    at = np.array(points(suspect_chart(found.final, found.suspects[0], found.floor)))
+    # Flat on both sides of the step; the plain residual is a saw tooth, because the fit has taken part of it on.
+    edges = np.unique(at[:, 0])[10:-10]
+    split = max(edges, key=lambda x: abs(at[at[:, 0] < x, 1].mean() - at[at[:, 0] >= x, 1].mean()))
+    left, right = at[at[:, 0] < split, 1], at[at[:, 0] >= split, 1]
+    assert abs(left.mean() - right.mean()) > 4 * max(left.std(), right.std())
 
 
 def points(svg: str) -> list[tuple[float, float]]:
