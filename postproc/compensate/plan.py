@@ -14,12 +14,13 @@ from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.reading import Motion
 from postproc.compensate.reversals import find_reversals
-from postproc.compensate.sharing import Users, same_goal, shared_middles
+from postproc.compensate.sharing import Users, shared_middles
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, StatementKey, key_of
 from postproc.compensate.wishes import Wishes
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.units import object_matrices
 from postproc.robot.pose import pose_error
 
 
@@ -76,7 +77,7 @@ def plan_changes(
         divisible = [i not in indivisible and (i not in left or i in shared) for i in range(len(moves))]
         pieces = divide_moves(samples, curve, options.tolerance_m, divisible, settled)
         values = Wishes(model.robot, motion, events, written, curve)
-        wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces)
+        wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(events, wishes, users)
         insertions, clashing = values.insertions(pieces, zone_name, options.tolerance_m)
         now_left = _left_targets(motion, events, exact, wishes, decisions)
@@ -104,22 +105,33 @@ def plan_changes(
 
 
 def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisions: Decisions) -> dict[int, Array]:
-    """The shift (6,) that all runs of a statement can share, by move, for statements refused because they differ."""
+    """The shift (6,) that all runs of a statement can share, by move, for statements refused because they differ.
+
+    They share it in the axes of the object frame: a routine may run again with its work displaced.
+    """
     samples = motion.samples
     runs: dict[StatementKey, list[int]] = {}
     for i, move in enumerate(motion.moves):
         key = key_of(events[move.event].statement)
         if key in decisions.refused:
             runs.setdefault(key, []).append(i)
+    alike = [rows for rows in runs.values() if _one_text(events, motion, rows)]
+    chosen = [i for rows in alike for i in rows]
+    if not chosen:
+        return {}
     T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
-    alike = [rows for rows in runs.values() if same_goal(T_goal[rows]) or _one_base(events, motion, rows)]
-    return shared_middles(alike, T_goal, T_corrected)
+    turn = object_matrices([events[motion.moves[i].event] for i in chosen])[:, :3, :3]
+    shifts = pose_error(T_goal[chosen], T_corrected[chosen]).reshape(-1, 2, 3)
+    middles = shared_middles([len(rows) for rows in alike], (shifts @ turn).reshape(-1, 6))
+    return {chosen[k]: (turn[k] @ shift.reshape(2, 3, 1)).ravel() for k, shift in middles.items()}
 
 
-def _one_base(events: Sequence[MotionEvent], motion: Motion, rows: Sequence[int]) -> bool:
-    """Whether ``Offs`` displaces one target in all runs of a statement."""
-    bases = [events[motion.moves[i].event].target_origin.base for i in rows]
-    return bases[0] is not None and all(base == bases[0] for base in bases)
+def _one_text(events: Sequence[MotionEvent], motion: Motion, rows: Sequence[int]) -> bool:
+    """Whether all runs of a statement have one target in their object frames, or one that ``Offs`` displaces."""
+    first, *others = [events[motion.moves[i].event] for i in rows]
+    base = first.target_origin.base
+    same = all(event.target == first.target and event.via == first.via for event in others)
+    return same or (base is not None and all(event.target_origin.base == base for event in others))
 
 
 def _left_targets(

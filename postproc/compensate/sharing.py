@@ -13,9 +13,6 @@ from postproc.rapid.events import MotionEvent
 from postproc.rapid.execution import MAX_CALLS
 from postproc.rapid.program import Program
 from postproc.rapid.uses import Use, declaration_uses
-from postproc.robot.pose import pose_error
-
-SAME_GOAL = 1e-9  # [m], [rad]: runs of a statement that are programmed to one place
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,25 +66,23 @@ def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozen
     return frozenset(key for key, all_of_it in complete.items() if all_of_it)
 
 
-def same_goal(T_goal: Array) -> bool:
-    """Whether poses (n, 4, 4) are one and the same."""
-    return bool(np.abs(pose_error(np.broadcast_to(T_goal[0], T_goal.shape), T_goal)).max() <= SAME_GOAL)
-
-
-def shared_middles(runs: Sequence[Sequence[int]], T_goal: Array, T_corrected: Array) -> dict[int, Array]:
-    """The correction (6,) in the middle of what the runs of a statement ask for, by run, where one can serve them all.
+def shared_middles(counts: Sequence[int], shifts: Array) -> dict[int, Array]:
+    """The correction (6,) in the middle of what the runs of a statement ask for, by row, where one can serve them all.
 
     That is where the middle takes more than half of the smallest correction off (runs that arrive at another speed or
-    from another side, layers of a weld): left alone, each would keep all of it.
+    from another side, layers of a weld, displaced work): left alone, each would keep all of it.
 
     Args:
-        runs: rows of each statement; T_goal, T_corrected: (m, 4, 4) programmed and corrected poses.
+        counts: runs of each statement; shifts: (n, 6) what they ask for, one statement after the other, in the axes in
+            which they share it.
     """
     found: dict[int, Array] = {}
-    for rows in map(list, runs):
-        shift = pose_error(T_goal[rows], T_corrected[rows])
+    end = 0
+    for count in counts:
+        begin, end = end, end + count
+        shift = shifts[begin:end]
         middle = (shift.min(axis=0) + shift.max(axis=0)) / 2
         stays = np.linalg.norm((shift - middle)[:, :3], axis=1).max()
         if stays < np.linalg.norm(shift[:, :3], axis=1).min() / 2:
-            found |= dict.fromkeys(rows, middle)
+            found |= dict.fromkeys(range(begin, end), middle)
     return found

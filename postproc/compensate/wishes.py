@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,9 +14,10 @@ from postproc.compensate.insertions import insertion_of
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.reading import Motion
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion, TargetValue, key_of
+from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
+from postproc.motion.moves import any_configuration
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import RobTarget
+from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata, within
@@ -37,8 +39,8 @@ class Wishes:
         self.crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
         self.T_goal = motion.samples.curves.mounts.work(written.T_base_flange)
 
-    def wishes(self, chosen: Sequence[int], pieces: Sequence[Pieces]) -> list[Wish]:
-        """Corrected goals and circle points of the chosen moves."""
+    def wishes(self, chosen: Sequence[int], pieces: Sequence[Pieces], shared: Set[int]) -> list[Wish]:
+        """Corrected goals and circle points of the chosen moves; the shared ones are runs that have one text."""
         divided = {p.move: p for p in pieces}
         asked: list[tuple[int, str, Array, Conf]] = []
         for i in chosen:
@@ -46,10 +48,19 @@ class Wishes:
             event = self.events[move.event]
             if not isinstance(event.target, RobTarget) or move.again is not None:
                 continue
-            asked.append((i, "to", self.T_goal[i], self._goal_conf(i, event.target.robconf)))
+            conf = event.target.robconf if any_configuration(event) else self._goal_conf(i, event.target.robconf)
+            asked.append((i, "to", self.T_goal[i], conf))
             if event.via is not None:
                 asked.append((i, "via", self._via(i, divided.get(i)), event.via.robconf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
+        vias: dict[StatementKey, list[int]] = {}
+        for row, (i, role, _, _) in enumerate(asked):
+            if role == "via" and i in shared:
+                vias.setdefault(key_of(self.events[self.motion.moves[i].event].statement), []).append(row)
+        for rows in vias.values():
+            middle = middle_value([values[row] for row in rows])
+            for row in rows:
+                values[row] = middle
         found = []
         for (i, role, _, _), value in zip(asked, values, strict=True):
             event = self.events[self.motion.moves[i].event]
@@ -132,6 +143,14 @@ class Wishes:
             else:
                 clashing.update({i: "it runs several times on different ways" for i, _ in runs_of})
         return found, clashing
+
+
+def middle_value(values: Sequence[TargetValue]) -> TargetValue:
+    """The value in the middle of some that lie close together; confdata of the first."""
+    numbers = np.array([(*value.pose.trans, *value.pose.rot) for value in values])
+    x, y, z, *rot = ((numbers.min(axis=0) + numbers.max(axis=0)) / 2).tolist()
+    q1, q2, q3, q4 = (np.array(rot) / np.linalg.norm(rot)).tolist()
+    return replace(values[0], pose=Pose((x, y, z), (q1, q2, q3, q4)))
 
 
 def _conf(row: Array) -> Conf:

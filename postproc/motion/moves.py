@@ -124,7 +124,7 @@ def _solve(
     T_base_flange[posed] = _mounts(loads)[posed].flange(T[posed])
     solution = joint_solution(robot, T_base_flange[posed], conf[posed])
     q[posed] = solution.q
-    free = np.array([_any_configuration(events[i]) for i in known])
+    free = np.array([any_configuration(events[i]) for i in known])
     failures += [
         replace(f, index=int(posed[f.index]))
         for f in solution.failures
@@ -139,7 +139,7 @@ def _solve(
     return q, T, sorted(failures, key=lambda f: f.index)
 
 
-def _any_configuration(event: MotionEvent) -> bool:
+def any_configuration(event: MotionEvent) -> bool:
     """ConfL or ConfJ is off: the arm keeps the configuration it comes with, whatever the target says."""
     name = "conf_j" if event.statement.interpolation == "joint" else "conf_l"
     return event.options.get(name) is False

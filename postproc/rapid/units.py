@@ -107,17 +107,21 @@ def target_matrices(events: Sequence[MotionEvent]) -> Array:
     """
     if not events:
         return np.zeros((0, 4, 4))
-    frames: dict[tuple[WobjData, Pose], int] = {}
-    targets, rows = [], []
+    targets = []
     for event in events:
         if not isinstance(event.target, RobTarget):
             raise ValueError("the event has no robtarget")
         targets.append((*event.target.trans, *event.target.rot))
-        rows.append(frames.setdefault((event.wobj, event.displacement), len(frames)))
     numbers = np.array(targets)
-    objects = np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])
-    result: Array = objects[rows] @ pose_matrix(numbers[:, :3], numbers[:, 3:])
+    result: Array = object_matrices(events) @ pose_matrix(numbers[:, :3], numbers[:, 3:])
     return result
+
+
+def object_matrices(events: Sequence[MotionEvent]) -> Array:
+    """``object_matrix`` of many events at once, (n, 4, 4) [m]."""
+    frames: dict[tuple[WobjData, Pose], int] = {}
+    rows = [frames.setdefault((event.wobj, event.displacement), len(frames)) for event in events]
+    return np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])[rows]
 
 
 def target_pose(event: MotionEvent, T_base_tcp: Array) -> Pose:
@@ -136,15 +140,12 @@ def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]
     """
     if not events:
         return []
-    frames: dict[tuple[WobjData, Pose], int] = {}
-    rows, rots = [], []
+    rots = []
     for event in events:
         if not isinstance(event.target, RobTarget):
             raise ValueError("the event has no robtarget")
         rots.append(event.target.rot)
-        rows.append(frames.setdefault((event.wobj, event.displacement), len(frames)))
-    objects = inverse(np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames]))
-    matrices = objects[rows] @ T_base_tcp
+    matrices = inverse(object_matrices(events)) @ T_base_tcp
     quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
     quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
     return [
