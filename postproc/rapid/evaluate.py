@@ -85,7 +85,8 @@ def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
     fields = records.get(value.type, ())
     for at, (field, kind) in enumerate(fields):
         if field == name and isinstance(value.data, tuple) and at < len(value.data):
-            return Value(value.data[at], kind)
+            part = value.declaration and (*value.at, at + 1)
+            return Value(value.data[at], kind, 0, value.declaration, part or ())
     raise NotKnown(f"`.{name}` is not a known component")
 
 

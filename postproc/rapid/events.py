@@ -70,8 +70,8 @@ class Origin:
 
     Args:
         kind: ``inline`` aggregate of literal numbers; ``declared`` name of a declaration with literal numbers;
-            ``element`` of an array with literal numbers; ``expression`` (Offs, RelTool, names inside an aggregate);
-            ``runtime`` not known before the program runs; ``star`` a hidden position.
+            ``element`` of an array or a record with literal numbers; ``expression`` (Offs, RelTool, names inside an
+            aggregate); ``runtime`` not known before the program runs; ``star`` a hidden position.
         spans: the literal numbers, where there are any.
         declaration: canonical key of the declaration (lower case ``module.routine.name`` or ``module..name``).
         storage: CONST, PERS or VAR of that declaration.

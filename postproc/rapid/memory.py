@@ -100,7 +100,8 @@ class Memory:
         declaration = bound.declaration if isinstance(bound, Reference) else self.find(name.name)
         if declaration is None or isinstance(bound, Value | NotKnown):
             return pick(self.lookup(name), indices)
-        span = self.element_span(declaration, indices) if self.is_initial(declaration) else None
+        written = len(indices) <= len(declaration.dims) and self.is_initial(declaration)
+        span = self.part_span(declaration, indices) if written else None
         if span is None:
             return pick(self.value(declaration), indices)
         data = self._initial(declaration, span).data
@@ -198,9 +199,13 @@ class Memory:
             data = (data,) * whole(size)
         return data
 
-    def element_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """Span of one array element in the text of its declaration; None if it is not written as an aggregate."""
-        if declaration.init is None or not 1 <= len(indices) <= len(declaration.dims):
+    def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
+        """Span of an array element or a component in the text of its declaration; None if it is not written there.
+
+        Args:
+            indices: of elements and components, from 1.
+        """
+        if declaration.init is None:
             return None
         span = declaration.init
         for level, index in enumerate(indices):
@@ -208,6 +213,8 @@ class Memory:
             if spans is None:
                 spans = element_spans(declaration.source.data, span)
                 self.constants.elements[declaration.key, indices[:level]] = spans
+            if level >= len(declaration.dims) and not spans:
+                return None
             if not 1 <= index <= len(spans):
                 raise NotKnown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
             span = spans[index - 1]

@@ -214,8 +214,10 @@ class EventMaker:
         if value.declaration is None:
             return argument.text.strip()
         module, routine, name = value.declaration.split(".", 2)
-        declared = self.program.names[module, routine, name].name
-        return declared + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
+        declared = self.program.names[module, routine, name]
+        if len(value.at) > len(declared.dims):
+            return argument.text.strip()  # a component
+        return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
 
     @staticmethod
     def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:

@@ -74,9 +74,7 @@ class Targets:
         return done
 
     def _spans(self, declaration: Declaration, at: tuple[int, ...], memory: Memory) -> TargetSpans | None:
-        if declaration.init is None or declaration.type != "robtarget":
-            return None
-        span = memory.element_span(declaration, at) if at else declaration.init
+        span = memory.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         return literal[1] if literal else None
 

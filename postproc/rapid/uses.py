@@ -14,6 +14,7 @@ from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program, bodies, statements_in
 from postproc.rapid.syntax import Declaration, Routine, Statement
 from postproc.rapid.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
+from postproc.rapid.values import RECORDS, Fields
 
 UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
 # What Dim is asked about is counted, not read.
@@ -30,7 +31,14 @@ _WORDS = re.compile(
     + IDENTIFIER
     + rb")"
 )
+# After a name: the index of an element, then components.
+_COMPONENTS = re.compile(rb"\s*(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
+_PLAIN = re.compile(rb"[\w\x80-\xff]+\s*(?:\{[^{}]*\}\s*)?(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
 _NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
+
+MOST_LEVELS = 10  # of records inside one another; deeper ones may hold anything
+
+Records = Mapping[str, Fields]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +67,12 @@ class Use:
 
 
 def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
-    """All uses of every declared data and every parameter, by its key; unused data is missing."""
+    """All uses of every declared data and every parameter, by its key; unused data is missing.
+
+    What reads or writes components that have nothing to do with targets (the speed in a record beside one) is left out.
+    """
     found: dict[str, list[Use]] = {}
+    records: Records = {**RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}}
     changes = Changes(program)
     declared = {name for _, _, name in program.names}
     for declaration in program.declarations:
@@ -68,21 +80,42 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
             if not _numbers_only(declaration.source, span):
                 for name, at in _names(declaration.source, span):
                     used = program.declaration(name, declaration.module, declaration.routine)
-                    _add(found, used, Use("declaration", declaration.source, at, declaration.routine))
+                    _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
     for routine in program.all_routines():
         for body in bodies(routine):
             for statement in statements_in(body):
                 for name, use in _of_statement(program, changes, routine, statement, declared):
-                    if any(p.name == name for p in routine.parameters):
+                    parameter = next((p for p in routine.parameters if p.name == name), None)
+                    if parameter is None:
+                        _add(found, program.declaration(name, routine.module, routine.name), use, records)
+                    elif _touches_target(use, parameter.type, records):
                         found.setdefault(routine.parameter_key(name), []).append(use)
-                    else:
-                        _add(found, program.declaration(name, routine.module, routine.name), use)
     return {key: tuple(uses) for key, uses in found.items()}
 
 
-def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use) -> None:
-    if declaration is not None:
+def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
+    if declaration is not None and _touches_target(use, declaration.type, records):
         found.setdefault(declaration.key, []).append(use)
+
+
+def _touches_target(use: Use, kind: str, records: Records) -> bool:
+    """Whether a use may read or write a target; only uses of components beside all targets do not."""
+    named = _COMPONENTS.match(use.source.data, use.span[1])
+    components = re.findall(IDENTIFIER, named[1]) if named else []
+    for component in components:
+        if kind.lower() == "robtarget":
+            return True
+        fields = dict(records.get(kind.lower(), ()))
+        name = component.decode("latin-1").lower()
+        if name not in fields:
+            return True
+        kind = fields[name]
+    return not components or _holds_target(kind.lower(), records, 0)
+
+
+def _holds_target(kind: str, records: Records, depth: int) -> bool:
+    inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
+    return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
 
 
 def _of_statement(
@@ -139,10 +172,8 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
 
 
 def _is_plain(text: str) -> bool:
-    """Whether an argument is a name or an element, nothing else around it."""
-    name, brace, rest = text.strip().partition("{")
-    plain = name.strip().replace("_", "a").isalnum()
-    return plain and (not brace or (rest.count("{") == 0 and rest.rstrip().endswith("}")))
+    """Whether an argument is a name, an element or a component, nothing else around it."""
+    return _PLAIN.fullmatch(text.strip().encode("latin-1")) is not None
 
 
 def _numbers_only(source: Source, span: Span) -> bool:

@@ -34,8 +34,8 @@ Data = Any  # float, bool, str or a tuple of Data
 class Value:
     """Data with its type; ``type`` is empty where it is not known, ``rank`` counts array dimensions.
 
-    ``declaration`` and ``at`` say which declared data (and which array element) this is an unchanged copy of,
-    ``handed`` which argument of a call.
+    ``declaration`` and ``at`` say which declared data (and which part of it: indices of array elements and places of
+    components, from 1) this is an unchanged copy of, ``handed`` which argument of a call.
     """
 
     data: Data

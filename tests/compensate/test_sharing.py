@@ -1,0 +1,68 @@
+"""One text for several: a routine on displaced work, targets inside records."""
+
+from __future__ import annotations
+
+import pytest
+
+from postproc.compensate.outcomes import SHARED
+from tests.compensate.build import convert, events, independent, lines_of, module, target, written
+
+A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)
+SEAM = """  PROC seam()
+    MoveJ Offs(a,0,0,60),v300,z5,tT;
+    ArcLStart a,v100,sm,wd,fine,tT;
+    ArcC b,c,v100,sm,wd,z1,tT;
+    ArcLEnd d,v100,sm,wd,fine,tT;
+  ENDPROC
+"""
+
+
+@pytest.mark.parametrize("shift", ["[[-30,40,10],[1,0,0,0]]", "[[-40,20,10],[0.9986295,0,0,0.0523360]]"])
+def test_a_routine_on_displaced_work_shares_the_middle_in_the_axes_of_the_work(shift: str) -> None:
+    data = "".join(f"CONST robtarget {n}:={p};\n" for n, p in zip("abcd", (A, B, C, D), strict=True))
+    text = module(data, f"ConfL\\Off;\nseam;\nPDispSet {shift};\nseam;\nPDispOff;", SEAM)
+    found = convert(text)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    assert all(o.reason == SHARED for o in found.outcomes[1:])
+    assert found.report["max_error_before_mm"] > 1.0
+    # The middle of two corrections 6 deg apart is off by half of 2 sin(3 deg) of them, and by what differs with place.
+    assert found.report["max_error_after_mm"] < 0.12
+    assert "    ArcC b,c,v100,sm,wd,z1,tT;" in written(found)
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.before == pytest.approx(found.report["max_error_before_mm"], abs=0.002)
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+SPOTS = f"""RECORD spot
+robtarget at;
+num force;
+ENDRECORD
+CONST spot row{{3}}:=[[{A},12],[{C},14],[{D},16]];
+CONST spot last:=[{target(1300, -330)},9];"""
+RUN = "FOR i FROM 1 TO 3 DO\nMoveL row{i}.at,v100,fine,tT;\nSetAO aoForce,row{i}.force;\nENDFOR\nvisit last;"
+VISIT = "  PROC visit(spot s)\n    MoveL s.at,v100,fine,tT;\n    SetAO aoForce,s.force;\n  ENDPROC\n"
+
+
+def test_targets_in_records_are_corrected_where_they_stand() -> None:
+    text = module(SPOTS, f"MoveJ {B},v300,fine,tT;\n{RUN}", VISIT)
+    found = convert(text)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    assert {o.edited for o in found.outcomes[1:]} == {"element"}
+    assert "MoveL row{i}.at,v100,fine,tT;" in lines_of(written(found))
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] <= 0.01
+    plain = [e.target for e in events(text)]
+    corrected = [e.target for e in events(written(found)) if not e.zone.pzone_tcp]
+    assert len(plain) == len(corrected) == 5 and all(a != b for a, b in zip(plain, corrected, strict=True))
+
+
+@pytest.mark.parametrize(
+    "statement", ["pHere:=row{2}.at;", "TPWrite NumToStr(row{2}.at.trans.x,1);", "copy row{2};", "all:=row;"]
+)
+def test_targets_in_records_that_serve_otherwise_too_keep_their_numbers(statement: str) -> None:
+    data = SPOTS + "\nVAR robtarget pHere;\nVAR spot all{3};\nVAR spot one;"
+    copy = "  PROC copy(spot s)\n    one:=s;\n  ENDPROC\n"
+    text = module(data, f"{statement}\nMoveJ {B},v300,fine,tT;\nMoveL row{{2}}.at,v100,fine,tT;", copy)
+    found = convert(text)
+    assert [o.edited for o in found.outcomes] == ["aggregate", "argument"]
+    assert SPOTS.splitlines()[4] in lines_of(written(found))
