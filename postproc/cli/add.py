@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, Noise, Output, TableOptions
-from postproc.cli.output import check_outputs, write_model
+from postproc.cli.options import EffectFiles, Flag, Noise, Output, ReportFile, TableOptions
+from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.identify.add import add_effects
+from postproc.report.addition import addition_page
 
 
 def run(
@@ -21,6 +22,7 @@ def run(
     output: Output = None,
     noise: Noise = None,
     table: TableOptions = TableOptions(),
+    report: ReportFile = None,
     json: Flag = False,
 ) -> int:
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.
@@ -34,16 +36,19 @@ def run(
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: model file to write; comments of the model survive.
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
+        report: HTML page to write.
         json: print the postproc/fit/1 document.
     """
     if not effect:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
-    check_outputs((model, data, *table.inputs, *effects), output)
+    check_outputs((model, data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = add_effects(arm, measured, effect, own_effects(effects), noise=None if noise is None else noise * 1e-3)
     write_model(output, found.model, like=model, silent=json)
+    if report is not None:
+        write(report, addition_page(f"{model.name} {Path(data).name}", found).encode())
     if json:
         print_json(found.as_json())
     else:

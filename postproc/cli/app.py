@@ -69,6 +69,7 @@ def build() -> App:
     app.command(
         "postproc.cli.explain:run", name="explain", group=LOOK_UP, help="Explain a diagnostic by its code, RAP012."
     )
+    app.register_install_completion_command(group=LOOK_UP, help="Let the shell complete commands and options.")
     return app
 
 

@@ -11,7 +11,8 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.options import ConvertOptions
+from postproc.cli.options import ConvertOptions, Flag, ReportFile
+from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -27,9 +28,10 @@ def run(
     workers: Workers = None,
     scheduler: str | None = None,
     shard: str = "1/1",
-    side_files: Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1)] = (),
+    side_files: Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)] = (),
     convert: ConvertOptions = ConvertOptions(),
-    json: bool = False,
+    report: ReportFile = None,
+    json: Flag = False,
 ) -> int:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
 
@@ -42,15 +44,19 @@ def run(
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
         side_files: module with tools and frames that every task is read with; never written. May be repeated.
+        report: HTML page to write.
         json: print the postproc/batch/1 document.
     """
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
     from postproc.batch.run import run_batch
+    from postproc.report.batch import batch_page
+    from postproc.report.document import plain
 
     settings = Settings(convert.model, convert.robot, convert.effects, side_files, convert.options())
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
+    check_outputs((folder_or_jobs, *side_files, *convert.inputs), report)
     plan = read_plan(folder_or_jobs, settings, output)
     count = sum(part.owns(task.name) for task, _ in plan.tasks)
     # Python's own helper process cleans up after a stopped run; it need not talk about it.
@@ -63,8 +69,11 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     shown.summary(batch)
+    document = plain(batch.as_json(part))
+    if report is not None:
+        write(report, batch_page(folder_or_jobs.name, document).encode())
     if json:
-        print_json(batch.as_json(part))
+        print_json(document)
     return int(batch.failed)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from postproc.cli.inputs import load_model, own_effects
 from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, show
+from postproc.cli.report import print_json, say, show
 from postproc.identify.diagnose import diagnose
 from postproc.report.diagnosis import diagnosis_page
 
@@ -46,4 +46,8 @@ def run(
         print_json(found.as_json())
     else:
         print(found.text())
+        if found.missing:
+            keys = " ".join(m.candidate.key for m in found.missing)
+            own = "".join(f" --effects {file}" for file in effects)
+            say(f"next: `postproc add {model} {keys} --data {data}{own} -o BETTER.toml` writes the model that has it")
     return 0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
+import numpy as np
+
 from postproc.cli import report
 from postproc.cli.options import EffectFiles, Flag
 from postproc.cli.report import print_json
@@ -45,7 +47,10 @@ def show(key: str, /, *, effects: EffectFiles = (), json: Flag = False) -> int:
     print(f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}\n")
     print("parameters")
     for name, meta in cls.parameters().items():
-        print(f"  {name} [{meta.unit}], ordinary size {meta.typical}, vanishes at {meta.null}")
+        shape = " x ".join(map(str, meta.shape)) or "1"
+        limits = f"from {meta.low} to {meta.high}, " if np.isfinite((meta.low, meta.high)).any() else ""
+        without = f"vanishes at {meta.null}" if meta.amplitude else f"only forms it, {meta.null} unless said"
+        print(f"  {name} [{meta.unit}], {shape}: {limits}ordinary size {meta.typical}, {without}")
     for name in cls.structures():
         print(f"  {name}, chosen by search")
     print(f"reads {', '.join(cls.reads)}")

@@ -26,6 +26,7 @@ EDITED: Mapping[Place | None, str] = {
     "derived": "; it moves with the target that it is derived from",
     None: "",
 }
+HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9}  tool, load, frame; what is edited"
 
 
 def run(
@@ -54,7 +55,7 @@ def run(
             {"schema": "postproc/inspect/1", "robot": arm.robot.name, "statements": statements, "diagnostics": findings}
         )
     elif found.rows:
-        print("\n".join(_text(row) for row in found.rows))
+        print("\n".join([HEAD, *(_text(row) for row in found.rows)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
     if any(d.code in UNREADABLE for d in found.diagnostics):

@@ -32,9 +32,9 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
             continue
         if output.is_dir():
             raise _error("CLI008", f"cannot write `{output}`: it is a folder", "name a file")
-        if not output.parent.is_dir():
-            text = f"cannot write `{output}`: there is no folder `{output.parent}`"
-            raise _error("CLI008", text, "make the folder first")
+        there = next(folder for folder in output.absolute().parents if folder.exists())
+        if not there.is_dir():
+            raise _error("CLI008", f"cannot write `{output}`: `{there}` is no folder", "name another folder")
         if output.resolve() in taken:
             text = f"the output `{output}` is {taken[output.resolve()]}"
             raise _error("CLI007", text, "choose another name; `compensate --in-place` writes over the program itself")
@@ -43,6 +43,8 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
 
 def write(path: Path | None, data: bytes) -> None:
     """Write under a temporary name in the same folder, then rename: readers see the old file or the whole new one.
+
+    Folders that are not there are made.
 
     Raises:
         PostprocError: the file cannot be written (CLI008).
@@ -55,6 +57,7 @@ def write(path: Path | None, data: bytes) -> None:
     target = path.resolve()  # a link stays a link
     temporary = ""
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         with os.fdopen(handle, "wb") as file:
             file.write(data)

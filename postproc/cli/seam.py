@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from postproc.cli.inputs import read_source
-from postproc.cli.options import ConvertOptions, Distance, Tolerance
+from postproc.cli.options import ConvertOptions, Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, show
 
@@ -23,12 +23,12 @@ def run(
     wobj: str | None = None,
     seam_data: str | None = None,
     weld_data: str | None = None,
-    side_files: Annotated[tuple[str, ...], Parameter(name="--with", n_tokens=1)] = (),
+    side_files: Annotated[tuple[str, ...], Parameter(name="--with", n_tokens=1, show_default=False)] = (),
     routine: str = "main",
     speed: Tolerance = 8.0,
     clearance: Distance = 50.0,
     convert: ConvertOptions = ConvertOptions(),
-    json: bool = False,
+    json: Flag = False,
 ) -> int:
     """Make a complete weld module out of seam points and compensate it; nothing is written if a row is wrong.
 

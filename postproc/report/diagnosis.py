@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from postproc.effects.parameters import unit_suffix
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.fit import Fit
 from postproc.report.charts import bars
 from postproc.report.comparison import FREE
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
+from postproc.report.parameters import values_text
 from postproc.report.residuals import channel_section, suspect_chart, workspace_section
 
 LOOKS = (
     " The chart shows the first without the share that the fitted parameters have taken on: write this curve as an "
     "effect, and `postproc add` it."
 )
-FEW_VALUES = 12  # parameters of one effect that are told one by one
 MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 
 
@@ -84,27 +81,10 @@ def _found(document: dict[str, Any], final: Fit) -> Section:
         title = effect.title if effect is not None else ""
         other = ", ".join(m["not_separable_from"]) or "nothing"
         error = m["held_out_rms_mm_after"]
-        rows.append((m["effect"], title, m["form"], _p(m["p_value"]), error, other, _values(final, m["effect"])))
+        rows.append((m["effect"], title, m["form"], _p(m["p_value"]), error, other, values_text(final, m["effect"])))
     columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
     note = "Parameters with their standard deviations. `postproc add` with these names writes the model that has them."
     return Section("What is missing", table(columns, rows), note)
-
-
-def _values(fit: Fit, key: str) -> str:
-    """The fitted parameters of an effect, in mm and mrad."""
-    effect = fit.model.effect(key)
-    if effect is None:
-        return ""
-    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
-    units = [meta.unit for name, meta in effect.parameters().items() for _ in range(int(np.prod(effect.shape(name))))]
-    said = []
-    for i, (name, unit, value) in enumerate(zip(effect.names(), units, effect.vector(), strict=True)):
-        if (key, i) in sigma:
-            factor, small = (1e3, "m") if unit == "m" or unit.startswith(("rad", "m/")) else (1.0, "")
-            short = name.replace(unit_suffix(unit), "")
-            plain = "" if unit == "1" else f" {small}{unit}"
-            said.append(f"{short} {factor * value:.3g} ± {factor * sigma[key, i]:.1g}{plain}")
-    return "; ".join(said) if len(said) <= FEW_VALUES else f"{len(said)} numbers"
 
 
 def _ranking(document: dict[str, Any]) -> Section:

@@ -185,10 +185,16 @@ def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> 
     assert b"compensated for" in program.read_bytes()
 
 
-def test_output_folders_must_exist(tmp_path: Path) -> None:
-    for output in (tmp_path, tmp_path / "no" / "q.mod"):
+def test_output_folders_are_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    for output in (tmp_path, tmp_path / "file" / "q.mod"):
         with pytest.raises(PostprocError, match="CLI008"):
             check_outputs(("p.mod",), output)
+    target = tmp_path / "new" / "deep" / "q.mod"
+    check_outputs(("p.mod",), target)
+    assert not target.parent.exists()
+    write(target, b"1")
+    assert target.read_bytes() == b"1"
 
 
 def test_writing_is_all_or_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,10 +18,13 @@ from postproc.effects.backlash import Backlash
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.tool_frame import ToolFrame
+from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
 from postproc.measure.table import read_measurements
 from postproc.model.file import default_model
+from postproc.report.addition import addition_page
+from postproc.report.batch import batch_page
 from postproc.report.charts import Bins, Mark, bars, course, scatter, vectors
 from postproc.report.comparison import comparison_page
 from postproc.report.compensation import compensation_page
@@ -180,6 +183,49 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
     split = max(edges, key=lambda x: abs(at[at[:, 0] < x, 1].mean() - at[at[:, 0] >= x, 1].mean()))
     left, right = at[at[:, 0] < split, 1], at[at[:, 0] >= split, 1]
     assert abs(left.mean() - right.mean()) > 4 * max(left.std(), right.std())
+
+
+def test_addition_page_shows_what_each_effect_is_worth() -> None:
+    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
+    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
+    found = add_effects(model, read_measurements(Source("cell.csv", data), model.robot), ["backlash"])
+    page = addition_page("cell.toml cell.csv", found)
+    rungs = re.findall(r"<span>([^<]*)</span><b><i[^>]*></i>.*?</b><span>([\d.]+) mm</span>", page)
+    expected = [("the model as it came", found.before), ("+ backlash", found.fit)]
+    expected += [(f"without {key}", fit) for key, fit in found.without.items()]
+    assert rungs == [(label, f"{1e3 * fit.held_out_rms:.3f}") for label, fit in expected]
+    gap = found.fit.model.effect("backlash").vector()  # type: ignore[union-attr]
+    assert f'<td>half_gap[2]</td><td class="number">{1e3 * gap[1]:.4g}</td>' in page
+    assert embedded(page)["schema"] == "postproc/fit/1"
+
+
+def test_batch_page_puts_failures_and_the_farthest_first() -> None:
+    finding = {
+        "path": "b<1>.mod",
+        "line": 3,
+        "severity": "error",
+        "code": "RAP007",
+        "message": "PROC `main`",
+        "help": "x",
+    }
+    figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
+    tasks = [
+        {"name": "a.mod", "status": "compensated", "cached": True, **figures, "max_error_after_mm": 0.01, "diagnostics": []},
+        {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
+        {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": []},
+    ]  # fmt: skip
+    counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "copied": 0}
+    page = batch_page("cell", {"tasks": tasks, "counts": counts, "diagnostics": []})
+    assert (
+        "2 of 3 programs are corrected; 1 failed and have no output; at most 0.200 mm remain, in <code>c.mod</code>."
+        in page
+    )
+    every = page[page.index("Every program") :]
+    assert [every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")] == sorted(
+        every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")
+    )
+    assert "compensated, as before" in every
+    assert "<td>PROC <code>main</code></td>" in page
 
 
 def points(svg: str) -> list[tuple[float, float]]:

@@ -1,0 +1,53 @@
+"""The page of a model with more physics: the error before and after, what each effect is worth, what is left."""
+
+from __future__ import annotations
+
+from postproc.identify.add import Addition
+from postproc.report.charts import bars
+from postproc.report.document import plain
+from postproc.report.page import Section, render_page, table
+from postproc.report.parameters import FEW, fitted_values
+from postproc.report.residuals import channel_section, workspace_section
+
+EACH = "Rms per axis on rows that the fit has not seen, everything fitted again without the effect: long bars matter."
+
+
+def addition_page(name: str, found: Addition) -> str:
+    """HTML of an addition.
+
+    Args:
+        name: of the model and the table.
+    """
+    document = plain(found.as_json())
+    ladder = {
+        ("the model as it came" if i == 0 else s.name): 1e3 * s.fit.held_out_rms for i, s in enumerate(found.ladder)
+    }
+    floor, noise = document["floor_mm"], found.fit.noise.position
+    without = {f"without {key}": 1e3 * fit.held_out_rms for key, fit in found.without.items()}
+    key = {
+        "error before": document["before"]["held_out_rms_mm"],
+        "error after": document["held_out_rms_mm"],
+        "noise" if noise is not None else "any smooth function": floor,
+    }
+    note = (
+        "Rms per axis. The dashed line is the noise: no model can be expected below it." if noise else "Rms per axis."
+    )
+    sections = [
+        Section("The error on rows that the fit has not seen", bars(ladder, "mm", floor if noise else None), note),
+        Section("What each effect is worth", bars(without, "mm", floor if noise else None), EACH),
+        workspace_section(found.fit, "Where it is off now"),
+        channel_section(found.fit, noise, "What the rest follows"),
+        Section("Parameters", table(("effect", "parameter", "value", "± 1 σ", "unit"), _parameters(found))),
+    ]
+    return render_page(f"postproc add {name}", found.text().splitlines()[0], sections, document, key)
+
+
+def _parameters(found: Addition) -> list[tuple[object, ...]]:
+    rows: list[tuple[object, ...]] = []
+    for effect in found.fit.model.effects:
+        values = list(fitted_values(found.fit, effect.key))
+        if len(values) > 4 * FEW:
+            rows.append((effect.key, f"{len(values)} numbers, in the model file", None, None, ""))
+        else:
+            rows += [(effect.key, *value) for value in values]
+    return rows
