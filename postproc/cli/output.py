@@ -57,6 +57,9 @@ def write(path: Path | None, data: bytes) -> None:
     target = path.resolve()  # a link stays a link
     temporary = ""
     try:
+        if path.exists() and not path.is_file():  # a device, a pipe: nothing may take its place
+            path.write_bytes(data)
+            return
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         with os.fdopen(handle, "wb") as file:

@@ -185,6 +185,16 @@ def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> 
     assert b"compensated for" in program.read_bytes()
 
 
+def test_a_pipe_stays_a_pipe(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write(pipe, b"all of it")
+    assert os.read(reader, 100) == b"all of it"
+    os.close(reader)
+    assert pipe.is_fifo()
+
+
 def test_output_folders_are_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"")
     for output in (tmp_path, tmp_path / "file" / "q.mod"):
