@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from postproc.cli.finish import finish
 from postproc.cli.inputs import read_source
 from postproc.cli.options import ConvertOptions, Flag, Output, ReportFile
-from postproc.cli.output import check_outputs, finish, write
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 

@@ -13,9 +13,10 @@ from cyclopts import App
 from inline_snapshot import snapshot
 
 from postproc.cli.app import build
+from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.options import parse_vector
-from postproc.cli.output import check_outputs, finish, unified_diff, write
+from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, show
 from postproc.cli.run import run
 from postproc.diagnostics import Diagnostic, PostprocError, Source
