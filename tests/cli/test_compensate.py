@@ -148,7 +148,6 @@ def test_files_that_are_no_program(call: Call, tmp_path: Path, content: bytes, c
         ("-m", "no.toml"),
         ("--template", "no_folder"),
         ("--effects", "no.py"),
-        ("-o", "no_folder/out.mod"),
     ],
 )
 def test_options_that_do_not_fit(call: Call, samples: Path, options: tuple[str, str]) -> None:
