@@ -15,8 +15,6 @@ from postproc.identify.forms import ordinary
 from postproc.identify.problem import Problem
 from postproc.identify.selection import Screen, compose
 
-RULED_OUT = 5.0  # log of the odds, 150 to 1, after counting parameters
-
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
     """Columns of all free parameters on the data (N, p) and on the pool (c, 3, p), for ordinary sizes.
@@ -58,14 +56,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:
-    """Greedy choice for two effects, each at the size that the data suggests (or an ordinary one).
-
-    T-optimal (Atkinson and Fedorov 1975): most is left of one effect when the other and all parameters imitate it. Both
-    ways, unless the data has ruled one of the two out: that it could be imitated is then of no interest.
-
-    Returns:
-        Indices of the chosen poses, and how many standard deviations are left before and after.
-    """
+    """Greedy T-optimal choice for two effects, each at the size that the data suggests (or an ordinary one)."""
     A, Z, tied = _columns(fit, pool, tuple(cls.key for cls in pair))
     screen = Screen(fit.problem, {cls.key: cls for cls in pair})
     sides: list[_Side] = []
@@ -81,10 +72,8 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
                 Diagnostic("DAT024", "error", message, help="choose an effect of the geometry, the load or the side")
             )
         forms.append((old, new))
-    worth = []
     for this, other in ((0, 1), (1, 0)):
-        x, fall = _size(fit, forms[this][0])
-        worth.append(fall / 2 - len(x))
+        x = _size(fit, forms[this][0])
         regress = np.hstack([A, forms[other][0]])
         prior = np.diag(np.concatenate([tied, np.full(forms[other][0].shape[1], 1 / 30**2)]))
         P = np.linalg.inv(regress.T @ regress + prior)
@@ -93,7 +82,6 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
         sides.append(
             _Side(np.concatenate([Z, forms[other][1]], axis=2), s_new, P, regress.T @ s_old, float(s_old @ s_old))
         )
-    sides = [side for side, value in zip(sides, worth, strict=True) if value > max(worth) - RULED_OUT]
     before = min(side.distance() for side in sides)
     chosen: list[int] = []
     for _ in range(n):
@@ -158,15 +146,13 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
     return effect, effect.amplitudes()
 
 
-def _size(fit: Fit, columns: Array) -> tuple[Array, float]:
-    """Amplitudes in ordinary sizes, and by how much they bring the sum of squares down.
+def _size(fit: Fit, columns: Array) -> Array:
+    """Amplitudes in ordinary sizes.
 
     Those of the data with a pull towards ordinary ones, at least an ordinary one in all.
     """
     linear = fit.linear
     projected = linear.project(columns)
-    along = columns.T @ linear.rest
-    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), along)
+    x = np.linalg.solve(columns.T @ projected + np.eye(columns.shape[1]), columns.T @ linear.rest)
     size = float(np.linalg.norm(x))
-    ordinary_one = x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x))
-    return np.asarray(ordinary_one), float(along @ x)
+    return np.asarray(x / size * max(size, 1.0) if size > 1e-6 else np.ones(len(x)) / np.sqrt(len(x)))

@@ -14,7 +14,8 @@ from postproc.effects.registry import effect_library
 from postproc.identify.aside import suspects_aside
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
-from postproc.identify.findings import data_findings
+from postproc.identify.contest import contested
+from postproc.identify.findings import data_findings, standing_out
 from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
@@ -96,15 +97,16 @@ def diagnose(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     base = fit_model(model, data, noise=noise)
-    state = base.problem.sensitivity.state
-    untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(state)}
+    measured = base.problem.sensitivity.state
+    untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(measured)}
     classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
     start = thinned(base, noise)
-    named = channels(start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3])
-    search = Search(start, classes, patterns(named, start.problem.sensitivity.state), [])
+    state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
+    named = channels(state, position)
+    search = Search(start, classes, patterns(named, state, position), [])
     first = ranking(search)
     missing = select_forward(search, first)
-    missing = check_backward(search, start, missing, noise)
+    missing = contested(search, start, check_backward(search, start, missing, noise), noise)
     bound = min(nonparametric_bound(search.fit, named), search.fit.held_out_rms)
     final = search.fit if start is base else final_fit(base, search, missing, noise)
     if missing and start is not base:
@@ -167,16 +169,21 @@ def _still(suspect: Suspect, problem: Problem, linear: Linear, share: float) -> 
 def _lack_of_fit(fit: Fit) -> bool:
     """Whether more is left than the noise.
 
-    Residual variance against that of the repeats (F test), and by a margin that matters.
+    Residual variance against that of the repeats (F test), and by a margin that matters. A few rows that stand out by
+    themselves are findings about those rows.
     """
     noise = fit.noise
     if noise.position is None or fit.freedom <= 0:
         return False
     from scipy.special import fdtrc
 
-    ratio = fit.variance
+    single = standing_out(fit)
+    alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
+    freedom = fit.freedom - int(alone.sum())
+    ratio = fit.variance * fit.freedom
+    ratio = (ratio - float(np.sum(fit.linear.rest[alone] ** 2))) / max(freedom, 1)
     dof = noise.dof if np.isfinite(noise.dof) else 1e6
-    return bool(ratio > 1.5 and fdtrc(fit.freedom, dof, ratio) < 1e-6)
+    return bool(ratio > 1.5 and fdtrc(freedom, dof, ratio) < 1e-6)
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:

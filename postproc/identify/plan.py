@@ -30,8 +30,9 @@ class Plan:
     Args:
         state: (n) joints, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will be.
         between: the two effects to be told apart, or None.
-        before, after: without and with these poses, how many standard deviations the difference of the two effects
-            stands out; or the largest standard deviation of a parameter in ordinary sizes.
+        before, after: how many standard deviations the difference of the two effects stands out without and with these
+            poses; or the
+            largest standard deviation of a parameter in ordinary sizes.
         worst: names of the parameters that are determined worst.
     """
 
@@ -88,8 +89,9 @@ class Plan:
             )
         worst = ", ".join(self.worst) or "none"
         return (
-            f"With these {n} poses the standard deviation of the worst parameter that the data knows falls from "
-            f"{self.before:.2g} to {self.after:.2g} times its ordinary size. Least known now: {worst}."
+            f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes "
+            f"(now {self.before:.2g}). "
+            f"Worst now: {worst}."
         )
 
 
@@ -105,8 +107,10 @@ def plan_poses(
     """Choose n poses one after another from random reachable ones.
 
     Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
-    fitted parameters, both ways (T-optimal). Else: the pose that shrinks the volume of the parameters' covariance most
-    (D-optimal), counted in ordinary sizes.
+        fitted
+    parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
+    parameters'
+    covariance most (D-optimal), counted in ordinary sizes.
 
     Raises:
         PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses.

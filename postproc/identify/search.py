@@ -12,8 +12,8 @@ from postproc.identify.fit import Fit, fit_model
 from postproc.identify.forms import Form, schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
-from postproc.identify.patterns import Pattern
 from postproc.identify.selection import Candidate, Screen, compose, grown
+from postproc.identify.shapes import Pattern
 from postproc.identify.solve import ROUGHLY
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
 

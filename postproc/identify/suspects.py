@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.identify.fields import fields
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
-from postproc.identify.patterns import Pattern, sharper
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
+from postproc.identify.shapes import Pattern, sharper
 
+FINEST = 8
+"""Finer places of one pattern that are looked at closely."""
+RARER = 3000
+"""As much less likely is a casting that bends or gives way in every direction than a joint that turns."""
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
 
@@ -59,87 +64,91 @@ def places(problem: Problem) -> dict[str, Array]:
     return {name: columns for name, columns in found.items() if columns.any()}
 
 
-def _fields(problem: Problem) -> dict[str, Array]:
-    """(n, r, m) what an instrument does that measures space wrongly: a scale, axes of their own, curved axes.
+def bodies(problem: Problem) -> dict[str, Array]:
+    """(n, r, 3) derivative of the prediction by a turn of the far end of each arm body about any axis.
 
-    Smooth fields of the predicted position: a column that holds the measured numbers would explain their noise.
+    The last two are a few centimetres long: the tool and the joints beside them do what they do.
     """
-    predicted = np.nan_to_num(problem.data.position - problem.error[:, :3])
-    p = (predicted - predicted.mean(axis=0)) / max(float(np.abs(predicted).max()), 1e-300)
-    square = np.stack([p[:, i] * p[:, j] for i in range(3) for j in range(i, 3)], axis=1)
-
-    def moves(values: Array) -> Array:
-        found = np.zeros((*problem.error.shape, 3 * values.shape[1]))
-        found[:, :3] = np.einsum("nk,ij->nikj", values, np.eye(3)).reshape(len(p), 3, -1)
-        return found
-
-    scale = np.zeros((*problem.error.shape, 1))
-    scale[:, :3, 0] = p
-    return {"scale": scale, "axes of their own scale and angle": moves(p), "curved axes": moves(square)}
+    J = problem.sensitivity.matrix
+    found = {f"body {b}": J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6] for b in range(1, 5)}
+    return {name: columns for name, columns in found.items() if columns.any()}
 
 
-def find_suspects(problem: Problem, linear: Linear, every: list[Pattern], top: int = 40) -> list[Suspect]:
+def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], top: int = 40) -> list[Suspect]:
     """The patterns that would bring the residual down most, strongest first.
 
     With the fitted parameters projected out.
     """
-    values = np.array([p.values for p in every]).T
-    before = linear.square
-    moves = places(problem)
-    places_ = {name: problem.whiten(J) for name, J in moves.items()}
-    tried = len(every) * len(places_)
-    found: list[tuple[float, float, str, int]] = []
-    for where, J in places_.items():
-        fall, count = _falls(problem, linear, J, values)
-        for k in np.argsort(-fall)[:top]:
-            worth = schwarz(before, float(fall[k]), count, linear.freedom, tried) - ODDS
-            found.append((worth, float(fall[k]), where, int(k)))
-    every = list(every)
-    for text, field in _fields(problem).items():
-        where = f"instrument, {text}"
-        every.append(Pattern(("x", "y", "z"), "smooth in the place", np.ones(len(problem.error))))
-        moves[where], places_[where] = field, problem.whiten(field)
-        one, count = _falls(problem, linear, places_[where], every[-1].values[:, None])
-        worth = schwarz(before, float(one[0]), count, linear.freedom, tried) - ODDS
-        found.append((worth, float(one[0]), where, len(every) - 1))
-    found.sort(key=lambda item: -item[0])
-    found, every = _sharpened(problem, linear, found[:top], every, places_, tried)
-    above = max(before - linear.freedom, 0.1 * before)
+    somewhere = {where: [p for p in every if p.where in (None, where)] for where in places(problem)}
+    tried = _Tried(problem, linear, sum(map(len, somewhere.values())))
+    for where, moves in places(problem).items():
+        tried.screen(where, moves, somewhere[where], top)
+    for where, moves in bodies(problem).items():
+        tried.screen(where, moves, [p for p in every if p.where is None], top, RARER)
+    for where, names, text, moves in fields(problem):
+        tried.screen(where, moves, [Pattern(names, text, np.ones(len(problem.error)))], top)
+    tried.sharpen(top)
+    above = max(linear.square - linear.freedom, 0.1 * linear.square)
     result: list[Suspect] = []
-    for worth, fall_, where, k in found[:top]:
-        pattern = every[k]
-        share = min(1.0, fall_ / above)
+    for worth, fall, where, pattern in tried.found[:top]:
+        share = min(1.0, fall / above)
         for channel in pattern.channels:
-            result.append(Suspect(channel, where, pattern.text, share, fall_, worth, moves[where], pattern.values))
+            moves = tried.moves[where]
+            result.append(Suspect(channel, where, pattern.text, share, fall, worth, moves, pattern.values))
     return result
 
 
-def _sharpened(
-    problem: Problem,
-    linear: Linear,
-    found: list[tuple[float, float, str, int]],
-    every: list[Pattern],
-    places_: Mapping[str, Array],
-    tried: int,
-) -> tuple[list[tuple[float, float, str, int]], list[Pattern]]:
-    """The same with the edge of the best step and the knot of the best kink moved to where they explain most."""
-    before = linear.square
-    every = list(every)
-    done: set[tuple[str, str, str]] = set()
-    for _, _, where, k in list(found):
-        pattern = every[k]
-        kind = pattern.text.split(" ")[0]
-        if pattern.source is None or (where, pattern.channels[0], kind) in done or len(done) >= 6:
-            continue
-        done.add((where, pattern.channels[0], kind))
-        finer = sharper(pattern)
-        fall, count = _falls(problem, linear, places_[where], np.array([p.values for p in finer]).T)
-        best = int(np.argmax(fall))
-        worth = schwarz(before, float(fall[best]), count, linear.freedom, 4 * tried) - ODDS
-        every.append(finer[best])
-        found.append((worth, float(fall[best]), where, len(every) - 1))
-    found.sort(key=lambda item: -item[0])
-    return found, every
+@dataclass
+class _Tried:
+    """Patterns that were tried at places: worth, fall of the sum of squares, place and pattern."""
+
+    problem: Problem
+    linear: Linear
+    count: int
+    found: list[tuple[float, float, str, Pattern]] = field(default_factory=list)
+    moves: dict[str, Array] = field(default_factory=dict)
+
+    def screen(self, where: str, moves: Array, some: Sequence[Pattern], top: int, times: int = 1) -> None:
+        """The best of some patterns at a place, with the price of all that were tried, and ``times`` as many."""
+        if not some:
+            return
+        self.moves[where] = moves
+        values = np.array([p.values for p in some]).T
+        linear = self.linear
+        fall, count = _falls(self.problem, linear, self.problem.whiten(moves), values)
+        for k in np.argsort(-fall)[:top]:
+            worth = schwarz(linear.square, float(fall[k]), count, linear.freedom, times * self.count) - ODDS
+            if worth > 0:
+                # One bad reading makes no law: without the row that gains most there must be something left to say.
+                columns = self.problem.whiten(moves * some[k].values[:, None, None])
+                square, shared = _without_a_row(linear, columns)
+                worth = min(worth, schwarz(square, shared, count, linear.freedom, times * self.count) - ODDS)
+            self.found.append((worth, float(fall[k]), where, some[k]))
+
+    def sharpen(self, top: int, most: int = 8) -> None:
+        """The same with the edge, knot, phase .. of the best patterns moved to where they explain most."""
+        self.found.sort(key=lambda item: -item[0])
+        done: set[tuple[str, tuple[str, ...], str]] = set()
+        for _, _, where, pattern in self.found[:top]:
+            kind = (where, pattern.channels, pattern.text.split(" ")[0])
+            if pattern.finer is not None and kind not in done and len(done) < most:
+                done.add(kind)
+                before = len(self.found)
+                rarer = RARER if where.startswith("body") else 1
+                self.screen(where, self.moves[where], sharper(pattern), FINEST, 4 * rarer)
+                for _, _, _, best in sorted(self.found[before:], key=lambda item: -item[0])[:1]:
+                    self.screen(where, self.moves[where], sharper(best), FINEST, 16 * rarer)
+        self.found.sort(key=lambda item: -item[0])
+
+
+def _without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
+    """The sum of squares, and what columns take off it, without the row of which they take most."""
+    inside = linear.project(columns)
+    fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
+    square = np.bincount(linear.row, linear.rest**2)
+    taken = square - np.bincount(linear.row, (linear.rest - fitted) ** 2)
+    most = int(np.argmax(taken))
+    return float(square.sum() - square[most]), float(taken.sum() - taken[most])
 
 
 def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tuple[Array, int]:

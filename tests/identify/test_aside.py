@@ -46,8 +46,8 @@ def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     data, _ = cell(worn_tooth, seed=912, poses=80, noise=0.01)
     fit = base_fit(data)
     problem = fit.problem
-    named = channels(problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3])
-    suspect = find_suspects(problem, fit.linear, patterns(named, problem.sensitivity.state))[0]
+    state, position = problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3]
+    suspect = find_suspects(problem, fit.linear, patterns(channels(state, position), state, position))[0]
     fewer = problem.weights.values.copy()
     fewer[5] = 0.0
     assert suspect.columns(problem.weighted(Weights(fewer))) == pytest.approx(

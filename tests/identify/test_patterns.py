@@ -5,7 +5,8 @@ import pytest
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.identify.patterns import patterns, sharper
+from postproc.identify.patterns import patterns
+from postproc.identify.shapes import sharper
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -33,7 +34,9 @@ def state(q):
 def test_no_step_where_nothing_was_measured():
     side = np.where(np.arange(200) % 2, 1.0, -1.0)
     q5 = side * np.linspace(0.3, 1.8, 200)
-    steps = [p for p in patterns({"q5": q5}, state(np.zeros((200, 6)))) if p.text.startswith("step")]
+    steps = [
+        p for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))) if p.text.startswith("step")
+    ]
     assert len(steps) > 10
     for step in [*steps, *sharper(steps[0])]:
         split = (q5[step.values > 0].min(), q5[step.values == 0].max())
@@ -43,7 +46,11 @@ def test_no_step_where_nothing_was_measured():
 def test_a_sway_is_found_at_its_own_period_and_phase():
     time = np.linspace(0.0, 7200.0, 150)
     truth = np.sin(2 * np.pi * time / 1630.0 + 0.9)
-    coarse = [p for p in patterns({"time": time}, state(np.zeros((150, 6)))) if p.text.startswith("swaying")]
+    coarse = [
+        p
+        for p in patterns({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3)))
+        if p.text.startswith("swaying")
+    ]
 
     def best(some):
         return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]))

@@ -1,0 +1,98 @@
+"""What no library has: no named effect stands beside it, and its joint or body and its channel are told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from postproc.identify.diagnose import diagnose
+from postproc.identify.shapes import of_channel, of_size, sharper
+from tests.identify.cells import base_fit, cell
+from tests.independent.cells import Hidden, column
+
+
+def marked_encoder(g, arm) -> Hidden:
+    """Interpolation of an encoder: a saw tooth on each of ten marks a turn."""
+    return Hidden(
+        "marked_encoder",
+        "unknown",
+        channels=("q4",),
+        joint=lambda s, tau: column(3, 3e-4 * (np.mod(10 * s.q[:, 3] / (2 * np.pi) + 0.3, 1.0) - 0.5)),
+    )
+
+
+def gap_when_cold(g, arm) -> Hidden:
+    """Lost motion of joint 2 that closes when the gear is warm."""
+    return Hidden(
+        "gap_when_cold",
+        "unknown",
+        channels=("dir2", "temperature"),
+        joint=lambda s, tau: column(1, -1.5e-4 * s.approach[:, 1] * (s.temperature < np.median(s.temperature))),
+    )
+
+
+def loose_casting(g, arm) -> Hidden:
+    """The forearm's housing gives way sideways where joint 3 passes -10 deg."""
+
+    def body(s, frames, wrench):
+        xi = np.zeros((len(s), 7, 6))
+        xi[:, 3, 3:] = np.outer(s.q[:, 2] > np.radians(-10.0), [1e-4, 0.0, 2e-4])
+        return xi
+
+    return Hidden("loose_casting", "unknown", channels=("q3",), body=body)
+
+
+@pytest.mark.parametrize(
+    ("kind", "channels", "where"),
+    [
+        (marked_encoder, {"q4"}, "joint 4"),
+        (gap_when_cold, {"dir2", "temperature"}, "joint 2"),
+        (loose_casting, {"q3"}, "body 3"),
+    ],
+)
+def test_a_name_that_explains_half_of_it_does_not_stand_beside_a_pattern(kind, channels, where):
+    data, _ = cell(kind, seed=431, noise=0.02, poses=90)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown" and found.missing == ()
+    assert found.suspects[0].channel in channels and found.suspects[0].where == where
+
+
+def test_one_bad_reading_is_no_law():
+    """A row 15 standard deviations off is named as a row; nothing is said to step, bend or be loose for its sake."""
+    data, _ = cell(seed=432, noise=0.03, poses=70)
+    position = data.position.copy()
+    position[11] += np.array([0.3e-3, -0.25e-3, 0.25e-3])
+    found = diagnose(base_fit(data).model, replace(data, position=position))
+    assert (found.verdict, found.suspects) == ("complete", ())
+    assert any(d.code in ("DAT013", "DAT025") and "row 12 " in d.message for d in found.diagnostics)
+
+
+def best(patterns, truth):
+    return max(patterns, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "first"),
+    [
+        (lambda q: 1.0 * ((q > 0.02) & (q < 1.11)), "only"),
+        (lambda q: np.exp(-0.5 * ((q + 0.4) / 0.07) ** 2), "bump"),
+        (lambda q: np.maximum(-0.6 - q, 0.0), "growing"),
+        (lambda q: np.mod(14.4 * q / (2 * np.pi) + 0.1, 1.0), "saw"),
+    ],
+)
+def test_shapes_are_met_after_sharpening_twice(law, first):
+    q = np.random.default_rng(5).uniform(-1.5, 1.6, 240)
+    truth = law(q)
+    shape = best(of_channel("q1", q), truth)
+    for _ in range(2):
+        shape = best([shape, *sharper(shape)], truth)
+    assert shape.text.split(" ")[0] == first
+    assert abs(np.corrcoef(shape.values, truth)[0, 1]) > 0.98
+
+
+def test_a_threshold_of_speed_is_one_of_its_size():
+    v = np.random.default_rng(6).normal(0.0, 0.6, 200)
+    found = best(of_size("v4", v), (np.abs(v) > 0.5).astype(float))
+    assert found.text.startswith("step near 2") and found.text.endswith("of its size")
