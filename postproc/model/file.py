@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
@@ -21,6 +22,8 @@ from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_key
 
+TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)
+"""A header against the line before it, which is how tomlkit leaves it when a table is added there."""
 DEFAULT_ROBOT = "irb4600_60_205"
 
 Vec3 = tuple[float, float, float]
@@ -107,7 +110,8 @@ def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -
         where = ("effects", key)
         if key not in library:
             at = unknown_key(where, sorted(library), source, "MOD003")
-            found.append(Diagnostic("MOD003", "error", f"there is no effect `{key}`", source, at.span, at.help))
+            help_ = f"an effect of your own is made known with `--effects FILE.py`; {at.help}"
+            found.append(Diagnostic("MOD003", "error", f"there is no effect `{key}`", source, at.span, help_))
             continue
         problems = library[key].problems(table)
         found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
@@ -132,19 +136,8 @@ def render_model(model: Model, before: str = "") -> str:
     if model.fit:
         content["fit"] = dict(model.fit)
     _merge(document, content, prune=("effects", "fit"))
-    return tomlkit.dumps(document)
-
-
-def write_model(model: Model, path: str | Path, like: str | Path | None = None) -> None:
-    """Write a model file, keeping the comments of the file it is derived from (``like``, or the one it replaces)."""
-    import os
-
-    target = Path(path)
-    origin = Path(like) if like is not None else target
-    before = origin.read_text(encoding="utf-8-sig") if origin.is_file() else ""
-    unfinished = target.with_name(target.name + ".part")
-    unfinished.write_text(render_model(model, before), encoding="utf-8", newline="\n")
-    os.replace(unfinished, target)
+    text = tomlkit.dumps(document)
+    return text if TIGHT.search(before) else TIGHT.sub(r"\1\n", text)
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc.cli.output import write_model
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.backlash import Backlash
-from postproc.model.file import default_model, parse_model, read_model, render_model, write_model
+from postproc.model.file import default_model, parse_model, read_model, render_model
 
 MODEL = """# our cell
 robot = "irb4600_60_205"            # the big one
@@ -80,7 +81,7 @@ def test_writing_keeps_comments_and_changes_only_what_changed(tmp_path: Path) ->
     assert render_model(model, MODEL) == MODEL
     fitted = model.effects[0].with_vector(np.full(6, 1e-6))
     changed = replace(model, effects=(fitted, Backlash(half_gap_rad=[0, 2e-4, 0, 0, 0, 0])), fit={"noise_mm": 0.02})
-    write_model(changed, path)
+    write_model(path, changed)
     text = path.read_text(encoding="utf-8")
     for comment in ("# our cell", "# the big one", "# hangs from the gantry", "# from spring"):
         assert comment in text
@@ -88,14 +89,17 @@ def test_writing_keeps_comments_and_changes_only_what_changed(tmp_path: Path) ->
     assert again.effects[0].vector().tolist() == [1e-6] * 6
     assert again.effects[1].half_gap_rad[1] == 2e-4  # type: ignore[attr-defined]
     assert again.fit == {"noise_mm": 0.02}
-    write_model(model.with_effects(model.effects[0]), path)
+    write_model(path, model.with_effects(model.effects[0]))
     assert [e.key for e in read_model(path).effects] == ["joint_compliance"]
-    assert not list(tmp_path.glob("*.part"))
+    assert [p.name for p in tmp_path.iterdir()] == ["cell.toml"]
 
 
 def test_a_new_file_reads_back_as_the_same_model(tmp_path: Path) -> None:
     model = replace(default_model("irb4600_60_205_seed"), fit={"covariance": [[1.0, 0.5], [0.5, 2.0]]})
-    write_model(model, tmp_path / "new.toml")
+    write_model(tmp_path / "new.toml", model)
+    write_model(tmp_path / "new.toml", replace(model, effects=(*model.effects, Backlash())))
+    assert "]\n\n[fit]\n" in (tmp_path / "new.toml").read_text("utf-8")
+    write_model(tmp_path / "new.toml", model)
     again = read_model(tmp_path / "new.toml")
     assert again.robot.name == "irb4600_60_205_seed"
     assert again.effects[0].vector() == pytest.approx(model.effects[0].vector(), abs=0)

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc.cli.output import write_model
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.registry import effect_library
 from postproc.model.derivatives import parameters, pose_derivatives
 from postproc.model.equilibrium import predict
-from postproc.model.file import default_model, read_model, write_model
+from postproc.model.file import default_model, read_model
 from postproc.model.uncertainty import (
     Uncertainty,
     beyond_range,
@@ -76,7 +77,7 @@ def test_a_file_carries_it(tmp_path: Path) -> None:
     known = Uncertainty((("joint_offset", 1), ("joint_compliance", 2)), np.array([[1e-8, 1e-13], [1e-13, 1e-16]]), 2e-5)
     model = model_with(known)
     state = model.state(RNG.uniform(-1, 1, (4, 6)), payload_mass=np.full(4, 10.0))
-    write_model(replace(model, fit={**model.fit, "range": range_table(state)}), tmp_path / "m.toml")
+    write_model(tmp_path / "m.toml", replace(model, fit={**model.fit, "range": range_table(state)}))
     again = read_model(tmp_path / "m.toml")
     assert again.fit["parameters"] == ["joint_offset.offset_rad[2]", "joint_compliance.compliance_rad_per_Nm[3]"]
     assert predict_sigma(again, state) == pytest.approx(predict_sigma(model, state), rel=1e-12)
