@@ -134,6 +134,10 @@ class Effect:
         """(p,) weights w of the penalty |w x|^2 that keeps a free function smooth; None where nothing is penalised."""
         return None
 
+    def resolutions(self, state: State) -> tuple[Self, ...]:
+        """A free function in coarser and finer forms, coarse ones first; a fit chooses one on held-out rows."""
+        return (self,)
+
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """Declared parameters by name, in the order of the vector."""

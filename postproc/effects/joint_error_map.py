@@ -9,8 +9,9 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-ORDERS = (4, 6, 8, 12, 16, 25, 40, 64)
+ORDERS = (4, 6, 8, 12, 16, 25, 40, 64, 100)
 MANY_ROWS = 500  # Higher orders than 25 are only tried on data that could show them.
+MANY_CELLS = 4e7  # Numbers in the columns of a fit (rows times coefficients): 0.3 GB.
 
 
 class JointErrorMap(
@@ -50,6 +51,14 @@ class JointErrorMap(
     def roughness(self) -> Array:
         # Measured on two arms: held-out errors are flat from a third to three of this strength; k^2 is not so kind.
         return np.asarray(np.tile(np.sqrt(np.arange(1.0, self.order + 1)), 2 * len(self.joint)))
+
+    def resolutions(self, state: State) -> tuple[Self, ...]:
+        """The same joints at every order; the penalty keeps orders within bounds that few rows could not determine."""
+        size = 3 * len(state) * 2 * len(self.joint)
+        orders = [k for k in ORDERS if size * k <= MANY_CELLS] or [ORDERS[0]]
+        return tuple(
+            type(self)(joint=self.joint, order=k, low_rad=self.low_rad, high_rad=self.high_rad) for k in orders
+        )
 
     def outside(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""

@@ -186,7 +186,8 @@ def fit_model(
         free: which entries of an effect's vector are fitted; the forms of its variants where an effect is not named.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
         robust: Huber weights for all rows; rows far off are set aside in any case and named.
-        penalty: strength of the smoothness penalty by effect; chosen on held-out rows where it is not given.
+        penalty: strength of the smoothness penalty by effect; with the resolution of the free function it is chosen on
+            held-out rows where it is not given.
         closely: share of the sum of squares below which a step is the last.
 
     Raises:
@@ -205,10 +206,13 @@ def fit_model(
     rough = [e.key for e in fit.model.effects if e.roughness() is not None and e.key not in strength]
     if not rough:
         return fit
-    from postproc.identify.smooth import choose_strength
+    from postproc.identify.smooth import choose_smoothness
 
-    strength.update({key: choose_strength(fit, key) for key in rough})
-    return _fitted(fit.problem, masks, figures, robust, strength, closely)
+    smooth = {key: choose_smoothness(fit, key) for key in rough}
+    strength.update({key: s.strength for key, s in smooth.items()})
+    masks.update({key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()})
+    finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
+    return _fitted(fit.problem.at(finer), masks, figures, robust, strength, closely)
 
 
 def _place(effect: Effect) -> int:

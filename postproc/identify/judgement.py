@@ -87,7 +87,8 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         worth = settled(before, rest, freedom, after, candidate.key) - candidate.searched
     else:
         worth = candidate.evidence + gained
-    return replace(candidate, effect=effect, evidence=worth, fall=before - rest, p_value=p)
+    free = after.free.get(candidate.key, candidate.free)
+    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p)
 
 
 def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> float:

@@ -1,33 +1,72 @@
-"""How smooth a free function should be: the strength of its penalty, chosen on rows that the fit has not seen."""
+"""How fine and how smooth a free function should be, chosen on rows that the fit has not seen."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
 from postproc.identify.fit import Fit, rms
 from postproc.identify.linear import Linear, bases_of, contiguous_blocks, hold_out
+from postproc.identify.problem import Problem, Weights
 
 STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+ENOUGH = 8000
+"""Measured numbers on which the choice is made; long records are thinned to that."""
+NO_BETTER = 0.01
+"""A finer function must bring the held-out error down by this share, or the coarser one is kept."""
 
 
-def choose_strength(fit: Fit, key: str) -> float:
-    """The penalty's strength for one effect of a fit with the smallest held-out error, without refitting the model.
+@dataclass(frozen=True)
+class Smoothness:
+    """A free function as the data can carry it: its resolution, amplitudes of the present fit kept, and its strength."""
 
-    The fit is linear in the amplitudes near its solution: with y = r + A x the penalised problem min |y - A x|^2 + |w
-        x|^2 is
-    solved for every strength at once for all blocks, and its held-out residuals are exact.
+    effect: Effect
+    strength: float
+
+
+def choose_smoothness(fit: Fit, key: str) -> Smoothness:
+    """Resolution and penalty of one free function with the smallest held-out error, without refitting the model.
+
+    The fit is linear in the amplitudes near its solution: with y = r + A x the penalised problem
+    min |y - A x|^2 + |w x|^2 is solved for every strength at once for all blocks, and its held-out residuals are exact.
+    The penalty, not the number of coefficients, keeps the function smooth: more of them than rows do no harm.
     """
     effect = fit.model.effect(key)
-    rough = None if effect is None else effect.roughness()
-    if effect is None or rough is None:
-        return 0.0
-    A, row = fit.columns, fit.problem.row
-    values = {e.key: e.vector() for e in fit.model.effects}
-    y = fit.problem.residual + A @ np.array([values[k][i] for k, i in fit.parameters])
-    mine = np.array([k == key for k, _ in fit.parameters])
+    assert effect is not None
+    few, y, others, soft = _beside(fit, key)
+    blocks = contiguous_blocks(few.data.repeats)[few.row]
     scale = float(np.sqrt(max(fit.variance, 1e-12)))
-    weights = np.array([(scale * rough / effect.scale())[i] if k == key else 0.0 for k, i in fit.parameters])
-    blocks = contiguous_blocks(fit.data.repeats)[row]
-    bases = bases_of(A, np.where(mine, 0.0, fit.penalty), weights, STRENGTHS)
-    errors = [rms(hold_out(Linear(y, U, row), (), blocks)) for U in bases]
-    return scale * STRENGTHS[int(np.argmin(errors))]
+    best, chosen = np.inf, Smoothness(effect, scale)
+    for form in effect.resolutions(fit.problem.sensitivity.state):
+        rough = form.roughness()
+        assert rough is not None
+        A = np.hstack([others, few.columns(form, np.ones(len(rough), dtype=bool))])
+        weights = np.concatenate([np.zeros(others.shape[1]), scale * rough / form.scale()])
+        known = np.concatenate([soft, np.zeros(len(rough))])
+        bases = bases_of(A, known, weights, STRENGTHS)
+        errors = [rms(hold_out(Linear(y, U, few.row), (), blocks)) for U in bases]
+        if min(errors) < (1 - NO_BETTER) * best:
+            best, chosen = min(errors), Smoothness(form, scale * STRENGTHS[int(np.argmin(errors))])
+    return chosen
+
+
+def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
+    """The problem on rows enough, y = r + A x there, and the columns and penalties of all fitted parameters but one
+    effect's."""
+    problem = fit.problem
+    groups = fit.data.repeats
+    kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0
+    few = Problem(problem.model, fit.data.rows(kept), Weights(problem.weights.values[kept]))
+    columns, y = [], few.residual.copy()
+    for effect in few.model.effects:
+        mask = np.zeros(len(effect.vector()), dtype=bool)
+        mask[[i for k, i in fit.parameters if k == effect.key]] = True
+        own = few.columns(effect, mask)
+        y += own @ effect.vector()[mask]
+        columns += [own] if effect.key != key else []
+    soft = fit.penalty[[k != key for k, _ in fit.parameters]]
+    return few, y, np.hstack(columns), soft
