@@ -53,11 +53,20 @@ class JointErrorMap(
         return np.asarray(np.tile(np.sqrt(np.arange(1.0, self.order + 1)), 2 * len(self.joint)))
 
     def resolutions(self, state: State) -> tuple[Self, ...]:
-        """The same joints at every order; the penalty keeps orders within bounds that few rows could not determine."""
-        size = 3 * len(state) * 2 * len(self.joint)
-        orders = [k for k in ORDERS if size * k <= MANY_CELLS] or [ORDERS[0]]
+        """Every order, on the same joints; where three have a map, on all that move (one kind of gear is in them all).
+
+        The penalty keeps within bounds what few rows could not determine. On one or two joints, orders that the rows
+        alone could not determine would pass a worn tooth or a step for a map.
+        """
+        moving = tuple(int(j) + 1 for j in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1) if j + 1 not in self.joint)
+        several = len(self.joint) > 2
+        choices = [self.joint, tuple(sorted((*self.joint, *moving)))] if several and moving else [self.joint]
+        size = 6 * len(state) * len(choices[-1])
+        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, self.joint, k))]
         return tuple(
-            type(self)(joint=self.joint, order=k, low_rad=self.low_rad, high_rad=self.high_rad) for k in orders
+            type(self)(joint=joint, order=k, low_rad=self.low_rad, high_rad=self.high_rad)
+            for k in orders or [self.order]
+            for joint in choices
         )
 
     def outside(self, q: Array) -> Array:
@@ -82,8 +91,13 @@ class JointErrorMap(
         found: list[Variant] = []
         for joints, orders in choices:
             for k in orders:
-                if 2 * k * len(joints) <= len(state) and (k <= 25 or len(state) >= MANY_ROWS):
+                if _carried(state, joints, k):
                     effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
                     where = "all joints" if joints == moving else "joint " + " and ".join(map(str, joints))
                     found.append(variant(effect, f"{where}, orders to {k}"))
         return tuple(found)
+
+
+def _carried(state: State, joints: tuple[int, ...], order: int) -> bool:
+    """Whether as many rows could determine the coefficients without any penalty."""
+    return 2 * order * len(joints) <= len(state) and (order <= 25 or len(state) >= MANY_ROWS)

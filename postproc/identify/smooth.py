@@ -18,6 +18,8 @@ ENOUGH = 8000
 """Measured numbers on which the choice is made; long records are thinned to that."""
 NO_BETTER = 0.01
 """A finer function must bring the held-out error down by this share, or the coarser one is kept."""
+IN_VAIN = 3
+"""Finer functions in a row that do not, before the search ends."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
     few, y, others, soft = _beside(fit, key)
     blocks = contiguous_blocks(few.data.repeats)[few.row]
     scale = float(np.sqrt(max(fit.variance, 1e-12)))
-    best, chosen = np.inf, Smoothness(effect, scale)
+    best, chosen, vain = np.inf, Smoothness(effect, scale), 0
     for form in effect.resolutions(fit.problem.sensitivity.state):
         rough = form.roughness()
         assert rough is not None
@@ -50,7 +52,11 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
         bases = bases_of(A, known, weights, STRENGTHS)
         errors = [rms(hold_out(Linear(y, U, few.row), (), blocks)) for U in bases]
         if min(errors) < (1 - NO_BETTER) * best:
-            best, chosen = min(errors), Smoothness(form, scale * STRENGTHS[int(np.argmin(errors))])
+            best, chosen, vain = min(errors), Smoothness(form, scale * STRENGTHS[int(np.argmin(errors))]), 0
+            continue
+        vain += 1
+        if vain == IN_VAIN:
+            break
     return chosen
 
 

@@ -1,0 +1,98 @@
+"""How fine a free function is: chosen on rows that the fit has not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.effects.joint_error_map import JointErrorMap
+from postproc.identify.fit import fit_model
+from postproc.identify.smooth import choose_smoothness
+from tests.identify.cells import base_fit, cell, true_error
+from tests.independent.cells import Hidden
+
+
+def broadband(g: np.random.Generator, arm: object) -> Hidden:
+    """Every joint has its own errors of orders 1 to 40, 200 microradians in all."""
+    k = np.arange(1, 41)
+    size = 2e-4 / np.sqrt(k * np.sum(1 / k))
+    phase = g.uniform(0, 2 * np.pi, (6, len(k)))
+    return Hidden(
+        "broadband",
+        "joint_error_map",
+        channels=(),
+        joint=lambda s, tau: np.sum(np.sqrt(2) * size * np.sin(k * s.q[:, :, None] + phase), axis=2),
+    )
+
+
+def few(g: np.random.Generator, arm: object) -> Hidden:
+    """Every joint has three smooth waves."""
+    k = np.arange(1, 4)
+    size = g.normal(0, 1e-4, (2, 6, len(k)))
+    return Hidden(
+        "few",
+        "joint_error_map",
+        channels=(),
+        joint=lambda s, tau: np.sum(
+            size[0] * np.sin(k * s.q[:, :, None]) + size[1] * np.cos(k * s.q[:, :, None]), axis=2
+        ),
+    )
+
+
+def everywhere(order: int) -> JointErrorMap:
+    return JointErrorMap(joint=(1, 2, 3, 4, 5, 6), order=order)
+
+
+def held_at(base, order: int, true) -> float:
+    """True error of a map of a stated order, with the strength that suits it."""
+
+    class Stated(JointErrorMap, key="joint_error_map"):
+        def resolutions(self, state):
+            return (self,)
+
+    return true_error(fit_model(base.model, base.data, [Stated(joint=(1, 2, 3, 4, 5, 6), order=order)]), true)
+
+
+@pytest.mark.parametrize("poses", [150, 300])
+def test_broadband_errors_get_more_coefficients_than_rows_could_determine(poses):
+    data, true = cell(broadband, seed=951, poses=poses, noise=0.02)
+    base = base_fit(data)
+    fit = fit_model(base.model, data, [everywhere(8)])
+    found = fit.model.effect("joint_error_map")
+    assert found.order >= 25
+    assert 12 * found.order > poses
+    assert true_error(fit, true) < 0.8 * held_at(base, 8, true)
+
+
+def test_smooth_errors_get_few():
+    data, true = cell(few, seed=952, poses=150, noise=0.02)
+    fit = fit_model(base_fit(data).model, data, [everywhere(25)])
+    assert fit.model.effect("joint_error_map").order <= 8
+    assert true_error(fit, true) < 0.015e-3
+
+
+def test_the_choice_is_that_of_refits_without_each_block():
+    """Held-out errors in closed form against a fit that has not seen the last rows at all."""
+    data, _ = cell(broadband, seed=953, poses=200, noise=0.02)
+    fit = fit_model(base_fit(data).model, data, [everywhere(8)])
+    smooth = choose_smoothness(fit, "joint_error_map")
+    seen = np.arange(len(data)) < 0.85 * len(data)
+    errors = {}
+    for strength in (smooth.strength, 1000 * smooth.strength):
+        some = fit_model(
+            fit.model.with_effects(smooth.effect),
+            data.rows(seen),
+            free=dict(fit.free),
+            penalty={"joint_error_map": strength},
+        )
+        errors[strength] = true_error(some, data.rows(~seen))
+    assert errors[smooth.strength] < 0.8 * errors[1000 * smooth.strength]
+
+
+def test_a_map_on_three_joints_is_tried_on_all_that_move():
+    data, _ = cell(broadband, seed=951, poses=150, noise=0.02)
+    wide = JointErrorMap(joint=(1, 2, 3), order=8).resolutions(data.state)
+    assert {e.joint for e in wide} == {(1, 2, 3), (1, 2, 3, 4, 5, 6)}
+    narrow = JointErrorMap(joint=(2,), order=8).resolutions(data.state)
+    assert {e.joint for e in narrow} == {(2,)}
+    assert max(e.order for e in narrow) <= 25
