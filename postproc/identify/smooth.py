@@ -61,8 +61,7 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
 
 
 def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
-    """The problem on rows enough, y = r + A x there, and the columns and penalties of all fitted parameters but one
-    effect's."""
+    """Rows enough for the choice of one effect: the problem, y = r + A x, columns and penalties of the other effects."""
     problem = fit.problem
     groups = fit.data.repeats
     kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0
