@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
@@ -24,7 +23,7 @@ IN_VAIN = 3
 
 @dataclass(frozen=True)
 class Smoothness:
-    """A free function as the data can carry it: its resolution, amplitudes of the present fit kept, and its strength."""
+    """A free function as the data can carry it: its resolution, with null amplitudes, and its strength."""
 
     effect: Effect
     strength: float
@@ -61,7 +60,7 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
 
 
 def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
-    """Rows enough for the choice of one effect: the problem, y = r + A x, columns and penalties of the other effects."""
+    """Rows enough to choose on: the problem, y = r + A x, columns and penalties of all effects but one."""
     problem = fit.problem
     groups = fit.data.repeats
     kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0

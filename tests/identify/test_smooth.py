@@ -7,7 +7,6 @@ import pytest
 
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.identify.fit import fit_model
-from postproc.identify.smooth import choose_smoothness
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent.cells import Hidden
 
@@ -69,24 +68,6 @@ def test_smooth_errors_get_few():
     fit = fit_model(base_fit(data).model, data, [everywhere(25)])
     assert fit.model.effect("joint_error_map").order <= 8
     assert true_error(fit, true) < 0.015e-3
-
-
-def test_the_choice_is_that_of_refits_without_each_block():
-    """Held-out errors in closed form against a fit that has not seen the last rows at all."""
-    data, _ = cell(broadband, seed=953, poses=200, noise=0.02)
-    fit = fit_model(base_fit(data).model, data, [everywhere(8)])
-    smooth = choose_smoothness(fit, "joint_error_map")
-    seen = np.arange(len(data)) < 0.85 * len(data)
-    errors = {}
-    for strength in (smooth.strength, 1000 * smooth.strength):
-        some = fit_model(
-            fit.model.with_effects(smooth.effect),
-            data.rows(seen),
-            free=dict(fit.free),
-            penalty={"joint_error_map": strength},
-        )
-        errors[strength] = true_error(some, data.rows(~seen))
-    assert errors[smooth.strength] < 0.8 * errors[1000 * smooth.strength]
 
 
 def test_a_map_on_three_joints_is_tried_on_all_that_move():
