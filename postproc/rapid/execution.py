@@ -22,7 +22,7 @@ from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
-from postproc.rapid.ways import Ways
+from postproc.rapid.ways import NOWHERE, Ways
 
 MAX_CALLS = 30  # depth
 MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
@@ -45,6 +45,8 @@ class Execution(ABC):
         self.elsewhere: set[tuple[str, int]] = set()  # statements that run again with another target
         self.first: dict[tuple[str, int], MotionEvent] = {}
         self.only_new = False
+        self.emitting = True  # motions become events; not while a turn of a loop is tried out
+        self.returning = False  # from the end of a loop to the first motion of its next turn
         self.conditional = 0
         self.maker = EventMaker(program, self.diagnostics)
         self.repeats = Repeats(self.maker)
@@ -210,6 +212,16 @@ class Execution(ABC):
         self.assign(pieces[0][1], data, memory)
 
     def move(self, statement: MotionStatement, memory: Memory) -> None:
+        if self.emitting and (not self.returning or self.ways.ends - {NOWHERE}):
+            self.go(statement, memory)
+            if self.returning and statement.interpolation != "none":
+                self.ways.ends = frozenset()
+        found = statement.argument("found")
+        if found is not None:
+            self.assign(found.span, NotKnown(f"`{found.text}` is found by a search"), memory)
+
+    def go(self, statement: MotionStatement, memory: Memory) -> None:
+        """Add the events of one execution."""
         seen = self.visited.setdefault(statement.source.path, set())
         new = statement.span[0] not in seen
         seen.add(statement.span[0])
@@ -217,15 +229,14 @@ class Execution(ABC):
         if new or not self.only_new:
             make = self.maker.event if new else self.repeats.event
             event = make(statement, memory, self.conditional > 0)
+            if self.returning and event.reason is not None:
+                return
             self.steps += self.ways.go(event) - 1
             self.first.setdefault(place, event)
         else:
             self.ways.lose()
             if not self.same_target(statement, memory):
                 self.elsewhere.add(place)
-        found = statement.argument("found")
-        if found is not None:
-            self.assign(found.span, NotKnown(f"`{found.text}` is found by a search"), memory)
 
     def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
         """Whether a further execution goes where the first one went."""

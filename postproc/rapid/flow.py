@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import floor, inf
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
-from postproc.rapid.evaluate import evaluate, names_in
-from postproc.rapid.execution import Execution
-from postproc.rapid.memory import Binding, Memory
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.loops import Loops
+from postproc.rapid.memory import Memory
 from postproc.rapid.program import bodies, statements_in
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
-MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
-MAX_IDLE_TURNS = 300  # of one loop that moves nothing
 MAX_DEPTH = 80  # blocks and calls inside one another
 
 
-class Flow(Execution):
+class Flow(Loops):
     """Executes statements."""
 
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
@@ -124,78 +121,6 @@ class Flow(Execution):
             except NotKnown:
                 verdict = None
         return verdict
-
-    def truth(self, condition: Span, memory: Memory) -> bool | None:
-        data = self.value_or_not(condition, memory)
-        return data if isinstance(data, bool) else None
-
-    def for_loop(self, loop: Statement, memory: Memory) -> bool:
-        hidden = memory.frame.bindings.get(loop.word)
-        bounds = [self.value_or_not(span, memory) for span in loop.parts]
-        turns, step = MAX_TURNS + 1, 1.0
-        if all(isinstance(bound, float) for bound in bounds):
-            step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
-            count = (bounds[1] - bounds[0]) / step + 1e-9 if step else inf
-            turns = max(0, floor(count) + 1) if abs(count) <= MAX_TURNS else 0 if count < 0 else MAX_TURNS + 1
-        reached, turn = True, 0
-        while reached and turn < turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
-            memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
-            reached = self.body(loop.branches[0].body, memory)
-            turn += 1
-        if reached and turn < turns:
-            index = NotKnown(f"the loop index `{loop.word}` is not known")
-            self.unknown_turns(loop, memory, {loop.word: index})
-        memory.frame.bindings.pop(loop.word, None)
-        if hidden is not None:
-            memory.frame.bindings[loop.word] = hidden
-        return reached
-
-    def while_loop(self, loop: Statement, memory: Memory) -> bool:
-        condition = loop.parts[0]
-        words = memory.frame.routine.source.data[condition[0] : condition[1]]
-        if words.strip(b"() \t\r\n").lower() == b"true":
-            self.unknown_turns(loop, memory, {}, certain=True)
-            return False
-        keys = self.changes.of_one(loop, memory.frame.routine)
-        turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
-        if not self.can_end(condition, keys, memory):
-            turns = 1
-        for _ in range(turns):
-            verdict = self.truth(condition, memory)
-            if verdict is False:
-                return True
-            if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
-                break
-            if not self.body(loop.branches[0].body, memory):
-                return False
-        self.unknown_turns(loop, memory, {})
-        return True
-
-    def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
-        """Whether the loop itself changes what its condition depends on."""
-        try:
-            names = names_in(self.tree(condition, memory))
-        except NotKnown:
-            return False
-        found = (memory.find(name) for name in names)
-        return any("%" + name in keys for name in names) or any(d.key in keys for d in found if d is not None)
-
-    def unknown_turns(
-        self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
-    ) -> None:
-        """A loop that runs nobody knows how often: its body once, with everything it changes unknown."""
-        keys = self.changes.of_one(loop, memory.frame.routine)
-        forget(memory, keys, "is changed in a loop")
-        memory.frame.bindings.update(bindings)
-        begin = self.ways.ends
-        if "@moves" in keys:
-            self.ways.doubt()  # in the second turn it comes from the end of the first
-        self.conditional += not certain
-        if not self.body(loop.branches[0].body, memory):
-            self.ways.leave()
-        self.conditional -= not certain
-        forget(memory, keys, "is changed in a loop")
-        self.ways.ends |= begin
 
     def label(self, statement: Statement, memory: Memory) -> None:
         routine = memory.frame.routine

@@ -95,6 +95,33 @@ def test_a_conditional_loop_with_known_values() -> None:
     assert x(f"VAR num n:=1; WHILE n<4 DO {move('n')} Incr n; ENDWHILE {move('n')}") == [1, 2, 3, 4]
 
 
+@pytest.mark.parametrize("head", ["WHILE TRUE DO", "WHILE di1=1 DO", "FOR i FROM 1 TO n DO"])
+@pytest.mark.parametrize(
+    ("body", "masses"),
+    [
+        ("{1} GripLoad part; {2} GripLoad load0; {3}", [0, 5, 0]),
+        ("{1} GripLoad part; {2}", [None, 5]),
+        ("GripLoad part; {1} IF di2=1 GripLoad load0; {2}", [5, None]),
+        # What a turn leaves shows in the turn after the next.
+        ("GripLoad two; {1} two:=one; one:=heavy;", [None]),
+        ("pick; {1} GripLoad load0;", [5]),
+    ],
+)
+def test_what_every_turn_of_a_loop_finds_alike_is_known(head: str, body: str, masses: list[float | None]) -> None:
+    loads = "VAR loaddata one; VAR loaddata two; CONST loaddata heavy:=[9,[0,0,80],[1,0,0,0],0,0,0];"
+    data = P + LOADS + loads + "VAR num n; PROC pick() GripLoad part; ENDPROC PROC count() n:=DInput(di3); ENDPROC"
+    for number in "123":
+        body = body.replace(f"{{{number}}}", move(number))
+    end = head.split()[0].replace("WHILE", "ENDWHILE").replace("FOR", "ENDFOR")
+    found = events(f"count; one:=part; two:=part; {head} {body} {end}", data)
+    assert [e.gripload.mass if e.reason is None else None for e in found[: len(masses)]] == masses
+
+
+def test_a_turn_of_a_loop_begins_where_the_one_before_ended() -> None:
+    found = events(f"{move('0')} WHILE TRUE DO IF di1=1 THEN {move('1')} ENDIF {move('2')} {move('3')} ENDWHILE", P)
+    assert shown(found) == ["0 from nowhere", "1", "2", "at 0", "2", "3", "1", "at 3", "2"]
+
+
 def test_an_endless_loop_runs_once_and_forgets_what_it_changes() -> None:
     found = events(f"VAR num n:=0; WHILE TRUE DO {move('n')} n:=n+1; n:=5; {move('n')} ENDWHILE", P)
     assert [None if e.target is None else e.target.trans[0] for e in found] == [None, 5]  # type: ignore[union-attr]
@@ -144,7 +171,7 @@ def shown(found: list[MotionEvent]) -> list[str]:
         ("IF di1=1 THEN {1} ELSE MoveL nowhere,v5,z0,tool0; ENDIF", "", "0 1 @0"),
         ("early; {4}", "PROC early() {1} IF di1=1 RETURN; {2} ENDPROC", "0 1 2 4 @1 4"),
         ("FOR i FROM 1 TO 2 DO {1} IF di1=1 THEN {2} ENDIF ENDFOR {3}", "", "0 1 2 1 @1 1 2 3 @1 3"),
-        ("WHILE di1=1 DO {1} {2} ENDWHILE {3}", "", "0 1 2 3 @0 3"),
+        ("WHILE di1=1 DO {1} {2} ENDWHILE {3}", "", "0 1 2 1 @0 3 @2 3"),
         ("IF di1=1 THEN {1} ENDIF IF di2=1 THEN {2} ENDIF {3}", "", "0 1 2 @0 2 3 @0 3 @1 3"),
     ],
 )
