@@ -2,9 +2,10 @@
 
 A declaration is edited when all that it serves for are targets of compensated moves and all of them ask for the same
 value; otherwise each statement gets a target of its own. Where a call hands the target to a routine, the call gets it.
-A statement that runs several times with different corrections cannot have one of its own: where its target is derived
-(Offs, RelTool) from one that is edited it follows that; where Offs displaces one target by another amount each time and
-all ask for the same of that target, it is replaced inside Offs; else the statement is left alone, with that reason.
+A statement that runs several times with different corrections cannot have one of its own: where all ask for the same of
+what Offs displaces, that is replaced; where its target is derived (Offs, RelTool) from one that is edited it follows
+that; where all ask for one displacement of whatever target it has, it gets an Offs; else it is left alone, with that
+reason.
 """
 
 from __future__ import annotations
@@ -152,6 +153,8 @@ def _refuse(
     for (key, _), group in arguments.items():
         if all(_text_of(w, editable) is not None for w in group):
             continue
+        if not _agree(group) and key in complete and _one_base(group) and _displaced(events, group) is not None:
+            continue
         followed = edited & bases.get(key, set())
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
         if followed and (not _agree(group) or any("%" in name for name in followed)):
@@ -164,18 +167,34 @@ def _refuse(
 
 
 def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Change | None:
-    """The change of what ``Offs`` displaces by another amount in each run, where all runs ask for the same of it."""
-    base, values = group[0].origin.base, []
-    if base is None or any(wish.origin.base != base for wish in group):
-        return None
+    """The change of an argument that leads to another target in each run, where all runs ask for the same of it.
+
+    What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``.
+    """
+    base = group[0].origin.base if _one_base(group) else None
+    shifts = []
     for wish in group:
         target = events[wish.event].target if wish.role == "to" else events[wish.event].via
         assert isinstance(target, RobTarget)
-        x, y, z = np.add(base.target.trans, np.subtract(wish.value.pose.trans, target.trans)).tolist()
-        values.append(replace(wish.value, pose=Pose((x, y, z), wish.value.pose.rot)))
-    if not all(same_value(values[0], value) for value in values[1:]):
+        x, y, z = np.subtract(wish.value.pose.trans, target.trans).tolist()
+        shifts.append(replace(wish.value, pose=Pose((x, y, z), wish.value.pose.rot)))
+        kept = TargetValue(Pose((x, y, z), target.rot), target.robconf, target.extax)
+        if base is None and not same_value(shifts[-1], kept):
+            return None  # Offs does not turn
+    shift = shifts[0].pose.trans
+    if base is None:
+        alike = all(np.abs(np.subtract(other.pose.trans, shift)).max() <= SAME_MM for other in shifts[1:])
+        return replace(_change(events, group[0], "argument"), displacement=shift) if alike else None
+    if not all(same_value(shifts[0], other) for other in shifts[1:]):
         return None
-    return Change(base.source, base.span, values[0])
+    x, y, z = np.add(base.target.trans, shift).tolist()
+    return Change(base.source, base.span, replace(shifts[0], pose=Pose((x, y, z), shifts[0].pose.rot)))
+
+
+def _one_base(group: Sequence[Wish]) -> bool:
+    """Whether ``Offs`` displaces one target in all runs of a statement."""
+    base = group[0].origin.base
+    return base is not None and all(wish.origin.base == base for wish in group)
 
 
 def _one_target(events: Sequence[MotionEvent], group: Sequence[Wish]) -> bool:

@@ -87,7 +87,7 @@ def plan_changes(
         refused |= {key: why for key, why in decisions.refused.items() if key not in alike}
         if now_left.keys() <= left.keys() and not clashing and not parted:
             break
-        left = now_left | left | {i: np.zeros(6) for i in parted} | middles
+        left = now_left | left | {i: now_left[i] for i in parted} | middles
         shared = (shared | middles.keys()) - parted
         indivisible.update(clashing)
     return Plan(
@@ -105,24 +105,30 @@ def plan_changes(
 
 
 def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisions: Decisions) -> dict[int, Array]:
-    """The shift (6,) that all runs of a statement can share, by move, for statements refused because they differ.
+    """The shift (6,) that all runs of a statement can share, by move, where they differ: of statements that are refused
+    for that, or would follow what one ``Offs`` displaces.
 
     They share it in the axes of the object frame: a routine may run again with its work displaced.
     """
     samples = motion.samples
     runs: dict[StatementKey, list[int]] = {}
     for i, move in enumerate(motion.moves):
-        key = key_of(events[move.event].statement)
-        if key in decisions.refused:
+        event = events[move.event]
+        key = key_of(event.statement)
+        if key in decisions.refused or (key in decisions.following and event.target_origin.base is not None):
             runs.setdefault(key, []).append(i)
-    alike = [rows for rows in runs.values() if _one_text(events, motion, rows)]
+    runs = {key: rows for key, rows in runs.items() if key in decisions.refused or _one_text(events, motion, rows)}
+    alike = [rows for rows in runs.values() if all(events[motion.moves[i].event].via is None for i in rows)
+             or _one_text(events, motion, rows)]  # fmt: skip
     chosen = [i for rows in alike for i in rows]
     if not chosen:
         return {}
     T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
     turn = object_matrices([events[motion.moves[i].event] for i in chosen])[:, :3, :3]
-    shifts = pose_error(T_goal[chosen], T_corrected[chosen]).reshape(-1, 2, 3)
-    middles = shared_middles([len(rows) for rows in alike], (shifts @ turn).reshape(-1, 6))
+    shifts = (pose_error(T_goal[chosen], T_corrected[chosen]).reshape(-1, 2, 3) @ turn).reshape(-1, 6)
+    turned = np.repeat([_one_text(events, motion, rows) for rows in alike], [len(rows) for rows in alike])
+    shifts[~turned, 3:] = 0.0  # other targets can be displaced, not turned
+    middles = shared_middles([len(rows) for rows in alike], shifts)
     return {chosen[k]: (turn[k] @ shift.reshape(2, 3, 1)).ravel() for k, shift in middles.items()}
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.events import MotionStatement, TargetSpans
-from postproc.rapid.records import Ax6, Pose
+from postproc.rapid.records import Ax6, Pose, Vec3
 
 StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
@@ -41,13 +41,15 @@ class Change:
     Args:
         source, span: the text that holds the target: an aggregate, or an argument that leads to one.
         value: the corrected target.
-        spans: literal numbers that are replaced in place; None replaces the whole text by an aggregate.
+        spans: literal numbers that are replaced in place; None replaces the whole text.
+        displacement: of whatever target the text leads to [mm], object frame; None writes an aggregate.
     """
 
     source: Source
     span: Span
     value: TargetValue
     spans: TargetSpans | None = None
+    displacement: Vec3 | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,8 +23,8 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
-    """Edits that write corrected targets: numbers in place, or an inline aggregate for a whole argument."""
-    target = load_template(env, "target.j2")
+    """Edits that write corrected targets: numbers in place, or an aggregate or an ``Offs`` for a whole argument."""
+    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
     for change in changes:
         if change.spans is not None:
             edit = _number_edit(change)
@@ -32,6 +32,9 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
                 yield change.source, edit
             continue
         text = fill(target, {"target": change.value})
+        if change.displacement is not None:
+            written = change.source.data[slice(*change.span)].decode("latin-1")
+            text = fill(displaced, {"text": written, "displacement": change.displacement})
         yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
 
 

@@ -39,7 +39,7 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
                 "REN001",
                 "error",
                 f"template folder `{template_dir}` does not exist",
-                help="give --template a folder that holds target.j2, statement.j2, header.j2 or module.j2",
+                help="give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2",
             )
         )
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]

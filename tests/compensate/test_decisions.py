@@ -272,7 +272,10 @@ def test_runs_that_ask_for_quite_different_corrections_are_left_alone() -> None:
     light = "PERS tooldata tLight:=[TRUE,[[0,0,350],[1,0,0,0]],[0.001,[0,0,1],[1,0,0,0],0,0,0]];"
     body = "MoveJ a,v100,fine,tLight;\nvisit tLight;\nMoveL a,v100,fine,tOther;\nvisit tOther;"
     found = convert(module(data + "\n" + other + "\n" + light, body, visit), force=(0.0, 0.0, 0.0))
-    assert [o.status for o in found.outcomes if o.statement.routine == "visit"] == ["skipped"]
+    left = next(o for o in found.outcomes if o.statement.routine == "visit")
+    assert left.status == "skipped" and "several times" in (left.reason or "")
+    assert "CMP005" in codes(found)
+    assert re.search(r"^  ! 1 motion statement left as written$", written(found), re.MULTILINE)
 
 
 LAYERS = """FOR i FROM 0 TO 3 DO
@@ -294,11 +297,17 @@ def test_layers_share_the_correction_of_what_is_displaced() -> None:
     assert again.before > 0.5 and again.goal_after <= 0.005 and again.after <= 0.03
 
 
-def test_displacements_of_different_targets_are_left_alone() -> None:
+def test_displacements_of_different_targets_share_an_offset() -> None:
     data = f"CONST robtarget row{{2}}:=[{A},{C}];\nVAR robtarget p;"
     loop = "FOR i FROM 1 TO 2 DO\np:=row{i};\nMoveL Offs(p,0,0,10*i),v50,fine,tT;\nENDFOR"
-    found = convert(module(data, f"MoveJ {B},v500,fine,tT;\n{loop}"))
-    assert [o.status for o in found.outcomes] == ["compensated", "skipped"]
+    text = module(data, f"MoveJ {B},v500,fine,tT;\n{loop}")
+    found = convert(text)
+    assert [o.edited for o in found.outcomes] == ["aggregate", "argument"]
+    assert re.search(r"^MoveL Offs\(Offs\(p,0,0,10\*i\),[-\d.]+,[-\d.]+,[-\d.]+\),v50", body_of(written(found))[3])
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.before > 1.0 and again.goal_after < 0.3
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
 
 
 def test_confdata_follows_a_joint_across_a_quadrant() -> None:
@@ -494,18 +503,18 @@ def test_elements_handed_over_in_a_loop() -> None:
         'MoveL p,v50,fine,tT;\n    %"other"% p;',
     ],
 )
-def test_a_parameter_that_serves_for_more_is_left_alone_and_said(inside: str) -> None:
+def test_a_parameter_that_serves_for_more_is_displaced_where_it_is_used(inside: str) -> None:
     """One statement runs with two targets handed over, which the routine does not use for moves alone."""
     text = module(
         THREE + "\nVAR num height;", f"MoveJ {C},v200,fine,tT;\ngo p1;\ngo p2;",
         f"  PROC go(robtarget p)\n    {inside}\n  ENDPROC\n",
     )  # fmt: skip
     found = convert(text)
-    left = outcome(found, 1)
-    assert left.status == "skipped" and "several times" in (left.reason or "")
-    assert "CMP005" in codes(found)
-    assert re.search(r"^  ! [12] motion statements? left as written$", written(found), re.MULTILINE)
-    assert lines_of(written(found))[-8:] == lines_of(text)[-8:]
+    assert outcome(found, 1).edited == "argument"
+    lines, plain = lines_of(written(found))[-8:], lines_of(text)[-8:]
+    changed = [(new, old) for new, old in zip(lines, plain, strict=True) if new != old]
+    assert changed and all(new.startswith("MoveL Offs(p,") and old.startswith("MoveL p,") for new, old in changed)
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.3
 
 
 def test_a_routine_that_others_call_with_other_targets_keeps_its_parameter() -> None:
