@@ -47,7 +47,8 @@ def _call(app: App, arguments: Sequence[str]) -> object:
         return app(arguments)
     except CycloptsError as error:
         text = " ".join(str(error).split())
-        help_ = "`postproc COMMAND --help` lists what is allowed"
+        command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
+        help_ = f"`postproc {command} --help` lists what is allowed"
         raise PostprocError(Diagnostic("CLI001", "error", text, help=help_)) from None
 
 

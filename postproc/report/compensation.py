@@ -28,6 +28,7 @@ def compensation_page(name: str, found: Conversion) -> str:
             "before": document["max_error_before_mm"],
             "after": document["max_error_after_mm"],
             "tolerance": document["tolerance_mm"],
+            "95 % of positions within": (document["expected_accuracy"] or {}).get("within_95_percent_mm"),
             "targets added": document["added_targets"],
             "cycle time": f"{document['cycle_time_s']:.1f} s",
         }
@@ -53,12 +54,18 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "The program is not safe to compensate; nothing was written."
     if not any(row["status"] == "compensated" for row in document["statements"]):
         return "Nothing was corrected."
-    before, after = document["max_error_before_mm"], document["max_error_after_mm"]
-    transient = document["max_transient_mm"]
-    if transient > document["tolerance_mm"]:
-        steady = f"At steady speed the deviation falls from {before:.2f} mm to {after:.3f} mm"
-        return f"{steady}; while the speed changes up to {transient:.3f} mm remain."
-    return f"The largest deviation falls from {before:.2f} mm to {after:.3f} mm."
+    fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm"
+    beside = [
+        f"{document[key]:.3f} mm {where}"
+        for key, where in (
+            ("max_transient_mm", "while the speed changes"),
+            ("max_transition_mm", "where the correction jumps"),
+        )
+        if document[key] > document["tolerance_mm"]
+    ]
+    if not beside:
+        return f"The largest deviation falls from {fell}."
+    return f"At steady speed the deviation falls from {fell}; there remain up to {' and '.join(beside)}."
 
 
 def _course(found: Conversion) -> Section:

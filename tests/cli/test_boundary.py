@@ -29,7 +29,7 @@ def test_unknown_option_is_bad_usage(call: Call) -> None:
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == snapshot("""\
 error[CLI001]: Unknown option: --loud.
-  = help: `postproc COMMAND --help` lists what is allowed
+  = help: `postproc explain --help` lists what is allowed
 """)
 
 
