@@ -10,17 +10,9 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
-from postproc.model.equilibrium import (
-    REACH,
-    Deflection,
-    active_bodies,
-    carries_load,
-    deflect,
-    distance,
-    loaded_state,
-    tcp,
-    unsettled,
-)
+from postproc.model.deflection import REACH, Deflection, deflect, distance, tcp
+from postproc.model.equilibrium import active_bodies, carries_load, unsettled
+from postproc.model.loads import loaded_state
 from postproc.model.states import take
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian

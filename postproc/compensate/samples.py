@@ -17,7 +17,7 @@ from postproc.motion.curves import Curves, build_curves, joints_at, pose_at
 from postproc.motion.mounts import Mounts
 from postproc.motion.values import Flags, Index, Move
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import track
+from postproc.robot.track import track
 
 SPACING = 0.02  # [m]: a correction that bends by 1 mm over 1 m deviates from its chord by 0.4 micrometres in between
 TURN = np.radians(3.0)

@@ -19,7 +19,8 @@ from postproc.effects.base import Effect, displacement_of, load_of
 from postproc.effects.contract import Displacement, Load, State
 from postproc.model.arm import Model
 from postproc.model.chain import Directions, directions, point_jacobian, spread
-from postproc.model.equilibrium import Equilibrium, loaded_state
+from postproc.model.equilibrium import Equilibrium
+from postproc.model.loads import loaded_state
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import displace
 

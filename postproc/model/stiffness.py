@@ -8,7 +8,8 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
-from postproc.model.equilibrium import Equilibrium, equilibrium, payload_point
+from postproc.model.equilibrium import Equilibrium, equilibrium
+from postproc.model.loads import payload_point
 from postproc.model.states import take
 from postproc.model.tangent import Frame, tangent
 

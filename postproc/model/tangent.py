@@ -11,7 +11,8 @@ from postproc.effects.base import Effect, displacement_of, load_of
 from postproc.effects.contract import Displacement, Load, State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
-from postproc.model.equilibrium import Equilibrium, carries_load, coordinates, payload_point
+from postproc.model.equilibrium import Equilibrium, carries_load
+from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
 
 LOAD_STEP = 0.1  # [N, N m]: effects are linear in the load, or smooth over tens of N m

@@ -17,7 +17,8 @@ from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import Failure, joint_solution, track
+from postproc.robot.inverse import Failure, joint_solution
+from postproc.robot.track import track
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 

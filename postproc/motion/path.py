@@ -14,7 +14,8 @@ from postproc.motion.findings import at_move, once
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of
 from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import inverse, track
+from postproc.robot.inverse import inverse
+from postproc.robot.track import track
 
 SPACING = 0.010  # [m]
 TURN = np.radians(1.0)  # reorientation between samples [rad]

@@ -9,7 +9,8 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import TURNING, confdata
-from postproc.robot.inverse import inverse, track
+from postproc.robot.inverse import inverse
+from postproc.robot.track import track
 
 
 def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] | None:

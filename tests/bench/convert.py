@@ -27,8 +27,8 @@ from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
-from postproc.robot.inverse import track
 from postproc.robot.pose import invert
+from postproc.robot.track import track
 
 PER_SEAM, STEP = 50, 0.008  # targets of a seam and their distance [m]
 HALF = np.radians(45.0) / 2  # the torch stands 45 degrees bent on the flange, so that the wrist is never straight

@@ -9,9 +9,9 @@ from postproc.model.equilibrium import equilibrium
 from postproc.model.file import default_model
 from postproc.model.stiffness import stiffness
 from postproc.model.tangent import tangent
-from postproc.robot.inverse import track
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert
+from postproc.robot.track import track
 from tests.bench.reference import paper_compensation, paper_pose
 
 FORCE = np.array([200.0, -200, -200, 0, 0, 0])

@@ -14,11 +14,12 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.equilibrium import Equilibrium, equilibrium, loaded_state
+from postproc.model.equilibrium import Equilibrium, equilibrium
+from postproc.model.loads import loaded_state
 from postproc.model.stiffness import stiffness
-from postproc.robot.inverse import track
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import displace, invert, transform
+from postproc.robot.track import track
 
 
 @dataclass(frozen=True, slots=True)

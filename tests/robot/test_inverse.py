@@ -11,8 +11,9 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import branch, confdata
-from postproc.robot.inverse import inverse, joint_solution, track
+from postproc.robot.inverse import inverse, joint_solution
 from postproc.robot.kinematics import forward
+from postproc.robot.track import track
 from tests.independent import arm as A
 from tests.independent import inverse as other_inverse
 

@@ -1,0 +1,66 @@
+"""What all effects move together: joints, ends of bodies, the tool, the base as the instrument sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import displacement_of
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.chain import Chain
+from postproc.robot.pose import displace
+
+REACH = 3.0  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Deflection:
+    """What all effects move together: joints (n, 6) [rad], ends of bodies, tool, the base as the instrument sees it."""
+
+    joint: Array
+    body: Mapping[int, Array]
+    tool: Array | None
+    instrument: Array | None
+
+
+def deflect(model: Model, state: State) -> Deflection:
+    """The sum of the displacements of all effects at a state."""
+    n = len(state)
+    joint = np.zeros((n, 6))
+    body: dict[int, Array] = {}
+    tool: Array | None = None
+    instrument: Array | None = None
+    for effect in model.effects:
+        share = displacement_of(effect, state)
+        if share.joint is not None:
+            joint = joint + share.joint
+        for b, xi in share.body.items():
+            whole = np.broadcast_to(xi, (n, 6))
+            body[b] = body[b] + whole if b in body else whole
+        tool = _plus(tool, share.tool)
+        instrument = _plus(instrument, share.instrument)
+    return Deflection(joint, body, tool, instrument)
+
+
+def _plus(total: Array | None, share: Array | None) -> Array | None:
+    return share if total is None else total if share is None else total + share
+
+
+def distance(new: Deflection, old: Deflection) -> Array:
+    """(n,) how far the TCP moves from one deflection to the other [m], from above, without tool and frame."""
+    total = np.abs(new.joint - old.joint).max(axis=1) * REACH
+    for b, xi in new.body.items():
+        step = np.abs(xi - old.body[b]) if b in old.body else np.abs(xi)
+        total = np.maximum(total, np.maximum(step[:, :3].max(axis=1), REACH * step[:, 3:].max(axis=1)))
+    result: Array = total
+    return result
+
+
+def tcp(chain: Chain, state: State, deflection: Deflection) -> Array:
+    """Real TCP in the base frame, flange times nominal tool times tool displacement, (n, 4, 4)."""
+    T: Array = chain.T_base_flange @ state.T_flange_tcp
+    return T if deflection.tool is None else T @ displace(deflection.tool)

@@ -1,0 +1,98 @@
+"""The loads on the springs of the deflected arm: links, payload, wrench and effects."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import load_of
+from postproc.effects.contract import State
+from postproc.effects.geometry import force_at, point_acceleration
+from postproc.model.arm import ALL_BODIES, Model
+from postproc.model.chain import Chain, deflected_chain, directions, spread
+from postproc.model.deflection import Deflection, tcp
+from postproc.model.multibody import Multibody
+
+
+def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...] | bool) -> State:
+    """The state with body poses and the loads on the springs of the arm deflected so far.
+
+    load = J_g^T G + J_theta^T f - (M qdd + v), on every virtual spring (Eqs. 14-16, 23 corrected): links through the
+    recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
+
+    Args:
+        bodies: those whose far ends carry a spring, beside those that are deflected; True for all.
+    """
+    springs = ALL_BODIES if bodies is True else tuple(sorted({*(bodies or ()), *deflection.body}))
+    chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
+    state = state.with_(T_base_body=chain.T_base_body)
+    along = directions(model.robot, chain, springs)
+    arm = model.multibody(springs)
+    load = -arm.rnea(coordinates(chain, arm), state.v, state.a)
+    forces, torques = applied(model, state, chain, deflection)
+    if forces is not None:
+        load = load + spread(along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
+    body_load: Array | None = None
+    if springs:
+        body_load = np.full((len(state), 7, 6), np.nan)
+        body_load[:, springs] = load[:, arm.spring]
+    return state.with_(joint_load=load[:, arm.joint] + torques, body_load=body_load)
+
+
+def coordinates(chain: Chain, arm: Multibody) -> Array:
+    """All coordinates of the deflected arm in chain order, (n, m)."""
+    if not arm.bodies:
+        return chain.q
+    result = np.zeros((len(chain.q), arm.size))
+    result[:, arm.joint] = chain.q
+    for b, xi in chain.body.items():
+        result[:, arm.columns[b]] = xi
+    return result
+
+
+def applied(model: Model, state: State, chain: Chain, deflection: Deflection) -> tuple[Array | None, Array]:
+    """Forces from outside and from effects: (n, 8, 6) on bodies and flange about the base origin, (n, 6) on joints."""
+    n = len(state)
+    forces: Array | None = None
+    torques = np.zeros((n, 6))
+
+    def add(body: int, wrench: Array) -> None:
+        nonlocal forces
+        if forces is None:
+            forces = np.zeros((n, 8, 6))
+        forces[:, body] += wrench
+
+    if state.payload_mass is not None:
+        add(7, payload_wrench(model, state, chain))
+    if state.wrench is not None:
+        point = tcp(chain, state, deflection)[:, :3, 3]
+        moved = force_at(point, np.broadcast_to(state.wrench, (n, 6))[:, :3])
+        moved[:, 3:] += np.broadcast_to(state.wrench, (n, 6))[:, 3:]
+        add(7, moved)
+    for effect in model.effects:
+        share = load_of(effect, state)
+        if share.joint is not None:
+            torques = torques + share.joint
+        for body, wrench in share.body.items():
+            add(body, wrench)
+    return forces, torques
+
+
+def payload_point(state: State, chain: Chain) -> Array:
+    """(n, 3) centre of the payload in the base frame [m]; the flange where it is not given."""
+    if state.payload_center is None:
+        return chain.T_base_flange[:, :3, 3]
+    center = np.broadcast_to(state.payload_center, (len(state), 3))[:, :, None]
+    return (chain.T_base_flange[:, :3, :3] @ center)[:, :, 0] + chain.T_base_flange[:, :3, 3]
+
+
+def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
+    """Payload as a point mass: force m (g - a) at its centre and moment about the base origin, (n, 6)."""
+    point = payload_point(state, chain)
+    pull = np.broadcast_to(model.gravity, point.shape)
+    if state.v is not None or state.a is not None:
+        still = np.zeros((len(state), 6))
+        v, a = (still if r is None else r for r in (state.v, state.a))
+        pull = pull - point_acceleration(model.robot, chain.T_base_body, v, a, 6, point)
+    mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))
+    return force_at(point, mass[:, None] * pull)

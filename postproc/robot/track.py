@@ -1,0 +1,118 @@
+"""Nominal inverse kinematics along a path: the continuous solution in the branch of its start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.robot.arm import Opw, Robot
+from postproc.robot.closed_form import inverse
+from postproc.robot.configuration import branch
+from postproc.robot.inverse import BLOCK, TAUGHT_WRIST
+from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.pose import pose_error
+
+
+def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
+    """Joint angles along a path in the branch of its start: continuous, over turns and through a straight wrist.
+
+    Args:
+        T_base_flange: (n, 4, 4) poses, close enough that no joint turns by half a turn from one to the next.
+        q_start: (6,) [rad] at or shortly before the first pose.
+
+    Returns:
+        (n, 6) [rad]; limits are not applied.
+
+    Raises:
+        PostprocError: KIN004, a pose cannot be reached in this branch.
+    """
+    poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
+    if not len(poses):
+        return np.zeros((0, 6))
+    if robot.opw is None:
+        return np.stack([q for q in _stepwise(robot, poses, q_start)])
+    # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity).
+    solutions = inverse(robot, poses[:1])
+    first = np.abs(_wrapped(solutions[0] - q_start)).max(axis=-1)
+    if np.isnan(first).all():
+        _left_branch(robot, 0)
+    arm = int(branch(robot.opw, solutions)[0, int(np.nanargmin(first))] >> 1)
+    wrists = np.empty((len(poses), 2, 6))
+    for start in range(0, len(poses), BLOCK):
+        rows = slice(start, start + BLOCK)
+        wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, start)
+    options = _wrist_pair(wrists, q_start)
+    # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on
+    # which one the arm is in, and the changes add up.
+    before = np.concatenate([np.repeat(np.asarray(q_start)[None, None], 2, axis=1), options[:-1]])
+    stay = np.abs(_wrapped(options[:, 0] - before[:, 0])).max(axis=-1)
+    change = np.abs(_wrapped(options[:, 1] - before[:, 0])).max(axis=-1)
+    chosen = np.cumsum(change < stay) % 2
+    q = options[np.arange(len(poses)), chosen]
+    unwrapped: Array = np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
+    return unwrapped
+
+
+def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
+    """The two solutions (n, 2, 6) of each pose in one branch of the arm; ``start`` counts the poses before them."""
+    solutions = inverse(robot, poses)
+    bits = branch(opw, solutions)
+    pair = np.argsort(np.where((bits >> 1) == arm, bits, 99) + 50 * np.isnan(solutions[..., 0]), axis=1)[:, :2]
+    rows = np.arange(len(poses))[:, None]
+    options: Array = solutions[rows, pair]
+    lost = ((bits[rows, pair] >> 1) != arm).any(axis=1) | np.isnan(options).any(axis=(1, 2))
+    if lost.any():
+        _left_branch(robot, start + int(np.argmax(lost)))
+    return options
+
+
+def _wrist_pair(options: Array, q_start: Array) -> Array:
+    """The two wrists (n, 2, 6) of each pose; at a singular one axis 4 stays where it was and axis 6 takes the rest."""
+    first = options[:, 0].copy()
+    singular = np.abs(np.sin(first[:, 4])) < TAUGHT_WRIST
+    if singular.any():
+        known = np.where(singular, -1, np.arange(len(first)))
+        last = np.maximum.accumulate(known)
+        q4 = np.where(last < 0, q_start[3], first[last, 3])
+        sign = np.where(np.cos(first[:, 4]) > 0, 1.0, -1.0)
+        total = first[:, 3] + sign * first[:, 5]
+        first[:, 3] = np.where(singular, q4, first[:, 3])
+        first[:, 4] = np.where(singular, np.round(first[:, 4] / np.pi) * np.pi, first[:, 4])
+        first[:, 5] = np.where(singular, sign * (total - q4), first[:, 5])
+    second = first * np.array([1, 1, 1, 1, -1, 1]) + np.array([0, 0, 0, np.pi, 0, np.pi])
+    return np.stack([first, second], axis=1)
+
+
+def _wrapped(angle: Array) -> Array:
+    result: Array = (angle + np.pi) % (2 * np.pi) - np.pi
+    return result
+
+
+def _left_branch(robot: Robot, index: int) -> None:
+    raise PostprocError(
+        Diagnostic(
+            "KIN004",
+            "error",
+            f"`{robot.name}` cannot follow the path: pose {index} of it is out of reach in this configuration",
+            help="move the path into the working range, or pass the point with a joint move",
+        ),
+        exit_code=1,
+    )
+
+
+def _stepwise(robot: Robot, poses: Array, q_start: Array) -> list[Array]:
+    """Newton steps from pose to pose, for arms without closed form."""
+    q, result = np.asarray(q_start, dtype=float), []
+    for index, T in enumerate(poses):
+        for _ in range(50):
+            error = pose_error(forward(robot, q)[0], T)
+            if np.abs(error).max() < 1e-12:
+                break
+            step = np.linalg.lstsq(jacobian(robot, q)[0], error, rcond=1e-9)[0]
+            q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+        else:
+            if np.abs(error).max() > 1e-9:
+                _left_branch(robot, index)
+        result.append(q)
+    return result
