@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.identify.fit import Fit
-from postproc.identify.forms import schwarz
+from postproc.identify.judgement import settled
+from postproc.identify.linear import Linear, independent_share
 from postproc.identify.search import Missing, Search, clear, refit_all, worth_saying
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
@@ -30,6 +33,25 @@ class _Whole:
     missing: list[Missing]
     outside: list[Suspect]
 
+    @cached_property
+    def linear(self) -> Linear:
+        """What it leaves, with the patterns among the fitted parameters."""
+        problem, linear = self.fit.problem, self.fit.linear
+        for suspect in self.outside:
+            linear = linear.extended(suspect.columns(problem))
+        turns = problem.whiten(problem.sensitivity.matrix[:, :, :6])
+        return replace(linear, independent=independent_share(linear.rest, turns, linear.row))
+
+    @property
+    def parameters(self) -> int:
+        return self.linear.parameters
+
+    def square(self, rows: NDArray[np.bool_]) -> float:
+        """Sum of squares that it leaves on some rows; refits leave out other rows where they lie far off."""
+        used = self.fit.problem.weights.used
+        both = used & rows
+        return self.linear.square if np.array_equal(both, used) else float(np.sum(self.linear.rest[both[used]] ** 2))
+
 
 def contested(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
     """The named effects that earn their place beside patterns without a name.
@@ -41,16 +63,16 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     """
     if not missing:
         return missing
+    nothing = _Whole(base, [], [])
     best = _explained(search, search.fit, missing)
     while best.missing:
         keys = [m.candidate.key for m in best.missing]
         others = [_without(search, base, best, {key}, noise) for key in keys]
-        if len(keys) > 1:
-            others.append(_without(search, base, best, set(keys), noise))
-        rival = max(others, key=lambda whole: _worth(base, whole, best))
-        if _worth(base, rival, best) <= _worth(base, best, rival):
-            rival = min(others[: len(keys)], key=lambda whole: _square(whole, base, best))
-            if not _beside(base, best, rival):
+        every = [*others, _without(search, base, best, set(keys), noise)] if len(keys) > 1 else others
+        rival = max(every, key=lambda whole: _gained(nothing, best, whole))
+        if _gained(nothing, best, rival) <= 0:
+            rival = min(others, key=lambda whole: whole.square(best.fit.problem.weights.used))
+            if not _mended(nothing, best, rival):
                 break
         best = rival
     search.fit, search.outside = best.fit, best.outside
@@ -62,46 +84,41 @@ def _without(search: Search, base: Fit, best: _Whole, dropped: set[str], noise: 
     return _explained(search, refit_all(base, best.fit, [m.candidate for m in kept], noise), kept)
 
 
-def _beside(base: Fit, best: _Whole, rival: _Whole) -> bool:
-    """Whether what was taken out only mends a pattern: a law that nobody knows is never met exactly."""
-    if not best.outside or not rival.outside:
-        return False
-    with_it, without = _square(best, base, rival), _square(rival, base, best)
-    before = _square(_Whole(base, [], []), best.fit, rival)
-    return without - with_it < MENDS * (before - with_it)
-
-
 def _explained(search: Search, fit: Fit, missing: list[Missing]) -> _Whole:
     """A fit with the patterns that it still needs, the strongest first."""
-    trial = replace(search, fit=fit, outside=[])
-    while len(trial.outside) < MOST:
-        linear = trial.linear()
-        found = find_suspects(fit.problem, linear, search.patterns)
-        if not found or not clear(found[0], linear, worth_saying(fit)):
+    whole = _Whole(fit, missing, [])
+    while len(whole.outside) < MOST:
+        found = find_suspects(fit.problem, whole.linear, search.patterns)
+        if not found or not clear(found[0], whole.linear, worth_saying(fit)):
             break
-        trial.outside = [*trial.outside, found[0]]
-    return _Whole(fit, missing, trial.outside)
+        whole = replace(whole, outside=[*whole.outside, found[0]])
+    return whole
 
 
-def _worth(base: Fit, whole: _Whole, beside: _Whole) -> float:
-    """2 log of the odds of a whole against the base, on the rows that both wholes use."""
-    named = 0.0
-    if whole.missing:
-        before, added = base.linear, whole.fit.linear.parameters - base.linear.parameters
-        alone = replace(whole, outside=[])
-        square, left = _square(_Whole(base, [], []), whole.fit, beside), _square(alone, base, beside)
-        named = schwarz(square, square - left, added, before.freedom, 1.0)
+def _gained(nothing: _Whole, best: _Whole, rival: _Whole) -> float:
+    """2 log of the odds of one whole against another, by the independent numbers of what the better one leaves."""
+    rows = nothing.fit.problem.weights.used & best.fit.problem.weights.used & rival.fit.problem.weights.used
+    left, right = best.square(rows), rival.square(rows)
+    freedom = (best if left < right else rival).linear.freedom
+    before = nothing.square(rows)
+    return _worth(rival, nothing, before, right, freedom) - _worth(best, nothing, before, left, freedom)
+
+
+def _worth(whole: _Whole, nothing: _Whole, before: float, left: float, freedom: int) -> float:
     free = [m for m in whole.missing if m.candidate.effect.roughness() is not None]
     searched = sum(m.candidate.searched for m in whole.missing) + ODDS * len(free)
-    return named - searched + sum(s.evidence for s in whole.outside)
+    each = float(np.log(freedom))
+    named = whole.fit.linear.parameters - nothing.parameters
+    own = sum(-settled(left, left, freedom, whole.fit, m.candidate.key) for m in whole.missing)
+    # A name has the benefit of the doubt: its parameters cost what they move at ordinary sizes, or Schwarz's price.
+    cost = min(named * each, own) + (whole.parameters - whole.fit.linear.parameters) * each
+    return freedom * float(np.log(before / left)) - cost - searched - sum(s.price for s in whole.outside)
 
 
-def _square(whole: _Whole, other: Fit, beside: _Whole) -> float:
-    """What a whole leaves on the rows that all use; refits leave out other rows where they lie far off."""
-    problem = whole.fit.problem
-    linear = whole.fit.linear
-    for suspect in whole.outside:
-        linear = linear.extended(suspect.columns(problem))
-    used = problem.weights.used
-    rows = used & other.problem.weights.used & beside.fit.problem.weights.used
-    return linear.square if np.array_equal(rows, used) else float(np.sum(linear.rest[rows[used]] ** 2))
+def _mended(nothing: _Whole, best: _Whole, rival: _Whole) -> bool:
+    """Whether what the rival does without only mends a pattern: a law that nobody knows is never met exactly."""
+    if not best.outside or not rival.outside:
+        return False
+    rows = nothing.fit.problem.weights.used & best.fit.problem.weights.used & rival.fit.problem.weights.used
+    left = best.square(rows)
+    return rival.square(rows) - left < MENDS * (nothing.square(rows) - left)

@@ -30,7 +30,8 @@ class Suspect:
 
     Args:
         channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
-        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried.
+        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried; price: what
+            that count and having no name cost, 2 log of odds.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
     """
 
@@ -40,6 +41,7 @@ class Suspect:
     share: float
     fall: float
     evidence: float
+    price: float
     place: Array
     values: Array
 
@@ -91,10 +93,11 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
     above = max(linear.square - linear.freedom, 0.1 * linear.square)
     result: list[Suspect] = []
     for worth, fall, where, pattern in tried.found[:top]:
-        share = min(1.0, fall / above)
-        for channel in pattern.channels:
-            moves = tried.moves[where]
-            result.append(Suspect(channel, where, pattern.text, share, fall, worth, moves, pattern.values))
+        share, moves = min(1.0, fall / above), tried.moves[where]
+        price = ODDS + 2 * float(np.log(tried.count * (RARER if where.startswith("body") else 1)))
+        result += [
+            Suspect(c, where, pattern.text, share, fall, worth, price, moves, pattern.values) for c in pattern.channels
+        ]
     return result
 
 

@@ -10,6 +10,7 @@ import pytest
 from postproc.identify.diagnose import diagnose
 from postproc.identify.shapes import of_channel, of_size, sharper
 from tests.identify.cells import base_fit, cell
+from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
 
 
@@ -96,3 +97,11 @@ def test_a_threshold_of_speed_is_one_of_its_size():
     v = np.random.default_rng(6).normal(0.0, 0.6, 200)
     found = best(of_size("v4", v), (np.abs(v) > 0.5).astype(float))
     assert found.text.startswith("step near 2") and found.text.endswith("of its size")
+
+
+def test_two_named_effects_are_not_traded_for_patterns():
+    """Both leave structure of one joint each without the other: what is independent is counted where nothing is left."""
+    data, _ = cell(library.backlash, library.arm_load, seed=77, noise=0.03, poses=80)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "missing"
+    assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
