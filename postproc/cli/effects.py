@@ -13,7 +13,7 @@ from postproc.cli.report import print_json
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
 from postproc.effects.conformance import check_effect
-from postproc.effects.registry import effect_library, find_effect, load_effect_file, origin
+from postproc.effects.registry import effect_library, find_effect, keys_taken_twice, load_effect_file, origin
 
 
 def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
@@ -70,6 +70,7 @@ def check(file: Path, /, *, json: Flag = False) -> int:
     """
     classes = load_effect_file(file, check=False)
     found = [finding for cls in classes for finding in check_effect(cls)]
+    found += keys_taken_twice([*effect_library().values(), *classes])
     report.show(found)
     if json:
         findings = [finding.as_json() for finding in found]

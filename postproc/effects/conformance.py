@@ -35,8 +35,8 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
             found += check(cls, state)
         except Failure as failure:
             found.append(failure.diagnostic)
-        except Exception as error:
-            found.append(raised(cls, error, "it"))
+        except (Exception, SystemExit) as error:
+            found.append(raised(cls, error))
         if has_errors(found):
             break  # Later checks would only repeat the first failure.
     return found
@@ -90,7 +90,9 @@ def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     contribution(_sized(cls.null()), state)
     for form in _forms(cls, state):
         contribution(_sized(form.effect), state)
-    yield from ()
+    if cls.load is Effect.load and _sized(cls.null()).displacement(state) is None:
+        text, help = f"`displacement` of `{cls.key}` gives nothing", "is `return dq` missing at its end?"
+        yield finding("EFF003", text, cls, member="displacement", help=help)
 
 
 def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:

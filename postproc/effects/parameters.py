@@ -56,7 +56,7 @@ class Structure:
 def param(
     *,
     unit: str = "",
-    shape: tuple[int | str, ...] = (),
+    shape: int | str | tuple[int | str, ...] = (),
     low: Number = -np.inf,
     high: Number = np.inf,
     typical: Number = 1.0,
@@ -66,7 +66,8 @@ def param(
     default: Any = None,
 ) -> Any:
     """Declare a parameter of an effect (see `Parameter`); its default value is the null value."""
-    meta = Parameter(unit, shape, low, high, typical, null, amplitude, labels)
+    lengths = shape if isinstance(shape, tuple) else (shape,)
+    meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels)
     return dataclasses.field(default=default, metadata={META: meta})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import importlib.util
 import inspect
@@ -76,20 +77,25 @@ def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     Raises:
         PostprocError: a file is wrong, or two effects claim one key (EFF007 names both places).
     """
-    library: dict[str, type[Effect]] = {}
-    found: list[Diagnostic] = []
     every = [*BUILT_IN, *installed_effects()]
     for file in dict.fromkeys(Path(f).resolve() for f in files):
         every += load_effect_file(file)
-    for cls in every:
+    if found := keys_taken_twice(every):
+        raise PostprocError(found)
+    return {cls.key: cls for cls in every}
+
+
+def keys_taken_twice(classes: Iterable[type[Effect]]) -> list[Diagnostic]:
+    """EFF007 for every effect whose key another one before it has."""
+    library: dict[str, type[Effect]] = {}
+    found: list[Diagnostic] = []
+    for cls in classes:
         first = library.setdefault(cls.key, cls)
         if first is not cls:
             message = f"the key `{cls.key}` is taken twice: {origin(first)} and {origin(cls)}"
             help = 'give the class another name, or another key: class Name(Effect, key="...")'
             found.append(finding("EFF007", message, cls, help=help))
-    if found:
-        raise PostprocError(found)
-    return library
+    return found
 
 
 def find_effect(key: str, library: Library) -> type[Effect]:
@@ -126,7 +132,8 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
     """Run a Python file of the user and take the effects it defines, through the conformance kit unless told not to.
 
     Raises:
-        PostprocError: the file does not run (EFF001), has no effect (EFF008), or an effect fails a check.
+        PostprocError: the file does not run (EFF001), has no effect (EFF008) or two classes of one name (EFF007), or an
+            effect fails a check.
     """
     path = Path(path).resolve()
     try:
@@ -143,6 +150,7 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
         help = "define a class derived from `Effect` (postproc.effects.base)"
         message = "the file defines no effect"
         raise PostprocError(Diagnostic("EFF008", "error", message, Source(str(path), data), help=help))
+    _check_names(Source(str(path), data))
     if check:
         from postproc.effects.conformance import check_effect
 
@@ -213,9 +221,22 @@ def _run(name: str, path: Path, data: bytes) -> None:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
         line = line_of(error, str(path))
         span = line_span(source, line) if line else None
         message = f"the effect file does not run: {describe(error)}"
-        raise PostprocError(Diagnostic("EFF001", "error", message, source, span)) from error
+        help = "run it with `python` to see the whole error"
+        raise PostprocError(Diagnostic("EFF001", "error", message, source, span, help)) from error
+
+
+def _check_names(source: Source) -> None:
+    """The second of two classes of one name would silently take the place of the first."""
+    seen: set[str] = set()
+    for node in ast.parse(source.data).body:
+        if isinstance(node, ast.ClassDef):
+            if node.name in seen:
+                message, help = f"the class `{node.name}` is defined twice", "give each effect a name of its own"
+                span = line_span(source, node.lineno)
+                raise PostprocError(Diagnostic("EFF007", "error", message, source, span, help))
+            seen.add(node.name)

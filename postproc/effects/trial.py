@@ -60,8 +60,8 @@ def _call(effect: Effect, member: str, ask: Callable[[], T]) -> T:
             return ask()
     except PostprocError:
         raise
-    except Exception as error:
-        raise Failure(raised(type(effect), error, f"`{member}`")) from error
+    except (Exception, SystemExit) as error:
+        raise Failure(raised(type(effect), error, member)) from error
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
@@ -94,7 +94,7 @@ def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
 
 
-def raised(cls: type[Effect], error: Exception, what: str) -> Diagnostic:
+def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnostic:
     line = line_of(error, inspect.getsourcefile(cls) or "")
     if isinstance(error, ValueError) and "read-only" in str(error):
         help = "work on a copy: q = state.q.copy()"
@@ -102,7 +102,8 @@ def raised(cls: type[Effect], error: Exception, what: str) -> Diagnostic:
     help = ""
     if "NoneType" in str(error):
         help = f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
-    return finding("EFF005", f"{what} of `{cls.key}` fails: {describe(error)}", cls, line=line, help=help)
+    what = f"`{member}` of `{cls.key}`" if member else f"`{cls.key}`"
+    return finding("EFF005", f"{what} fails: {describe(error)}", cls, line=line, help=help)
 
 
 def rows_of(state: State, rows: Rows) -> State:

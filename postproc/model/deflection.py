@@ -14,7 +14,7 @@ from postproc.model.arm import Model
 from postproc.model.chain import Chain
 from postproc.robot.pose import displace
 
-REACH = 3.0  # [m]
+REACH = 3.0  # [m] at which a rotation of a joint or a body counts
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,3 +52,6 @@ def test_check_passes_and_fails(call: Call, tmp_path: Path) -> None:
     assert {d["code"] for d in json.loads(outcome.out)["diagnostics"]} >= {"EFF004"}
     assert "mine.py" in outcome.err
     assert call("effects", "check", tmp_path / "none.py").code == 2
+    file.write_text(GOOD.replace("class Sag(", "class Backlash("))
+    taken = call("effects", "check", file)
+    assert (taken.code, "error[EFF007]: the key `backlash` is taken twice" in taken.err) == (1, True)

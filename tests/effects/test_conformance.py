@@ -72,6 +72,8 @@ STEP = 'step_rad: Array = param(unit="rad", shape=(6,), typical=1e-4)\n'
         ("EFF003", 9, body(STEP + "def displacement(self, state): return self.step_rad / 0.0 * state.q\n"), "`displacement` of `broken` gives numbers that are not finite"),
         ("EFF003", 9, body(STEP + "def displacement(self, state): return Displacement(body={7: self.step_rad * state.q})\n"), "`displacement` of `broken` names body 7"),
         ("EFF003", 9, body(STEP + "def load(self, state): return Load(joint=self.step_rad[:3] * state.q[:, :3])\n"), "`load` of `broken` gives shape (240, 3) for 240 states"),
+        ("EFF003", 9, body(STEP + "def displacement(self, state): self.step_rad * state.q\n"), "`displacement` of `broken` gives nothing"),
+        ("EFF005", 9, body(STEP + "def displacement(self, state): raise SystemExit(3)\n"), "`displacement` of `broken` fails: SystemExit: 3"),
         ("EFF004", 9, body(STEP + "def displacement(self, state): return self.step_rad * state.q + 1e-5\n"), "`broken` does not vanish at its null parameters: 1e-05 is left"),
         ("EFF005", 10, body(STEP + "def displacement(self, state):\n    return self.step * state.q\n"), "`displacement` of `broken` fails: AttributeError: 'Broken' object has no attribute 'step'"),
         ("EFF005", 9, body(STEP + "def displacement(self, state): return self.step_rad * state.temperature[:, None]\n"), "`displacement` of `broken` fails: TypeError: 'NoneType' object is not subscriptable"),
@@ -91,6 +93,13 @@ def test_the_kit_catches(effect_file, code, line, text, says):
     assert says in found.message
     assert found.place.rsplit(":", 2)[1] == str(line)
     assert found.source.path.endswith("my_effects.py")
+
+
+def test_a_length_may_stand_for_a_shape(effect_file):
+    (cls,) = load_effect_file(
+        effect_file(body(STEP.replace("(6,)", "6") + "def displacement(self, state): return self.step_rad * state.q\n"))
+    )
+    assert cls.null().names() == tuple(f"step_rad[{j}]" for j in range(1, 7))
 
 
 def test_basis_that_disagrees_with_displacement(effect_file):

@@ -17,14 +17,17 @@ def test_page_of_the_library_is_up_to_date():
     assert with_library(page) == page, "run: python -m postproc.effects.page docs/effects.md"
 
 
-@pytest.mark.parametrize("page", ["docs/effects.md", "CONTRIBUTING.md"])
-def test_the_effect_shown_on_the_page_passes_the_kit(page, tmp_path):
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
-    assert len([line for line in code.splitlines() if line.strip()]) <= 15
-    path = tmp_path / "gear_step.py"
-    path.write_text(code)
-    (cls,) = load_effect_file(path)
-    assert cls.key == "gear_step"
+@pytest.mark.parametrize(
+    ("page", "keys"), [("docs/effects.md", ["gear_step", "loose_tool"]), ("CONTRIBUTING.md", ["gear_step"])]
+)
+def test_the_effects_shown_on_the_page_pass_the_kit(page, keys, tmp_path):
+    shown = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
+    for key, code in zip(keys, shown, strict=True):
+        assert len([line for line in code.splitlines() if line.strip()]) <= 15
+        path = tmp_path / f"{key}.py"
+        path.write_text(code)
+        (cls,) = load_effect_file(path)
+        assert cls.key == key
 
 
 def test_every_code_is_explained_and_every_explained_code_is_used():

@@ -113,6 +113,8 @@ def test_a_key_of_the_library_cannot_be_taken(tmp_path):
     [
         ("x = 1\n", "EFF008", "", "the file defines no effect"),
         ("x = 1\ny = x +\n", "EFF001", ":2:1", "the effect file does not run: SyntaxError: invalid syntax"),
+        ("import sys\nsys.exit(3)\n", "EFF001", ":2:1", "the effect file does not run: SystemExit: 3"),
+        (STEP + "\n\n" + STEP[STEP.index("class") :], "EFF007", ":16:1", "the class `GearStep` is defined twice"),
         ("x = 1\n\nprint(y)\n", "EFF001", ":3:1", "the effect file does not run: NameError: name 'y' is not defined"),
         ("import nowhere_at_all\n", "EFF001", ":1:1", "the effect file does not run: ModuleNotFoundError: No module named 'nowhere_at_all'"),
         (STEP.replace("param(unit", "param(units"), "EFF001", ":8:5", "the effect file does not run: TypeError: param() got an unexpected keyword argument 'units'. Did you mean 'unit'?"),
