@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.refusals import refuse_events
@@ -158,14 +159,37 @@ def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Ma
         from_where = again.get(int(a) - 1, int(a) - 1)
         before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
         if np.isfinite(before).all():
-            q[a:b] = track(robot, T_base_flange[a:b], before)
+            reached = _followed(robot, T_base_flange[a:b], before)
+            q[a : a + len(reached)] = reached
+            if len(reached) < b - a:
+                text = f"`{robot.name}` cannot get here in the configuration in which it comes"
+                help_ = "pass the point with a MoveAbsJ, or switch the monitoring of the configuration on"
+                failures.append(Failure(int(a) + len(reached), "configuration", text, help_))
         failures += [replace(f, index=f.index + int(a)) for f in _beyond_limits(robot, q[a:b])]
+        lost = {f.index for f in failures}
         failures += [
             Failure(int(row), "configuration", "the configuration in which the arm starts here is not known",
                     "start with a MoveAbsJ, or with ConfJ\\On")
-            for row in range(a, b) if np.isnan(q[row]).any()
+            for row in range(a, b) if np.isnan(q[row]).any() and row not in lost
         ]  # fmt: skip
     return failures
+
+
+def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
+    """Joint angles (k, 6) of as many poses as the arm can follow in the configuration of ``before``."""
+
+    def fails(count: int) -> bool:
+        try:
+            track(robot, T_base_flange[:count], before)
+        except PostprocError:
+            return True
+        return False
+
+    try:
+        return track(robot, T_base_flange, before)
+    except PostprocError:
+        first = bisect_left(range(1, len(T_base_flange) + 1), True, key=fails)
+        return track(robot, T_base_flange[:first], before)
 
 
 def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import floor, inf
 
 from postproc.diagnostics import Span
@@ -67,8 +67,11 @@ class Loops(Execution):
                 return True
             if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
                 break
+            before = _values(memory, keys)
             if not self.body(loop.branches[0].body, memory):
                 return False
+            if not _differing(before, _values(memory, keys)):
+                break  # nor will it in the next turn: what ends the loop is not known
         self.unknown_turns(loop, memory, {})
         return True
 
@@ -135,7 +138,7 @@ class Loops(Execution):
         after = _values(memory, keys)
         memory.changed, memory.frame.bindings = changed, bindings
         self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
-        return {key for key in keys if before[key] is not after[key] and before[key] != after[key]}
+        return _differing(before, after)
 
 
 def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
@@ -148,3 +151,14 @@ def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
         else:
             found[key] = bound
     return found
+
+
+def _differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
+    """Keys that are not what they were; what is not known stays not known."""
+    return {
+        key
+        for key, now in after.items()
+        if before[key] is not now
+        and before[key] != now
+        and not (isinstance(before[key], NotKnown) and isinstance(now, NotKnown))
+    }

@@ -10,6 +10,7 @@ from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move
 from postproc.rapid.program import read_program
+from postproc.rapid.units import matrix_pose
 from postproc.rapid.walk import walk
 from tests.motion.build import ROBOT, tcp
 
@@ -115,6 +116,21 @@ def test_without_configuration_control_the_arm_keeps_the_one_it_has() -> None:
     wanted, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},v50,fine,t1;")
     assert moves[1].q == pytest.approx(wanted[1].q)
     assert len(strict) == 1
+
+
+def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
+    """The arm bends over backwards; 1.75 m from axis 1 only an arm that faces the place reaches it."""
+    held = np.eye(4)
+    held[2, 3] = 0.3
+    place = matrix_pose(tcp(np.radians([[165.0, -80.0, -60.0, 0.0, 60.0, 0.0]]), held)[0])
+    over = f"[[{','.join(map(str, place.trans))}],[{','.join(map(str, place.rot))}],[0,0,0,0],{E}]"
+    far = f"[[2185,0,495],[0.707106781,0,0.707106781,0],[0,0,0,0],{E}]"
+    start = f"MoveAbsJ [[160,-80,-55,0,60,0],{E}],v200,fine,t1;\nConfJ\\Off;\nConfL\\Off;"
+    moves, findings, text = read(f"{start}\nMoveJ {over},v50,fine,t1;\nMoveJ {far},v50,fine,t1;")
+    line = text[: text.index(far)].count("\n") + 1
+    assert [(d.code, d.source.position(d.span[0])[0]) for d in findings if d.source and d.span] == [("KIN002", line)]
+    assert "configuration in which it comes" in findings[0].message
+    assert [m.kind for m in moves] == ["absjoint", "joint"]
 
 
 def test_standing_still_is_no_speed() -> None:

@@ -117,6 +117,12 @@ def test_what_every_turn_of_a_loop_finds_alike_is_known(head: str, body: str, ma
     assert [e.gripload.mass if e.reason is None else None for e in found[: len(masses)]] == masses
 
 
+def test_a_loop_that_known_values_never_end_is_not_run_ten_thousand_times() -> None:
+    body = f"VAR num n:=0; WHILE n<3 DO IF di1=1 THEN n:=n; ENDIF {move('n')} ENDWHILE {move('7')}"
+    assert len(x(body)) <= 10
+    assert x(f"VAR num n:=0; WHILE n<3 DO {move('n')} n:=n+1; ENDWHILE") == [0, 1, 2]
+
+
 def test_a_turn_of_a_loop_begins_where_the_one_before_ended() -> None:
     found = events(f"{move('0')} WHILE TRUE DO IF di1=1 THEN {move('1')} ENDIF {move('2')} {move('3')} ENDWHILE", P)
     assert shown(found) == ["0 from nowhere", "1", "2", "at 0", "2", "3", "1", "at 3", "2"]
