@@ -14,7 +14,7 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share, serial_share
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.reweight import far_off
 from postproc.identify.solve import SETTLED, solve
@@ -79,7 +79,16 @@ class Fit:
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share, self.serial)
+
+    @cached_property
+    def serial(self) -> float:
+        """Share of the rows that count as independent where the arm moved as they were read; poses at rest all do."""
+        state, weights = self.data.state, self.problem.weights
+        if state.v is None:
+            return 1.0
+        order = np.arange(len(state)) if state.time is None else np.argsort(state.time, kind="stable")
+        return serial_share(np.where(weights.used, self.problem.error * weights.values, np.nan)[order])
 
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
@@ -97,12 +106,12 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1."""
+        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows."""
         length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
         inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
-        return np.asarray(self.variance * inverse / np.outer(scale, scale))
+        return np.asarray(self.variance / self.serial * inverse / np.outer(scale, scale))
 
     @cached_property
     def intervals(self) -> dict[str, Array]:

@@ -17,6 +17,7 @@ from postproc.measure.checks import check_measurements
 from postproc.measure.columns import UNITS, ColumnMap, MappedColumn, read_column_map, unit_of
 from postproc.measure.commanded import commanded_joints, program_targets
 from postproc.measure.measurements import Measurements
+from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
 
 
@@ -70,6 +71,9 @@ def read_measurements(
     )
     if T_flange_tcp is not None:
         state = state.with_(T_flange_tcp=T_flange_tcp)
+    if "time_s" in table.place:
+        state, findings = with_motion(state, source)
+        diagnostics += findings
     sigma = table.column("sigma_mm")
     data = Measurements(
         state=state,

@@ -5,7 +5,16 @@ import pytest
 from scipy import stats
 
 from postproc.identify.forms import gain
-from postproc.identify.linear import Linear, bases_of, basis_of, contiguous_blocks, f_test, hold_out, independent_share
+from postproc.identify.linear import (
+    Linear,
+    bases_of,
+    basis_of,
+    contiguous_blocks,
+    f_test,
+    hold_out,
+    independent_share,
+    serial_share,
+)
 
 
 def problem(seed=1, rows=60, columns=7):
@@ -126,3 +135,14 @@ def test_noise_counts_every_number_and_a_joint_that_moves_by_itself_one_a_pose()
     assert independent_share(jumping, turns, row) == pytest.approx(1 / 3)
     assert 1 / 3 < independent_share(jumping + noise, turns, row) < 1
     assert independent_share(noise[:2000], turns[:2000], np.arange(2000)) == 1.0
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
+def test_rows_of_a_record_count_by_how_much_of_each_is_new(rho):
+    """The mean of AR(1) noise scatters (1 + rho) / (1 - rho) times as much as that of independent rows."""
+    g = np.random.default_rng(8)
+    x = np.empty((4000, 3))
+    x[0] = g.normal(size=3)
+    for i in range(1, len(x)):
+        x[i] = rho * x[i - 1] + np.sqrt(1 - rho**2) * g.normal(size=3)
+    assert serial_share(x) == pytest.approx((1 - rho) / (1 + rho), rel=0.15)

@@ -1,0 +1,82 @@
+"""Rows recorded while the arm moves: joint speeds and approach sides from the angles and their times."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, Source
+from postproc.effects.contract import State
+
+GAP_S = 0.25
+"""Rows farther apart in time than this do not belong to one record."""
+SMOOTH = 0.2
+"""Share of a step by which the next one may differ in the median row: poses that only follow each other jump about."""
+FASTEST = 15.0
+"""Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
+STILL = 1e-3
+"""Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
+FEWEST = 10
+
+
+def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
+    """The state with joint speeds and approach sides, where time-stamped rows are a record of moving joints.
+
+    v_i = (h^2 q_{i+1} + (H^2 - h^2) q_i - H^2 q_{i-1}) / (h H (h + H)) with the times h before and H after row i, of
+    second order (Fornberg 1988); one-sided at the ends of a record. What the table states itself is kept.
+    """
+    if state.v is not None or state.time is None or not np.isfinite(state.q).all():
+        return state, []
+    order = np.argsort(state.time, kind="stable")
+    q, time = state.q[order], state.time[order]
+    session = np.zeros(len(q)) if state.session is None else state.session[order]
+    joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & (session[1:] == session[:-1])
+    v, known = _speeds(q, time, joined)
+    if known.sum() < max(FEWEST, 0.5 * len(q)) or not _moves(q, v, joined):
+        return state, []
+    back = np.argsort(order)
+    rate = 1 / float(np.median(np.diff(time)[joined]))
+    message = (
+        f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): joint speeds"
+        f"{' and approach sides' if state.approach is None else ''} are derived from `time_s` and the angles"
+    )
+    help_ = "columns v1_deg_s .. v6_deg_s from the controller are better, where it records them"
+    found = Diagnostic("DAT014", "info", message, source, help=help_)
+    approach = _sides(v, joined)[back] if state.approach is None else state.approach
+    return state.with_(v=v[back], approach=approach), [found]
+
+
+def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
+    """(n, 6) speeds of rows in the order of time, 0 where a row has no neighbour; (n,) which have one."""
+    slope = np.diff(q, axis=0) / np.where(joined, np.diff(time), 1.0)[:, None]
+    before = np.concatenate([[False], joined])
+    after = np.concatenate([joined, [False]])
+    h = np.where(before, np.concatenate([[1.0], np.diff(time)]), 1.0)
+    H = np.where(after, np.concatenate([np.diff(time), [1.0]]), 1.0)
+    left, right = np.vstack([np.zeros((1, 6)), slope]), np.vstack([slope, np.zeros((1, 6))])
+    # The mean of both slopes, each weighed by the other's time.
+    share = np.where(before & after, H / (h + H), before.astype(float))[:, None]
+    v = share * left + np.where(after[:, None], 1.0 - share, 0.0) * right
+    return v, before | after
+
+
+def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
+    """Whether rows follow a path: something moves, at a possible speed, and steps resemble the ones before."""
+    if np.abs(v).max() < 10 * STILL or np.abs(v).max() > FASTEST:
+        return False
+    inside = joined[1:] & joined[:-1]
+    step = np.diff(q, axis=0)
+    size = np.linalg.norm(step[1:] + step[:-1], axis=1)[inside]
+    bend = np.linalg.norm(step[1:] - step[:-1], axis=1)[inside]
+    moving = size > 1e-9
+    return bool(moving.sum() >= FEWEST and np.median(bend[moving] / size[moving]) < SMOOTH)
+
+
+def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
+    """(n, 6) side from which each joint came, kept while it stands; 0 where a record has not moved it yet."""
+    side = np.where(np.abs(v) > STILL, np.sign(v), 0.0)
+    start = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(v)]])
+    first = np.repeat(start[:-1], np.diff(start))[:, None]
+    last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)
+    return np.where(last >= first, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)
