@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, by_joint, param, structure, variant
+from postproc.effects.base import Displacement, Effect, State, Variant, by_joint, param, structure
 from postproc.effects.geometry import distal_point, joint_axis
+
+FLOOR = 0.05
+"""Odds of a bearing that tilts about the base origin, where an even floor does exactly the same with two numbers."""
 
 
 class BearingTilt(
@@ -47,9 +51,10 @@ class BearingTilt(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """All joints, each alone, and joint 1 about the floor."""
+        """All joints, each alone, and joint 1 about the floor: what the floor itself does, which is more ordinary."""
         found = by_joint(current or cls())
-        if current is not None or state.robot is None or not np.any(distal_point(state.robot, 0)):
+        if current is not None or state.robot is None:
             return found
-        low = by_joint(cls(pivot="floor"))[1]
-        return (*found, variant(low.effect, "joint 1, about the floor", low.free, low.refit))
+        if not np.any(distal_point(state.robot, 0)):
+            return (found[0], replace(found[1], odds=FLOOR), *found[2:])
+        return (*found, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR))

@@ -23,12 +23,14 @@ class Variant:
         free: (p,) which entries of ``effect.vector()`` enter linearly and are screened.
         refit: (p,) which entries a full fit of this form moves (those of ``free`` and the forming ones).
         label: what tells it from the other forms, such as ``joint 3, order 12``.
+        odds: how ordinary this form is beside the others of the effect, in any unit.
     """
 
     effect: Effect
     free: NDArray[np.bool_]
     refit: NDArray[np.bool_]
     label: str = ""
+    odds: float = 1.0
 
     @property
     def count(self) -> int:
@@ -48,11 +50,17 @@ class JointBasis:
     values: Array
 
 
-def variant(effect: Effect, label: str = "", free: NDArray[np.bool_] | None = None, refit: Any = None) -> Variant:
+def variant(
+    effect: Effect,
+    label: str = "",
+    free: NDArray[np.bool_] | None = None,
+    refit: Any = None,
+    odds: float = 1.0,
+) -> Variant:
     """A form with all amplitudes screened and everything refitted, unless masks say otherwise."""
     free = effect.amplitudes() if free is None else free
     everything = free | ~effect.amplitudes() if refit is None else refit
-    return Variant(effect, free, np.asarray(everything, dtype=bool), label)
+    return Variant(effect, free, np.asarray(everything, dtype=bool), label, odds)
 
 
 def by_joint(effect: Effect) -> tuple[Variant, ...]:

@@ -25,7 +25,8 @@ class GravityCompensator(
     Equation: torque on joint j = sum over orders n of S_n sin(n q_j) + C_n cos(n q_j) [N m]. The plain balancer
     -k sin(q_2 + q_0) is n = 1 with S = -k cos q_0, C = -k sin q_0; a gas spring between two pins adds a little n = 2.
     Source: static balancing by springs, e.g. Klimchik, Caro and Pashkevich (2013) for gravity compensators.
-    Typical size: 500 to 5000 N m on arms of 100 kg payload and more; small arms have none.
+    Typical size: 500 to 5000 N m on arms of 100 kg payload and more; small arms have none. An order more has a quarter
+    of that: between pins at D and r from the axis, sin q / |pin to pin| has r / 2D of order 2, and gas adds as much.
     """
 
     joint: int = structure(2, low=1, high=6)
@@ -38,6 +39,9 @@ class GravityCompensator(
         torque = np.zeros((len(state), 6))
         torque[:, self.joint - 1] = np.sin(angle) @ self.sine_Nm + np.cos(angle) @ self.cosine_Nm
         return Load(joint=torque)
+
+    def scale(self) -> Array:
+        return super().scale() * np.tile(0.25 ** (np.array(self.order) - 1.0), 2)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

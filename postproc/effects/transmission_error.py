@@ -41,22 +41,26 @@ class TransmissionError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: every joint that moves, orders from 1 up; or the last term's motor order a little off."""
+        """One more term: every joint that moves, orders from 1 up; or the last term's motor order a little off.
+
+        An order is a scale, whose logarithm is even: order n has the odds 1/n (Jeffreys 1939).
+        """
         old = cls(joint=(), order=()) if current is None else current
         moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
         highest = MOTOR if current is None else GEAR
         every = [(j, float(n)) for j in moving for n in range(1, highest + 1)]
-        found = [_longer(old, j, n) for j, n in every if (j, n) not in known]
+        found = [_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known]
         if old.order and old.order[-1] > GEAR:
             rest = cls(joint=old.joint[:-1], order=old.order[:-1])
             found += [
-                _longer(rest, old.joint[-1], old.order[-1] + off) for off in np.delete(np.linspace(-0.5, 0.5, 11), 5)
+                _longer(rest, old.joint[-1], old.order[-1] + off, 1.0)
+                for off in np.delete(np.linspace(-0.5, 0.5, 11), 5)
             ]
         return tuple(found)
 
 
-def _longer(old: TransmissionError, joint: int, order: float) -> Variant:
+def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
     effect = TransmissionError(
         joint=(*old.joint, joint),
         order=(*old.order, order),
@@ -64,4 +68,4 @@ def _longer(old: TransmissionError, joint: int, order: float) -> Variant:
         cosine_rad=np.append(old.cosine_rad, 0.0),
     )
     last = np.tile(np.arange(len(effect.joint)) == len(old.joint), 2)
-    return variant(effect, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool))
+    return variant(effect, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)

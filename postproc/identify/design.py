@@ -26,7 +26,7 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
         if effect.key in without:
             continue
         mask = np.asarray(fit.free[effect.key], dtype=bool)
-        size = ordinary(effect, mask)
+        size = ordinary(fit.model, effect, mask)
         old.append(fit.problem.columns(effect, mask) * size)
         new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
         frame = effect.key in ("instrument_frame", "tool_frame")
@@ -63,7 +63,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     forms = []
     for cls in pair:
         effect, mask = _form(fit, pool, screen, cls)
-        size = ordinary(effect, mask)
+        size = ordinary(fit.model, effect, mask)
         old = fit.problem.columns(effect, mask) * size
         new = pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
         if not new.any():

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Variant
+from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.linear import Linear
 from postproc.identify.problem import Problem
+from postproc.model.arm import Model
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class Form:
             entries they are.
         forming: how many parameters beyond the screened ones a full fit would move.
         along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
+        odds: how ordinary the form is beside the others.
     """
 
     key: str
@@ -36,9 +39,12 @@ class Form:
     screened: NDArray[np.bool_]
     forming: int = 0
     along: Array | None = None
+    odds: float = 1.0
 
 
 WIDE = 3.0
+DECADES = (1.0, 10.0, 100.0)
+"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large for odds of ten, and so on."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
@@ -66,9 +72,8 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
     extra = v.refit & v.effect.amplitudes() & ~v.free
     along = problem.columns(v.effect, extra) if fresh and extra.any() else None
-    return Form(
-        type(v.effect).key, v.label, v.effect, v.refit, columns, ordinary(v.effect, v.free), v.free, forming, along
-    )
+    size = ordinary(problem.model, v.effect, v.free)
+    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, size, v.free, forming, along, v.odds)
 
 
 @dataclass(frozen=True)
@@ -117,14 +122,14 @@ def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexib
     """What columns C, each for an ordinary size of its parameter, would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
-    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free.
-    Directions that the data cannot see cost and bring nothing; absurdly large parameters cost much.
+    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
+    decade more, w = 3 d, for 2 log d. Directions that the data cannot see cost and bring nothing.
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
 
     Args:
         inside: U^T C, what of the columns the fitted parameters do as well; M = I - U U^T.
     """
-    from scipy.linalg import cho_factor, cho_solve, solve_triangular
+    from scipy.linalg import solve_triangular
     from scipy.linalg.lapack import dpstrf
 
     before, freedom = linear.square, float(linear.freedom)
@@ -140,10 +145,14 @@ def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexib
     along = solve_triangular(R[:count, :count], (b / unit)[pivot[:count] - 1], trans="T")
     fall = min(float(along @ along), before)
     s2 = max(before - fall, 1e-12 * before) / (freedom - count - forming)
-    width = WIDE**2 / s2
-    whole = cho_factor(width * G + np.eye(len(b)))
-    q = width * float(b @ cho_solve(whole, b))
-    bayes = freedom * np.log(before / max(before - q, 1e-12 * before)) - 2 * float(np.sum(np.log(np.diag(whole[0]))))
+    value, vector = np.linalg.eigh(G)
+    value, part = np.maximum(value, 0.0), (vector.T @ b) ** 2
+    bayes = -np.inf
+    for decade in DECADES:
+        width = (WIDE * decade) ** 2 / s2
+        q = float(np.sum(width * part / (1 + width * value)))
+        gained = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(np.sum(np.log1p(width * value)))
+        bayes = max(bayes, gained - 2 * np.log(decade))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
     worth = bayes - 0.5 * forming * float(np.log(freedom))
     if flexible:
@@ -163,8 +172,7 @@ def schwarz(before: float, fall: float, count: int, freedom: float, tried: float
     return float(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried))
 
 
-def ordinary(effect: Effect, mask: NDArray[np.bool_]) -> Array:
-    """Ordinary size of the parameters of a mask; rough shares of a free function are smaller than smooth ones."""
-    rough = effect.roughness()
-    size = effect.scale() if rough is None else effect.scale() / np.maximum(rough, 1e-12)
-    return np.asarray(size[mask])
+def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+    """Ordinary size of the parameters of a mask on an arm; rough shares of a free function are smaller than smooth."""
+    size, rough = ordinary_sizes(effect, model.robot), effect.roughness()
+    return np.asarray((size if rough is None else size / np.maximum(rough, 1e-12))[mask])

@@ -9,8 +9,9 @@ import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.fit import Fit, fit_model
-from postproc.identify.forms import WIDE, ordinary, schwarz
+from postproc.identify.forms import DECADES, WIDE, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
@@ -27,7 +28,7 @@ CLOSE = 8.0
 def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
     """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
     mask = linear_part(candidate.effect, candidate.free)
-    size = ordinary(candidate.effect, mask)
+    size = ordinary(screen.problem.model, candidate.effect, mask)
     columns = columns_of(screen, linear, candidate.effect, candidate.free)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
@@ -38,18 +39,20 @@ def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Eff
 
 
 def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
-    """The model with a candidate, everything fitted again; None where that fails."""
-    free = {**base.free, candidate.key: candidate.free}
-    model = base.model
-    if type(candidate.effect).load is not Effect.load:
-        # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
-        model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
+    """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
+    if candidate.fit is not None:
+        model, new = candidate.fit.model, candidate.effect
+    else:
+        model, new = base.model, with_amplitudes(screen, linear, candidate)
+        if type(new).load is not Effect.load:
+            # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
+            model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     try:
         return fit_model(
             model,
             base.data,
-            [with_amplitudes(screen, linear, candidate)],
-            free=free,
+            [new],
+            free={**base.free, candidate.key: candidate.free},
             noise=base.noise.position if base.noise.origin == "user" else None,
             penalty={k: v for k, v in base.strength.items() if k != candidate.key},
             closely=closely,
@@ -88,7 +91,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     else:
         worth = candidate.evidence + gained
     free = after.free.get(candidate.key, candidate.free)
-    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p)
+    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p, fit=after)
 
 
 def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> float:
@@ -96,8 +99,9 @@ def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> f
 
     nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
     with S and S' the sums of squares without the effect and with it, C its columns at the fit, a its amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, what only forms the effect by its own size. A
-    point or a knee that the data hardly sees costs hardly anything. Source: MacKay (2003), Ch. 27.
+    how far each parameter scatters: amplitudes by three ordinary sizes, or a decade more as in `gain`, what only forms
+    the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
+    Source: MacKay (2003), Ch. 27.
 
     Args:
         before, rest: S and S'. freedom: nu. key: of the effect in the fit ``after``.
@@ -107,14 +111,20 @@ def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> f
     index = np.array([i for k, i in after.parameters if k == key], dtype=int)
     if effect is None or not len(index):
         return -np.inf
-    x, scale, amplitude = effect.vector()[index], effect.scale()[index], effect.amplitudes()[index]
-    wide = np.where(amplitude, WIDE * scale, np.maximum(np.abs(x), scale))
-    columns = after.columns[:, own] * wide
+    x, scale = effect.vector()[index], ordinary_sizes(effect, after.model.robot)[index]
+    amplitude = effect.amplitudes()[index]
     others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
     s2 = rest / max(freedom - len(index), 1)
-    strength = np.maximum(np.linalg.eigvalsh(columns.T @ others.project(columns)), 0.0)
-    far = s2 * float(np.sum((x[amplitude] / wide[amplitude]) ** 2))
-    return float(freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2)))
+    columns = after.columns[:, own]
+    gram = columns.T @ others.project(columns)
+    worth = -np.inf
+    for decade in DECADES:
+        wide = np.where(amplitude, WIDE * decade * scale, np.maximum(np.abs(x), scale))
+        strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(wide, wide)), 0.0)
+        far = s2 * float(np.sum((x[amplitude] / wide[amplitude]) ** 2))
+        gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
+        worth = max(worth, float(gained) - 2 * float(np.log(decade)))
+    return worth
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

@@ -19,6 +19,8 @@ from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
 MOST = 6
 """Effects that are added one after another at most."""
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
 
@@ -72,17 +74,25 @@ class Search:
 def ranking(search: Search) -> list[Candidate]:
     """Every testable effect at its best on the present fit, best first.
 
-    Those that a linear problem cannot judge after a full refit.
+    Those that a linear problem cannot judge after a full refit, and so all that come near the best.
     """
     screen, linear = search.screen(), search.linear()
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
     search.remember(screen)
     found.sort(key=lambda c: -c.evidence)
-    best = found[0].evidence if found else 0.0
-    for i, candidate in enumerate(found):
-        if candidate.starts and candidate.evidence > max(0.0, 0.2 * best) and not search.outside:
-            settled = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
-            found[i] = candidate if settled is None else settled[0]
+    if not found or search.outside:
+        return found
+
+    def settled(candidate: Candidate) -> Candidate:
+        best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
+        return candidate if best is None else best[0]
+
+    far = max(0.0, 0.2 * found[0].evidence)
+    found = [settled(c) if c.starts and c.evidence > far else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    rivals = [c for c in found if c.evidence > near]
+    if len(rivals) > 1:
+        found = [settled(c) if c in rivals and c.fit is None else c for c in found]
     return sorted(found, key=lambda c: -c.evidence)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
+from postproc.identify.fit import Fit
 from postproc.identify.forms import Form, Gain, forms_of, gain, gains, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
@@ -30,11 +31,11 @@ class Candidate:
     Args:
         key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
         evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
-            the number of
-            forms tried.
+            the odds against this form among all that were tried.
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
         starts: itself and its next best forms, where its worth must be found by full fits.
+        fit: the full fit that it was judged by.
     """
 
     key: str
@@ -48,6 +49,7 @@ class Candidate:
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()
+    fit: Fit | None = None
 
     @property
     def curved(self) -> bool:
@@ -81,15 +83,18 @@ class Screen:
         if key not in self.first:
             held = self.problem.model.effect(key)
             found = forms_of(self.problem, self.classes[key], held)
-            # What the fit already moves cannot be missing, even where it stands at a bound.
-            self.first[key] = found if held is None else [f for f in found if self._adds(f, held)]
+            self.first[key] = found if held is None else [g for f in found if (g := self._more(f, held)) is not None]
         return self.first[key]
 
-    def _adds(self, form: Form, held: Effect) -> bool:
+    def _more(self, form: Form, held: Effect) -> Form | None:
+        """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
+
+        What the fit already moves cannot be missing, even where it stands at a bound.
+        """
         moved = self.free.get(held.key)
         if len(form.refit) != len(held.vector()) or moved is None:
-            return len(form.refit) > len(held.vector())
-        return bool((form.refit & ~moved).any())
+            return form if len(form.refit) > len(held.vector()) else None
+        return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
 
 
 def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
@@ -110,22 +115,22 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     forms = screen.forms(key, None)
     if not forms:
         return None
-    measured = gains(linear, forms)
-    best = max(range(len(forms)), key=lambda i: measured[i].evidence)
+    measured, price = gains(linear, forms), _prices(forms)
+    worth = [g.evidence - p for g, p in zip(measured, price, strict=True)]
+    best = max(range(len(forms)), key=lambda i: worth[i])
     seen = [i for i, g in enumerate(measured) if g.count]
     narrow = min((forms[i].columns.shape[1] for i in seen), default=0)
     thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
-    starts = {best, max(thin, key=lambda i: measured[i].evidence)} if thin else set()
+    starts = {best, max(thin, key=lambda i: worth[i])} if thin else set()
     visible = max((g.visible for g in measured), default=0.0)
-    tried = _tried(forms)
-    found = [_grow(screen, linear, forms[i], measured[i], tried) for i in starts]
+    found = [_grow(screen, linear, forms[i], measured[i], price[i]) for i in starts]
     if not found:
         form = forms[best]
-        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, tried, visible, 1.0)
+        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, price[best], visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], tried) for i in _diverse(forms, measured)]
+    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _diverse(forms, worth)]
     others = [c for c in others if c.effect is not chosen.effect and (c.free & ~c.effect.amplitudes()).any()]
     return replace(chosen, starts=(chosen, *others))
 
@@ -135,33 +140,37 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     effect = candidate.effect.with_vector(candidate.effect.null_vector())
     chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
     form = make_form(screen.problem, chosen, True)
-    return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 1)
+    return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 0.0)
 
 
-def _tried(forms: Sequence[Form]) -> int:
-    """How many forms a search has tried: starts that differ in fitted parameters alone are one, and pay for those."""
-    return len({(_structure(form.effect), form.refit.tobytes()) for form in forms})
+def _prices(forms: Sequence[Form]) -> list[float]:
+    """What each form costs for having been searched, 2 log of the odds against it beforehand.
+
+    A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
+    best of many is good by chance (Davies 1987).
+    """
+    total = sum(form.odds for form in forms)
+    return [2 * float(np.log(total / form.odds)) for form in forms]
 
 
-def _diverse(forms: Sequence[Form], measured: Sequence[Gain]) -> list[int]:
+def _diverse(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
     """The best forms to start a full fit from: of every law, pair of bodies .. the best one, then the next best."""
-    order = sorted(range(len(forms)), key=lambda i: -measured[i].evidence)
+    order = sorted(range(len(forms)), key=lambda i: -worth[i])
     kinds = [_structure(form.effect) for form in forms]
     first = [i for at, i in enumerate(order) if kinds[i] not in [kinds[k] for k in order[:at]]]
     return [*first, *(i for i in order if i not in first)][:STARTS]
 
 
-def _alone(linear: Linear, form: Form, gain_: Gain, forms: int) -> Candidate:
-    searched = 2 * float(np.log(forms))
+def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidate:
     before = linear.square
-    p = f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count)
+    p = corrected(f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count), searched)
     worth = gain_.evidence - searched - UNLIKELY.get(form.key, 0.0)
     return Candidate(
         form.key, form.effect, form.refit, form.label, worth, gain_.fall, gain_.count, searched, gain_.visible, p
     )
 
 
-def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -> Candidate:
+def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float) -> Candidate:
     total = linear.square
     beside = np.zeros(len(form.refit), dtype=bool)
     if form.along is not None:
@@ -169,15 +178,15 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, forms: int) -
         beside = form.refit & form.effect.amplitudes() & ~form.screened
     before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
-    searched = 2 * float(np.log(forms)) + UNLIKELY.get(form.key, 0.0)
+    searched = price + UNLIKELY.get(form.key, 0.0)
     inner = linear.extended(columns_of(screen, linear, effect, free))
     while whole.evidence - searched > 0 and len(labels) < DEEPEST:
         options = screen.forms(form.key, effect)
         if not options:
             break
-        measured = gains(inner, options)
-        k = max(range(len(options)), key=lambda i: measured[i].evidence)
-        cost = 2 * float(np.log(len(options)))
+        measured, prices = gains(inner, options), _prices(options)
+        k = max(range(len(options)), key=lambda i: measured[i].evidence - prices[i])
+        cost = prices[k]
         if measured[k].evidence <= cost:
             break
         new = options[k].effect
@@ -217,7 +226,7 @@ def columns_of(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.
     What forms the effect has none while they are null.
     """
     part = linear_part(effect, mask)
-    return screen.problem.columns(effect, part) * ordinary(effect, part)
+    return screen.problem.columns(effect, part) * ordinary(screen.problem.model, effect, part)
 
 
 def _structure(effect: Effect) -> tuple[object, ...]:

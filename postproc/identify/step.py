@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.linear import MANY
 from postproc.identify.problem import Problem, Weights
 
@@ -77,7 +78,7 @@ class Slope:
         every = {e.key: e.amplitudes() for e in problem.model.effects}
         forms = not all(every[key][i] for key, i in self.parameters)
         move = np.abs(self.values(further) - self.values(problem))
-        return not forms and bool((move < SMALL * self._over(problem, lambda e: e.scale())).all())
+        return not forms and bool((move < SMALL * self._over(problem, lambda e: _sizes(problem, e))).all())
 
     def bends(self, problem: Problem, further: Problem) -> float:
         """How much the model misses what the slope foretells between two places, as a share of that."""
@@ -167,7 +168,7 @@ def slope(problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[s
             # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
-            good, basis = _determined(columns, 10 * effect.scale()[index], basis)
+            good, basis = _determined(columns, 10 * _sizes(problem, effect)[index], basis)
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
         held += [(effect.key, int(i)) for i in index[~good]]
@@ -210,10 +211,16 @@ def _weak(problem: Problem, parameters: list[Name]) -> Array:
     away.
     """
     every = {
-        e.key: np.zeros(len(e.vector())) if e.key in FRAMES else np.where(e.amplitudes(), 1 / (30 * e.scale()), 0.0)
+        e.key: np.zeros(len(e.vector()))
+        if e.key in FRAMES
+        else np.where(e.amplitudes(), 1 / (30 * _sizes(problem, e)), 0.0)
         for e in problem.model.effects
     }
     return np.array([every[key][i] for key, i in parameters])
+
+
+def _sizes(problem: Problem, effect: Effect) -> Array:
+    return ordinary_sizes(effect, problem.model.robot)
 
 
 def _reach(effect: Effect) -> Array:

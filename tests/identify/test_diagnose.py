@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import Effect, param
+from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
+from postproc.identify.fit import fit_model
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
+from postproc.identify.selection import Screen
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -91,6 +94,36 @@ def _sprung(b, spring):
         return xi
 
     return Hidden("spring", "spring", body=body)
+
+
+def test_a_soft_bearing_of_a_small_arm_is_no_beam():
+    # 2e-5 rad/(N m) is 200 times what is ordinary on an arm of 60 kg payload, and 13 times on one of 10 kg.
+    data, true = cell(_soft_elbow, seed=523001, poses=120, robot="ur10")
+    found = diagnose(base_fit(data, "ur10").model, data)
+    assert [m.candidate.key for m in found.missing] == ["bearing_tilt"]
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
+def _soft_elbow(g, arm):
+    return _sprung(2, lambda w: 2e-5 * w[:, 2] * [0, 0, 0, 1, 1, 0])
+
+
+def test_more_of_an_effect_that_the_model_holds_is_fitted_with_what_it_holds():
+    data, _ = cell(seed=101)
+    held = fit_model(
+        base_fit(data).model,
+        data,
+        [ThermalJointDrift.null()],
+        free={**base_fit(data).free, "thermal_joint_drift": _only(3)},
+    )
+    screen = Screen(held.problem, {"thermal_joint_drift": ThermalJointDrift}, {}, held.free)
+    forms = {form.label: form for form in screen.forms("thermal_joint_drift", None)}
+    np.testing.assert_array_equal(forms["joint 2"].refit, _only(2) | _only(3))
+    assert "joint 3" not in forms
+
+
+def _only(joint):
+    return np.arange(1, 7) == joint
 
 
 def test_one_casting_and_a_wave_of_high_order_are_found():
