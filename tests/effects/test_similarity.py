@@ -9,7 +9,7 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.effects.similarity import dimensions, ordinary_sizes, size
-from postproc.robot.library import load_robot
+from postproc.robot.catalogue import load_robot
 
 
 @pytest.mark.parametrize(
