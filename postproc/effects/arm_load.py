@@ -14,6 +14,7 @@ from postproc.effects.geometry import weight
 class ArmLoad(
     Effect,
     reads=("pose",),
+    linear=False,
     confused_with={
         "joint_compliance": "weigh the part, or two payloads: a fixed mass does not scale with the payload",
         "payload_error": "wrist poses: what rides on the forearm does not turn with the flange",
@@ -23,8 +24,8 @@ class ArmLoad(
 ):
     """A part rides on a link (wire feeder, valve block), or the link's own mass is wrong.
 
-    Equation: force m (g - acceleration) at the point c of body b, linear in the mass m and the first moment m c; one
-    entry a body. Source: Newton. Typical size: 5 to 30 kg on the forearm housing, 0.05 to 0.5 mm through the joints'
+    Equation: force m (g - acceleration) at the point c of body b, linear in the mass m and the first moment m c at rest;
+    one entry a body. Source: Newton. Typical size: 5 to 30 kg on the forearm housing, 0.05 to 0.5 mm through the joints'
     elasticity. Only the product of mass, lever and compliance shows in poses.
     """
 
@@ -37,7 +38,7 @@ class ArmLoad(
     def load(self, state: State) -> Load:
         found: dict[int, Array] = {}
         for i, b in enumerate(self.body):
-            share = weight(state, b, self.mass_kg[i], self.moment_kgm[i])
+            share = weight(state, b, [(self.mass_kg[i], self.moment_kgm[i])])
             found[b] = found[b] + share if b in found else share
         return Load(body=found)
 

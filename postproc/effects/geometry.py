@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from postproc.arrays import Array
@@ -83,22 +85,41 @@ def turned(matrix: Array, vectors: Array) -> Array:
     return np.asarray((matrix @ vectors[:, :, None])[:, :, 0])
 
 
-def weight(state: State, body: int, mass: float | Array, moment: Array, T_body_part: Array | None = None) -> Array:
-    """(n, 6) wrench about the base origin of a mass on a body: m (g - a), linear in mass and first moment.
+FAR = 2.0
+"""Centres farther than this from the origin of their body [m] are no compact masses."""
 
-    Its moment of inertia about the body's own origin is not known from these and is left out.
+Mass = tuple[float | Array, Array]
+"""A compact mass on a body: mass [kg], or (n,), and mass times its centre [kg m], (3,) or (n, 3)."""
+
+
+def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array | None = None) -> Array:
+    """(n, 6) wrench about the base origin of compact masses on a body: m (g - a), each at its centre.
+
+    Linear in masses and first moments at rest; where the body turns, a mass m with the first moment f has the second
+    moment f f^T / m, which an amplitude without a mass has not (a centre out of reach).
 
     Args:
-        mass: [kg], or (n,); moment: mass times centre [kg m], (3,) or (n, 3), in the axes of the body or of its part.
+        masses: in the axes of the body or of its part.
     """
     T_base = np.asarray(state.T_base_body)[:, body]
     T = T_base if T_body_part is None else T_base @ T_body_part
-    m = np.broadcast_to(np.asarray(mass, dtype=float), (len(state),))[:, None]
-    origin = T_base[:, :3, 3]
-    first = turned(T[:, :3, :3], np.broadcast_to(moment, (len(state), 3))) + m * (T[:, :3, 3] - origin)
-    force, torque = m * state.gravity, np.cross(first, state.gravity)
+    origin, n = T_base[:, :3, 3], len(state)
+    each = []
+    for given, moment in masses:
+        m = np.broadcast_to(np.asarray(given, dtype=float), (n,))[:, None]
+        each.append((m, turned(T[:, :3, :3], np.broadcast_to(moment, (n, 3))) + m * (T[:, :3, 3] - origin)))
+    mass, first = sum((m for m, _ in each), np.zeros((n, 1))), sum((f for _, f in each), np.zeros((n, 3)))
+    force, torque = mass * state.gravity, np.cross(first, state.gravity)
     if state.robot is not None and state.v is not None and state.a is not None:
         a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), state.v, state.a, body)
-        force = force - m * a_origin - turned(matrix, first)
+        force = force - mass * a_origin - turned(matrix, first)
         torque = torque - np.cross(first, a_origin)
+        for m, f in each:
+            torque = torque - _over(m, f) * np.cross(f, turned(matrix, f))
     return np.concatenate([force, torque + np.cross(origin, force)], axis=1)
+
+
+def _over(mass: Array, first: Array) -> Array:
+    """(n, 1) one over a mass, or nothing where its centre is out of reach: m^3 / (m^4 + (f / far)^4)."""
+    least = (np.linalg.norm(first, axis=1, keepdims=True) / FAR) ** 4
+    return np.asarray(mass**3 / np.maximum(mass**4 + least, 1e-300))

@@ -8,12 +8,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, channel, param, variant
-from postproc.effects.geometry import weight
+from postproc.effects.geometry import Mass, weight
 
 
 class PayloadError(
     Effect,
     reads=("pose",),
+    linear=False,
     confused_with={
         "arm_load": "wrist poses: what hangs on the flange turns with it",
         "joint_compliance": "weigh the tool: a compliance answers to every load, this only to the tool's",
@@ -35,14 +36,16 @@ class PayloadError(
 
     def load(self, state: State) -> Load:
         T_body_flange = np.eye(4) if state.robot is None else state.robot.link[6]
-        mass: float | Array = self.mass_kg
-        moment = self.moment_kgm
+        masses: list[Mass] = [(self.mass_kg, self.moment_kgm)]
         if state.payload_mass is not None:
-            stated = self.fraction * state.payload_mass
+            stated = np.asarray(state.payload_mass, dtype=float)
             centre = np.zeros(3) if state.payload_center is None else state.payload_center
-            off = np.asarray(state.payload_mass)[..., None] * self.centre_m
-            mass, moment = mass + stated, moment + stated[:, None] * centre + off
-        return Load(body={6: weight(state, 6, mass, moment, T_body_flange)})
+            first = stated[:, None] * centre
+            masses.append((self.fraction * stated, self.fraction * first))
+            if np.any(self.centre_m):
+                # The stated mass is taken from where it is said to be and put where it is.
+                masses += [(stated, first + stated[:, None] * self.centre_m), (-stated, -first)]
+        return Load(body={6: weight(state, 6, masses, T_body_flange)})
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
