@@ -24,9 +24,9 @@ class ArmLoad(
 ):
     """A part rides on a link (wire feeder, valve block), or the link's own mass is wrong.
 
-    Equation: force m (g - acceleration) at the point c of body b, linear in the mass m and the first moment m c at rest;
-    one entry a body. Source: Newton. Typical size: 5 to 30 kg on the forearm housing, 0.05 to 0.5 mm through the joints'
-    elasticity. Only the product of mass, lever and compliance shows in poses.
+    Equation: force m (g - acceleration) at the point c of body b, at rest linear in the mass m and the moment m c; one
+    entry a body. Source: Newton. Typical size: 5 to 30 kg on the forearm housing, 0.05 to 0.5 mm through the
+    joints' elasticity. Only the product of mass, lever and compliance shows in poses.
     """
 
     body: tuple[int, ...] = structure((3,), low=0, high=6)

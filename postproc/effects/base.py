@@ -68,6 +68,7 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
+        beside: key of the effect that this one is defined beside: a diagnosis names that one first.
 
     What is not given is taken from the class it derives from.
     """
@@ -78,6 +79,7 @@ class Effect:
     linear: ClassVar[bool] = True
     confused_with: ClassVar[Mapping[str, str]] = {}
     about_data: ClassVar[bool] = False
+    beside: ClassVar[str] = ""
 
     def __init_subclass__(
         cls,
@@ -87,6 +89,7 @@ class Effect:
         key: str = "",
         confused_with: Mapping[str, str] | None = None,
         about_data: bool | None = None,
+        beside: str | None = None,
         **rest: Any,
     ) -> None:
         super().__init_subclass__(**rest)
@@ -97,6 +100,7 @@ class Effect:
         cls.reads = cls.reads if reads is None else (reads,) if isinstance(reads, str) else tuple(reads)
         cls.linear = cls.linear if linear is None else linear
         cls.about_data = cls.about_data if about_data is None else about_data
+        cls.beside = cls.beside if beside is None else beside
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
 

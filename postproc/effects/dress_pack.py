@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
-from postproc.effects.geometry import distal_point, force_at, point_in_base
+from postproc.effects.geometry import distal_point, force_at, long_bodies, point_in_base
 from postproc.robot.arm import Robot
 
 
@@ -53,7 +53,7 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """From the elbow, the forearm housing or the forearm to places around the flange, with three slacks."""
+        """From the elbow, the housing behind it, forearm or wrist to places around the flange, with four slacks."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
@@ -64,7 +64,8 @@ class DressPack(
                 for label, slack in (
                     ("always taut", 0.5 * distance.min()),
                     ("just taut", 0.9 * distance.min()),
-                    ("slack at times", np.median(distance)),
+                    ("slack at times", np.quantile(distance, 0.3)),
+                    ("mostly slack", np.quantile(distance, 0.6)),
                 ):
                     effect = cls(body_from=body, from_m=here, to_m=there, slack_m=float(slack))
                     found.append(variant(effect, f"from body {body}, {label}"))
@@ -72,15 +73,20 @@ class DressPack(
 
 
 def _starts(T_base_body: Array, robot: Robot) -> list[tuple[int, Array]]:
-    """Where a fit begins: the elbow, 0.25 m above the forearm housing and to both sides of that, around the forearm."""
+    """Where a fit begins: the elbow, 0.25 m above the housing behind it and to both sides of that, around the forearm.
+
+    The forearm is the last long body; where that is the housing itself, also around the first body of the wrist.
+    """
     up = T_base_body[:, 3, 2, :3].mean(axis=0)
     up /= max(float(np.linalg.norm(up)), 1e-9)
-    forearm = distal_point(robot, 4)
+    long = long_bodies(robot)[-1]
+    forearm = distal_point(robot, long)
     side = np.cross(up, forearm)
     side /= max(float(np.linalg.norm(side)), 1e-9)
     above = [(3, 0.25 * up + shift * side) for shift in (-0.15, 0.0, 0.15)]
-    beside = [(4, 0.3 * forearm + 0.2 * way) for way in _across(forearm)]
-    return [(2, distal_point(robot, 2)), *above, *beside]
+    beside = [(long, 0.3 * forearm + 0.2 * way) for way in _across(forearm)]
+    wrist = [(4, 0.1 * way) for way in _across(robot.axis[4])] if long < 4 else []
+    return [(2, distal_point(robot, 2)), *above, *beside, *wrist]
 
 
 def _across(axis: Array) -> tuple[Array, ...]:

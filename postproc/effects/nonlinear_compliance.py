@@ -15,6 +15,7 @@ SHARES_OF_LOAD = (0.05, 0.1, 0.2, 0.4, 0.8)
 class NonlinearCompliance(
     Effect,
     reads=("load",),
+    beside="joint_compliance",
     confused_with={
         "backlash": "approach from both sides under the same load: lost motion follows the side, this follows the load",
         "joint_compliance": "loads from nearly zero to full on the same joint, in both directions",

@@ -21,6 +21,8 @@ SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
 MATERIAL = 0.01
 """An effect must explain at least this share of what is left, however many rows make it significant."""
+QUIET = 1.2
+"""Residual variance, in that of the repeats, at which no other start can be better."""
 CLOSE = 8.0
 """Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
 
@@ -65,9 +67,13 @@ def fitted_best(
     base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED
 ) -> tuple[Candidate, Fit] | None:
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
-    fits = [(start, refit(base, screen, linear, start, closely)) for start in candidate.starts or (candidate,)]
-    every = [(start, after) for start, after in fits if after is not None]
-    found = [(judged(base, after, start), after) for start, after in every]
+    found: list[tuple[Candidate, Fit]] = []
+    for start in candidate.starts or (candidate,):
+        after = refit(base, screen, linear, start, closely)
+        if after is not None:
+            found.append((judged(base, after, start), after))
+            if after.noise.position is not None and after.variance < QUIET:
+                break
     return max(found, key=lambda pair: pair[0].evidence, default=None)
 
 

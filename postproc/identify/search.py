@@ -81,19 +81,35 @@ def ranking(search: Search) -> list[Candidate]:
     search.remember(screen)
     found.sort(key=lambda c: -c.evidence)
     if not found or search.outside:
-        return found
+        return [_nested(c, found) for c in found]
 
     def settled(candidate: Candidate) -> Candidate:
         best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
         return candidate if best is None else best[0]
 
-    far = max(0.0, 0.2 * found[0].evidence)
+    far = -np.inf if _at_a_loss(search.fit, found[0]) else max(0.0, 0.2 * found[0].evidence)
     found = [settled(c) if c.starts and c.evidence > far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     rivals = [c for c in found if c.evidence > near]
     if len(rivals) > 1:
         found = [settled(c) if c in rivals and c.fit is None else c for c in found]
-    return sorted(found, key=lambda c: -c.evidence)
+    return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+
+
+def _at_a_loss(fit: Fit, best: Candidate) -> bool:
+    """Whether the best effect explains less than half of what is left above the noise.
+
+    Then effects that stand far from all their starts may still be what is missing.
+    """
+    above = fit.linear.square - fit.linear.freedom
+    return fit.noise.position is not None and above > 0.5 * fit.linear.freedom and best.fall < 0.5 * above
+
+
+def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
+    """What is defined beside another effect that is missing as well is worth nothing before that one is in."""
+    beside = type(candidate.effect).beside
+    first = any(c.key == beside and c.evidence > 0 for c in found)
+    return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate
 
 
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:

@@ -16,10 +16,15 @@ from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
-UNLIKELY = {"bearing_tilt": 6.0, "session": 4.0, "link_geometry": 4.0}
-"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
+UNLIKELY = {"bearing_tilt": 6.0, "session": 4.0, "link_geometry": 4.0, "joint_compliance": -12.0, "joint_offset": -12.0}
+"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first.
+
+No arm is without joints that wind up or zeros that are off: a model that lacks them lacks them first.
+"""
 STARTS = 3
-"""Forms from which a full fit is tried where an effect has parameters that form it."""
+"""Forms from which a full fit is tried where an effect has parameters that form it; more where those are more."""
+ALIKE = 0.9
+"""Share of a form's columns that another one has as well, from which it is no start of its own."""
 DEEPEST = 8
 """Terms of one effect that are searched one after another."""
 
@@ -130,7 +135,7 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _diverse(forms, worth)]
+    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _diverse(linear, forms, worth)]
     others = [c for c in others if c.effect is not chosen.effect and (c.free & ~c.effect.amplitudes()).any()]
     return replace(chosen, starts=(chosen, *others))
 
@@ -153,12 +158,30 @@ def _prices(forms: Sequence[Form]) -> list[float]:
     return [2 * float(np.log(total / form.odds)) for form in forms]
 
 
-def _diverse(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
-    """The best forms to start a full fit from: of every law, pair of bodies .. the best one, then the next best."""
+def _diverse(linear: Linear, forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
+    """The best forms to start a full fit from: of every law, pair of bodies .. the best, then the best unlike those.
+
+    As many as parameters form the effect: a point in space needs more starts than a knee.
+    """
     order = sorted(range(len(forms)), key=lambda i: -worth[i])
     kinds = [_structure(form.effect) for form in forms]
-    first = [i for at, i in enumerate(order) if kinds[i] not in [kinds[k] for k in order[:at]]]
-    return [*first, *(i for i in order if i not in first)][:STARTS]
+    chosen = [i for at, i in enumerate(order) if kinds[i] not in [kinds[k] for k in order[:at]]]
+    enough = max(STARTS, max(form.forming for form in forms))
+    taken = [_unit(linear, forms[i]) for i in chosen]
+    for i in order:
+        if len(chosen) >= enough:
+            break
+        way = _unit(linear, forms[i])
+        if all(way.shape != other.shape or float(np.sum(way * other)) ** 2 < ALIKE for other in taken):
+            chosen.append(i)
+            taken.append(way)
+    return chosen[:enough]
+
+
+def _unit(linear: Linear, form: Form) -> Array:
+    """Columns of a form beside the fitted parameters, of length one in all."""
+    rest = linear.project(form.columns * form.scale)
+    return np.asarray(rest / max(float(np.linalg.norm(rest)), 1e-300))
 
 
 def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidate:
@@ -239,4 +262,5 @@ def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def corrected(p: float, searched: float) -> float:
-    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0
+    """A p value after a search; what is likely beforehand makes no chance smaller."""
+    return float(np.exp(min(0.0, np.log(p) + max(searched, 0.0) / 2))) if p > 0 else 0.0
