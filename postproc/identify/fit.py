@@ -83,10 +83,14 @@ class Fit:
 
     @cached_property
     def serial(self) -> float:
-        """Share of the rows that count as independent where the arm moved as they were read; poses at rest all do."""
+        """Share of the rows that count as independent.
+
+        Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off.
+        """
         state, weights = self.data.state, self.problem.weights
         if state.v is None:
-            return 1.0
+            each = np.bincount(self.data.repeats)
+            return float(np.sum(each / (1 + (each - 1) * self.noise.shared)) / len(state))
         order = np.arange(len(state)) if state.time is None else np.argsort(state.time, kind="stable")
         return serial_share(np.where(weights.used, self.problem.error * weights.values, np.nan)[order])
 
@@ -208,6 +212,7 @@ def fit_model(
     every.sort(key=_place)
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
+    problem, figures = problem.blurred(figures)
     masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
     problem = _null_where_held(problem, masks, frozenset(e.key for e in effects))
     strength = dict(penalty or {})

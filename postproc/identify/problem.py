@@ -137,6 +137,20 @@ class Problem:
         """The same measurements beside a model with other effects."""
         return Problem(self.model.with_effects(*effects), self.data, self.weights)
 
+    def blurred(self, noise: Noise) -> tuple[Problem, Noise]:
+        """The same with what rounded angles add to the noise of every pose, diag(J J^T) step^2 / 12.
+
+        A noise that the user states is taken as it is.
+        """
+        if not self.data.rounding or noise.position is None or noise.origin == "user":
+            return self, noise
+        added = np.sum(self.sensitivity.matrix[:, :3, :6] ** 2, axis=2) * self.data.rounding**2 / 12
+        values = self.weights.values.copy()
+        values[:, :3] = values[:, :3] / np.sqrt(1 + values[:, :3] ** 2 * added)
+        own, more = noise.position**2, float(np.mean(added))
+        total = replace(noise, position=float(np.sqrt(own + more)), shared=more / (own + more))
+        return self.weighted(Weights(values)), total
+
     def row_square(self) -> Array:
         """(n,) sum of the squared whitened errors of each row, whether it is used or set aside."""
         typical = np.where(self.weights.used, self.weights.values, 0.0)

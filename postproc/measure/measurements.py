@@ -76,6 +76,18 @@ class Measurements:
         )
 
     @cached_property
+    def rounding(self) -> float:
+        """Step [rad] to which all joint angles are rounded where that is 0.01 deg, as pendants show them; 0 else.
+
+        Coarser ones were commanded so, finer ones do not matter.
+        """
+        hundredths = np.degrees(self.state.q) * 100
+        if len(self) < 8 or not np.isfinite(hundredths).all():
+            return 0.0
+        off, coarse = np.abs(hundredths - np.round(hundredths)), np.abs(hundredths / 10 - np.round(hundredths / 10))
+        return float(np.radians(0.01)) if off.max() < 1e-6 and coarse.max() > 1e-6 else 0.0
+
+    @cached_property
     def repeats(self) -> NDArray[np.int_]:
         """(n,) number of the group of repeats each row belongs to.
 

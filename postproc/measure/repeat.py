@@ -20,6 +20,7 @@ class Noise:
         position: standard deviation per axis [m]; dof: degrees of freedom behind it.
         rotation: standard deviation per axis [rad], None where no orientation was repeated; rotation_dof: behind it.
         origin: where the figure comes from.
+        shared: share of the variance that all repeats of a pose have in common (rounded angles).
     """
 
     position: float | None
@@ -27,23 +28,42 @@ class Noise:
     rotation: float | None
     rotation_dof: float
     origin: Literal["repeats", "sigma_mm", "user", "none"]
+    shared: float = 0.0
 
 
 def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
     """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
 
-    Else from column ``sigma_mm``.
+    Else from column ``sigma_mm``. Repeats of one visit count where there are enough of them: those of a later round, at
+    another temperature, differ by drift and growth as well.
     """
-    groups = data.repeats
-    rotation, rotation_dof = _rotation_scatter(data, groups)
+    rotation, rotation_dof = _rotation_scatter(data, data.repeats)
     if stated is not None:
         return Noise(stated, np.inf, rotation, rotation_dof, "user")
-    square, dof = pooled_scatter(_without_strays(data.position, groups), groups)
-    if dof >= 9 and square > 0:
-        return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
+    for groups in (visits(data), data.repeats):
+        square, dof = pooled_scatter(_without_strays(data.position, groups), groups)
+        if dof >= 9 and square > 0:
+            return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
     if data.sigma is not None:
         return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, rotation_dof, "sigma_mm")
     return Noise(None, 0.0, rotation, rotation_dof, "none")
+
+
+def visits(data: Measurements) -> NDArray[np.int_]:
+    """(n,) number of the visit of each row: repeats of a pose at nearly the same temperature and time.
+
+    Nearly: no gap of more than a twentieth of the record's range, nor of 0.3 K.
+    """
+    found = data.repeats
+    for channel, least in ((data.state.temperature, 0.3), (data.state.time, 0.0)):
+        if channel is None or not np.isfinite(channel).all():
+            continue
+        order = np.lexsort((channel, found))
+        wide = np.diff(channel[order]) > max(0.05 * float(np.ptp(channel)), least)
+        fresh = np.concatenate([[True], (np.diff(found[order]) != 0) | wide])
+        found = np.empty_like(found)
+        found[order] = np.cumsum(fresh) - 1
+    return found
 
 
 def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
