@@ -251,16 +251,9 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
         return _fitted(problem, masks, figures, True, {})
-    return Fit(
-        problem,
-        masks,
-        (),
-        (),
-        np.zeros((len(problem.residual), 0)),
-        np.zeros(0),
-        figures,
-        far_off(problem, problem.weights),
-    )
+    none = np.zeros((len(problem.residual), 0))
+    aside = far_off(problem, problem.weights)
+    return Fit(problem, masks, (), (), none, np.zeros(0), figures, aside)
 
 
 def _null_where_held(problem: Problem, masks: Masks, fresh: frozenset[str]) -> Problem:
