@@ -9,7 +9,9 @@ from postproc.motion.findings import place
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import NO_AXIS
 
-_STILL = 1e-3  # [mm] or [deg]: rounding of a taught position
+# [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
+# corrected for a place 3.5 mm from its own, which changes the correction by micrometres.
+_STILL = 0.1
 
 
 def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
@@ -19,21 +21,22 @@ def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         MOT007 tool and work object that do not fit together, MOT008 external axes that move.
     """
     findings: list[Diagnostic] = []
-    before: tuple[float, ...] | None = None
+    station: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
     for event in events:
         if event.reason is not None or event.target is None:
             continue
         if event.tool.robhold == event.wobj.robhold:
             findings.append(_unfit(event))
         axes = event.target.extax
-        if before is not None:
-            moving = [k for k in range(6) if _moves(before[k], axes[k])]
-            if moving:
-                names = ", ".join(f"eax_{'abcdef'[k]}" for k in moving)
-                text = f"external axes move ({names}): where they carry the robot or the work piece is not known"
-                help_ = "compensate programs whose external axes stand still, or split the program where they move"
-                findings.append(Diagnostic("MOT008", "error", text, *place(event), help_))
-        before = axes
+        moving = [k for k in range(6) if max(station[k], axes[k]) < NO_AXIS and abs(axes[k] - station[k]) > _STILL]
+        if moving:
+            names = ", ".join(f"eax_{'abcdef'[k]}" for k in moving)
+            text = f"external axes move ({names}): where they carry the robot or the work piece is not known"
+            help_ = "compensate programs whose external axes stand still, or split the program where they move"
+            findings.append(Diagnostic("MOT008", "error", text, *place(event), help_))
+        for k, axis in enumerate(axes):
+            if axis < NO_AXIS and (k in moving or station[k] >= NO_AXIS):
+                station[k] = axis
     return findings
 
 
@@ -47,8 +50,3 @@ def _unfit(event: MotionEvent) -> Diagnostic:
         "one of tooldata and wobjdata has robhold TRUE; a stationary tool needs \\WObj with a work object on the robot"
     )
     return Diagnostic("MOT007", "error", text, *place(event, "tool"), help_)
-
-
-def _moves(before: float, now: float) -> bool:
-    unused = before >= NO_AXIS and now >= NO_AXIS
-    return not unused and abs(now - before) > _STILL

@@ -133,6 +133,25 @@ def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
     assert [m.kind for m in moves] == ["absjoint", "joint"]
 
 
+@pytest.mark.parametrize(
+    ("stations", "moving"),
+    [
+        (["500", "500.04", "500.09", "500"], []),
+        (["500", "9E9", "500", "9E9"], []),
+        (["9E9", "500", "500", "9E9"], []),
+        (["500", "500.06", "500.12", "500.18"], [2]),
+        (["500", "9E9", "750", "750"], [2]),
+        (["0", "0", "0.2", "0"], [2, 3]),
+    ],
+)
+def test_external_axes_that_move_are_refused_where_they_do(stations: list[str], moving: list[int]) -> None:
+    lines = [f"MoveL {P1[: -len(E) - 1]}[{axis},9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;" for axis in stations]
+    _, findings, text = read("\n".join(lines))
+    first = text[: text.index("MoveL")].count("\n") + 1
+    assert {d.code for d in findings} <= {"MOT008"}
+    assert [d.source.position(d.span[0])[0] - first for d in findings if d.source and d.span] == moving
+
+
 def test_standing_still_is_no_speed() -> None:
     _, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},[0,500,5000,1000],fine,t1;")
     assert [d.code for d in findings] == ["MOT006"]
