@@ -18,6 +18,9 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "temperature": ("degC", 1.0),
     "time": ("s", 1.0),
     "payload": ("kg", 1.0),
+    "fx": ("N", 1.0),
+    "fy": ("N", 1.0),
+    "fz": ("N", 1.0),
     "x": ("mm", 1e3),
     "y": ("mm", 1e3),
     "z": ("mm", 1e3),
@@ -50,6 +53,8 @@ def channels(state: State, position: Array) -> dict[str, Array]:
     ):
         if column is not None:
             found[name] = np.asarray(column, dtype=float)
+    if state.wrench is not None:
+        found.update({f"f{axis}": np.asarray(state.wrench)[:, i] for i, axis in enumerate("xyz")})
     found.update({name: position[:, i] for i, name in enumerate("xyz")})
     found.update({name: np.asarray(column, dtype=float) for name, column in state.channels.items()})
     return {name: values for name, values in found.items() if varies(values)}

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.identify.fit import Fit
 from postproc.identify.judgement import settled
-from postproc.identify.linear import Linear, independent_share
+from postproc.identify.linear import Linear, basis_of, independent_share
 from postproc.identify.search import Missing, Search, clear, refit_all, worth_saying
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
@@ -27,30 +25,18 @@ A pattern that is a third off the law in places leaves a tenth of its square, wh
 
 @dataclass(frozen=True)
 class _Whole:
-    """A finished explanation: what is named, the fit with it, and the patterns that are still needed beside it."""
+    """An explanation of what a finished fit is about.
+
+    Args:
+        fit: with everything that was found; named: which of it stays; outside: the patterns that are needed beside it.
+        bare: what those named leave; linear: what is left with the patterns among the fitted parameters.
+    """
 
     fit: Fit
-    missing: list[Missing]
-    outside: list[Suspect]
-
-    @cached_property
-    def linear(self) -> Linear:
-        """What it leaves, with the patterns among the fitted parameters."""
-        problem, linear = self.fit.problem, self.fit.linear
-        for suspect in self.outside:
-            linear = linear.extended(suspect.columns(problem))
-        turns = problem.whiten(problem.sensitivity.matrix[:, :, :6])
-        return replace(linear, independent=independent_share(linear.rest, turns, linear.row))
-
-    @property
-    def parameters(self) -> int:
-        return self.linear.parameters
-
-    def square(self, rows: NDArray[np.bool_]) -> float:
-        """Sum of squares that it leaves on some rows; refits leave out other rows where they lie far off."""
-        used = self.fit.problem.weights.used
-        both = used & rows
-        return self.linear.square if np.array_equal(both, used) else float(np.sum(self.linear.rest[both[used]] ** 2))
+    named: tuple[Missing, ...]
+    outside: tuple[Suspect, ...]
+    bare: Linear
+    linear: Linear
 
 
 def contested(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -63,62 +49,74 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     """
     if not missing:
         return missing
-    nothing = _Whole(base, [], [])
-    best = _explained(search, search.fit, missing)
-    while best.missing:
-        keys = [m.candidate.key for m in best.missing]
-        others = [_without(search, base, best, {key}, noise) for key in keys]
-        every = [*others, _without(search, base, best, set(keys), noise)] if len(keys) > 1 else others
-        rival = max(every, key=lambda whole: _gained(nothing, best, whole))
-        if _gained(nothing, best, rival) <= 0:
-            rival = min(others, key=lambda whole: whole.square(best.fit.problem.weights.used))
+    fit, every = search.fit, tuple(m for m in missing if base.model.effect(m.candidate.key) is None)
+    nothing = _explained(search, fit, every, ())
+    best = _explained(search, fit, every, every)
+    while best.named:
+        others = [_explained(search, fit, every, tuple(m for m in best.named if m is not one)) for one in best.named]
+        rival = max([*others, nothing], key=lambda whole: _worth(whole, nothing, best))
+        if _worth(rival, nothing, best) <= _worth(best, nothing, rival):
+            rival = min(others, key=lambda whole: whole.linear.square)
             if not _mended(nothing, best, rival):
                 break
         best = rival
-    search.fit, search.outside = best.fit, best.outside
-    return best.missing
+    kept = [m for m in missing if m in best.named or m not in every]
+    if len(kept) < len(missing):
+        search.fit = refit_all(base, fit, [m.candidate for m in kept], noise)
+    search.outside = list(best.outside)
+    return kept
 
 
-def _without(search: Search, base: Fit, best: _Whole, dropped: set[str], noise: float | None) -> _Whole:
-    kept = [m for m in best.missing if m.candidate.key not in dropped]
-    return _explained(search, refit_all(base, best.fit, [m.candidate for m in kept], noise), kept)
-
-
-def _explained(search: Search, fit: Fit, missing: list[Missing]) -> _Whole:
-    """A fit with the patterns that it still needs, the strongest first."""
-    whole = _Whole(fit, missing, [])
+def _explained(search: Search, fit: Fit, every: tuple[Missing, ...], named: tuple[Missing, ...]) -> _Whole:
+    """Some of the effects that a fit has found, with the patterns that they still need, the strongest first."""
+    bare = _left(fit, {m.candidate.key for m in every} - {m.candidate.key for m in named})
+    whole = _Whole(fit, named, (), bare, bare)
     while len(whole.outside) < MOST:
         found = find_suspects(fit.problem, whole.linear, search.patterns)
         if not found or not clear(found[0], whole.linear, worth_saying(fit)):
             break
-        whole = replace(whole, outside=[*whole.outside, found[0]])
+        linear = _counted(fit, whole.linear.extended(found[0].columns(fit.problem)))
+        whole = replace(whole, outside=(*whole.outside, found[0]), linear=linear)
     return whole
 
 
-def _gained(nothing: _Whole, best: _Whole, rival: _Whole) -> float:
-    """2 log of the odds of one whole against another, by the independent numbers of what the better one leaves."""
-    rows = nothing.fit.problem.weights.used & best.fit.problem.weights.used & rival.fit.problem.weights.used
-    left, right = best.square(rows), rival.square(rows)
-    freedom = (best if left < right else rival).linear.freedom
-    before = nothing.square(rows)
-    return _worth(rival, nothing, before, right, freedom) - _worth(best, nothing, before, left, freedom)
+def _left(fit: Fit, dropped: set[str]) -> Linear:
+    """The linear problem of a fit without some of its effects: y + A_o x_o beside the columns of the others.
+
+    A_o are the columns of their amplitudes, x_o the values: nothing is fitted again.
+    """
+    if not dropped:
+        return fit.linear
+    values = {e.key: e.vector() for e in fit.model.effects}
+    amplitude = {e.key: e.amplitudes() for e in fit.model.effects}
+    x = np.array([values[key][i] for key, i in fit.parameters])
+    out = np.array([key in dropped for key, _ in fit.parameters])
+    back = np.array([amplitude[key][i] for key, i in fit.parameters]) & out | (fit.penalty > 0)
+    y = fit.problem.residual + fit.columns[:, back] @ x[back]
+    return _counted(fit, Linear(y, basis_of(fit.columns[:, ~out], fit.penalty[~out]), fit.problem.row))
 
 
-def _worth(whole: _Whole, nothing: _Whole, before: float, left: float, freedom: int) -> float:
-    free = [m for m in whole.missing if m.candidate.effect.roughness() is not None]
-    searched = sum(m.candidate.searched for m in whole.missing) + ODDS * len(free)
+def _counted(fit: Fit, linear: Linear) -> Linear:
+    turns = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, :6])
+    return replace(linear, independent=independent_share(linear.rest, turns, linear.row))
+
+
+def _worth(whole: _Whole, nothing: _Whole, beside: _Whole) -> float:
+    """2 log of the odds of a whole, by the independent numbers of what the better one of two leaves."""
+    better = min(whole, beside, key=lambda w: w.linear.square)
+    freedom, left = better.linear.freedom, whole.linear.square
     each = float(np.log(freedom))
-    named = whole.fit.linear.parameters - nothing.parameters
-    own = sum(-settled(left, left, freedom, whole.fit, m.candidate.key) for m in whole.missing)
+    free = [m for m in whole.named if m.candidate.effect.roughness() is not None]
+    searched = sum(m.candidate.searched for m in whole.named) + ODDS * len(free)
+    own = sum(-settled(left, left, freedom, whole.fit, m.candidate.key) for m in whole.named)
     # A name has the benefit of the doubt: its parameters cost what they move at ordinary sizes, or Schwarz's price.
-    cost = min(named * each, own) + (whole.parameters - whole.fit.linear.parameters) * each
-    return freedom * float(np.log(before / left)) - cost - searched - sum(s.price for s in whole.outside)
+    cost = min(own, (whole.bare.parameters - nothing.bare.parameters) * each)
+    cost += (whole.linear.parameters - whole.bare.parameters) * each
+    gained = freedom * float(np.log(nothing.bare.square / left))
+    return gained - cost - searched - sum(s.price for s in whole.outside)
 
 
 def _mended(nothing: _Whole, best: _Whole, rival: _Whole) -> bool:
     """Whether what the rival does without only mends a pattern: a law that nobody knows is never met exactly."""
-    if not best.outside or not rival.outside:
-        return False
-    rows = nothing.fit.problem.weights.used & best.fit.problem.weights.used & rival.fit.problem.weights.used
-    left = best.square(rows)
-    return rival.square(rows) - left < MENDS * (nothing.square(rows) - left)
+    left = best.linear.square
+    return bool(best.outside and rival.outside) and rival.linear.square - left < MENDS * (nothing.bare.square - left)

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.channels import varies
 from postproc.identify.patterns import felt_by_tool
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import TOOL
@@ -42,10 +41,8 @@ def fields(problem: Problem) -> Iterator[tuple[str, tuple[str, ...], str, Array]
         )
     tool = problem.sensitivity.matrix[:, :, TOOL : TOOL + 3]
     for what, names, felt in felt_by_tool(state, problem.rest.T_base_tcp[:, :3, 3]):
-        if varies(felt):
-            felt = felt / max(float(np.abs(felt).max()), 1e-300)
-            bent = np.einsum("nri,nk->nrik", tool, felt).reshape(*tool.shape[:2], 9)
-            yield f"tool, bent by its {what}", names, f"{what} in the axes of the tool", bent
+        bent = np.einsum("nri,nk->nrik", tool, felt / max(float(np.abs(felt).max()), 1e-300))
+        yield f"tool, bent by {what}", names, f"{what} in the axes of the tool", bent.reshape(*tool.shape[:2], 9)
 
 
 def _squares(p: Array) -> Array:

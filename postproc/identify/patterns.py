@@ -81,7 +81,8 @@ def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, p
     """A wave of an angle whose size is another channel."""
 
     def finer() -> list[Pattern]:
-        orders = np.arange(0.5, 4.01, 0.25)
+        # Less than a wave a turn is hardly more than the other channel alone.
+        orders = np.arange(1.0, 4.01, 0.25)
         return [replace(_swelling(names, angle, size, k, p), finer=None) for k in orders for p in PHASES]
 
     text = f"product of {order:g} {names[0]} waves and {names[1]}"
@@ -115,20 +116,29 @@ def _pulls(state: State, position: Array) -> Iterator[Pattern]:
     for what, names, felt in felt_by_tool(state, position):
         for axis, along in zip("xyz", felt.T, strict=True):
             if varies(along):
-                yield Pattern(names, f"{what} along {axis} of the tool", unit(along))
-                yield Pattern(names, f"side to which {what} pulls along {axis} of the tool", np.sign(along))
+                yield Pattern(names, f"{what} along {axis} of the tool", unit(along), "tool")
+                yield Pattern(names, f"side to which {what} pulls along {axis} of the tool", np.sign(along), "tool")
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array]]:
-    """Name, channels and (n, 3) components in the axes of the flange, of gravity and of the tool's acceleration."""
+    """Name, channels and (n, 3) components in the axes of the flange of what the tool feels.
+
+    Gravity, its acceleration, the weight of the payload with its inertia, and the process force.
+    """
     assert state.T_base_body is not None
-    body = np.asarray(state.T_base_body)[:, 6]
+    turn = np.asarray(state.T_base_body)[:, 6, :3, :3]
     wrist = ("q5", "q6", "q4", "q3", "q2")
-    pulls = [("gravity", wrist, np.broadcast_to(state.gravity, (len(body), 3)))]
+    free = np.broadcast_to(state.gravity, (len(turn), 3))
+    pulls: list[tuple[str, tuple[str, ...], Array]] = [("gravity", wrist, free)]
     if state.a is not None and state.v is not None and state.robot is not None:
         a = point_acceleration(state.robot, np.asarray(state.T_base_body), state.v, state.a, 6, position)
         pulls.append(("acceleration", ("a1", "a2", "a3", "a4", "a5"), a))
-    return [(what, names, np.einsum("nji,nj->ni", body[:, :3, :3], pull)) for what, names, pull in pulls]
+        free = free - a
+    if state.payload_mass is not None and varies(state.payload_mass):
+        pulls.append(("payload's weight", ("payload", "q5", "q6", "q4"), state.payload_mass[:, None] * free))
+    if state.wrench is not None:
+        pulls.append(("process force", ("fx", "fy", "fz", "q5", "q6"), np.asarray(state.wrench)[:, :3]))
+    return [(what, names, np.einsum("nji,nj->ni", turn, pull)) for what, names, pull in pulls if varies(pull)]
 
 
 def _overturning(state: State) -> Iterator[Pattern]:

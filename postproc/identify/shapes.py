@@ -13,6 +13,8 @@ from postproc.identify.channels import shown
 STEPS, KINKS, HARMONICS = 24, 9, (1, 2, 3)
 SWAYS = 12
 """Most periods of a sway in time over the whole measurement."""
+FOLDED = (0.5, 1.0, 2.0)
+"""Orders of a wave that only goes one way: an eccentric that pushes, a bearing that gives."""
 TEETH = 128
 """Most teeth of a saw on one turn: pole pairs and marks of an encoder at the joint."""
 GAP = 0.08
@@ -75,6 +77,7 @@ def of_channel(name: str, values: Array) -> Iterator[Pattern]:
         for k in HARMONICS:
             for phase in (0.0, np.pi / 2):
                 yield wave((name,), values, k, phase)
+        yield from (_folded(name, values, order, float(p)) for order in FOLDED for p in PHASES)
         yield from _teeth(name, values)
     if name == "time":
         since = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
@@ -150,6 +153,14 @@ def wave(names: tuple[str, ...], values: Array, order: float, phase: float, labe
 
     value = np.asarray(np.cos(order * values - phase), dtype=np.float64)
     return Pattern(names, f"wave {order:g} times a turn{label}", value, finer=finer)
+
+
+def _folded(name: str, values: Array, order: float, phase: float) -> Pattern:
+    def finer() -> list[Pattern]:
+        phases = np.linspace(0.0, np.pi, 60, endpoint=False)
+        return [replace(_folded(name, values, order, float(p)), finer=None) for p in phases]
+
+    return Pattern((name,), f"folded wave {order:g} times a turn", np.abs(np.cos(order * values - phase)), finer=finer)
 
 
 def _teeth(name: str, values: Array) -> Iterator[Pattern]:

@@ -85,8 +85,10 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
     tried = _Tried(problem, linear, sum(map(len, somewhere.values())))
     for where, moves in places(problem).items():
         tried.screen(where, moves, somewhere[where], top)
+    # What a casting does, the joints, base and tool beside it do in part.
+    some = list({id(p): p for _, _, _, p in tried.found if p.where is None}.values())
     for where, moves in bodies(problem).items():
-        tried.screen(where, moves, [p for p in every if p.where is None], top, RARER)
+        tried.screen(where, moves, some, top, RARER)
     for where, names, text, moves in fields(problem):
         tried.screen(where, moves, [Pattern(names, text, np.ones(len(problem.error)))], top)
     tried.sharpen(top)
@@ -190,8 +192,15 @@ def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tup
 
 
 def by_channel(suspects: list[Suspect], count: int = 5) -> list[Suspect]:
-    """The strongest suspect of each channel."""
+    """The strongest suspect of each channel; after the first pattern another place that it cannot be told from."""
+    if not suspects:
+        return []
+    first = suspects[0]
+    same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
+    close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
+    elsewhere = [s for s in close if s.where != first.where][:1]
     seen: dict[str, Suspect] = {}
-    for suspect in suspects:
+    for suspect in [*same, *suspects]:
         seen.setdefault(suspect.channel, suspect)
-    return list(seen.values())[:count]
+    rest = [s for s in seen.values() if s not in same]
+    return [*same, *elsewhere, *rest][:count]

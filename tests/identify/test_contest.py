@@ -9,6 +9,7 @@ import pytest
 
 from postproc.identify.diagnose import diagnose
 from postproc.identify.shapes import of_channel, of_size, sharper
+from postproc.identify.suspects import Suspect, by_channel
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
@@ -68,6 +69,14 @@ def test_one_bad_reading_is_no_law():
     found = diagnose(base_fit(data).model, replace(data, position=position))
     assert (found.verdict, found.suspects) == ("complete", ())
     assert any(d.code in ("DAT013", "DAT025") and "row 12 " in d.message for d in found.diagnostics)
+
+
+def test_a_place_that_explains_as_much_is_told_too():
+    """A shift of the tool across its axis and a turn of joint 6 are the same for positions alone."""
+    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
+    at = [("joint 6", 90.0), ("joint 6", 80.0), ("tool", 78.0), ("base", 30.0)]
+    ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, 40.0, nothing, way) for where, worth in at]
+    assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
 
 
 def best(patterns, truth):
