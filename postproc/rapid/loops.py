@@ -100,7 +100,7 @@ class Loops(Execution):
         self.conditional += not certain
         if not self.body(body, memory):
             self.ways.leave()
-        elif moves and self.emitting and not self.only_new:
+        elif moves and self.emitting and not self.returning and not self.only_new:
             self.return_to_begin(body, memory, keys)
         self.conditional -= not certain
         forget(memory, keys, "is changed in a loop")
@@ -108,17 +108,17 @@ class Loops(Execution):
 
     def return_to_begin(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> None:
         """Follow the arm from the end of a turn to the first motion of the next one."""
-        ends, returning = self.ways.ends, self.returning
+        ends = self.ways.ends
         forget(memory, keys, "is changed in a loop")
         self.returning = True
         self.body(body, memory)
-        self.returning = returning
+        self.returning = False
         self.ways.ends = ends
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
         """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
         found: set[str] = set()
-        if self.emitting:
+        if self.emitting and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
                 ends = self.tried(body, memory, keys, found)
                 if ends <= found:

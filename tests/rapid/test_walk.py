@@ -123,6 +123,12 @@ def test_a_loop_that_known_values_never_end_is_not_run_ten_thousand_times() -> N
     assert x(f"VAR num n:=0; WHILE n<3 DO {move('n')} n:=n+1; ENDWHILE") == [0, 1, 2]
 
 
+def test_loops_in_one_another_cost_no_more_than_their_depth() -> None:
+    deep = 40
+    found = events("WHILE di1=1 DO " * deep + move("1") + " ENDWHILE" * deep, P)
+    assert 1 < len(found) < 10 * deep
+
+
 def test_a_turn_of_a_loop_begins_where_the_one_before_ended() -> None:
     found = events(f"{move('0')} WHILE TRUE DO IF di1=1 THEN {move('1')} ENDIF {move('2')} {move('3')} ENDWHILE", P)
     assert shown(found) == ["0 from nowhere", "1", "2", "at 0", "2", "3", "1", "at 3", "2"]
