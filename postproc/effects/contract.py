@@ -27,7 +27,7 @@ class State:
         wrench: (n, 6) external force [N] and moment [N m] on the TCP, base axes (a dead load).
         temperature: (n,) [degC]; time: (n,) [s].
         T_flange_tcp: (4, 4) or (n, 4, 4) nominal tool.
-        session: (n,) index of the measuring session.
+        session: (n,) index of the measuring session in session_names.
         channels: further columns of the measurement table, by name, (n,).
         gravity: (3,) [m/s^2] in base axes (a gantry hangs its arm upside down).
         robot: the nominal arm, for effects that need its lengths and axes. Filled by the model, as are:
@@ -47,6 +47,7 @@ class State:
     time: Array | None = None
     T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
     session: Array | None = None
+    session_names: tuple[str, ...] = ()
     channels: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     robot: Robot | None = None

@@ -87,6 +87,10 @@ def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProb
             FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not one of its choices", f"allowed: {allowed}")
         ]
     many = isinstance(default, tuple)
+    if many and all(isinstance(word, str) for word in default):
+        if isinstance(value, (list, tuple)) and all(isinstance(v, str) for v in value):
+            return []
+        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not a list of words")]
     numbers = value if isinstance(value, (list, tuple)) else [value]
     if many != isinstance(value, (list, tuple)) or not all(_is_number(v) for v in numbers):
         wanted = "a list of numbers" if many else "one number"

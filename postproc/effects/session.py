@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
@@ -21,28 +22,41 @@ class Session(
 ):
     """The frame stepped between two sessions (instrument moved, tool remounted): a finding about the data.
 
-    Equation: constant translation and rotation of the base as the instrument sees it, for the rows of each listed
-    session (numbered from 0) against the others.
+    Equation: constant translation and rotation of the base as the instrument sees it, for the rows of each session
+    that is listed by its name against the others.
     Source: rigid-body geometry. Typical size: 20 to 40 micrometres after a new set-up.
     """
 
-    session: tuple[int, ...] = structure((1,), low=0, high=10_000)
+    session: tuple[str, ...] = structure(("1",))
     shift_m: Array = param(unit="m", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
     turn_rad: Array = param(unit="rad", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement | None:
         if state.session is None:
             return None
-        member = (state.session[:, None] == np.array(self.session)).astype(float)
+        member = (_names(state)[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
+
+    @classmethod
+    def missing(cls, state: State) -> tuple[str, ...]:
+        """One session alone shows no step."""
+        several = state.session is not None and len(np.unique(state.session)) > 1
+        return () if several else cls.reads
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         if state.session is None:
             return ()
-        later = tuple(int(s) for s in np.unique(state.session)[1:])
+        later = tuple(dict.fromkeys(_names(state)[np.argsort(state.session, kind="stable")].tolist()))[1:]
         if current is not None or not later:
             return (variant(current),) if current is not None else ()
         effect = cls(session=later)
         shift = np.arange(6 * len(later)) < 3 * len(later)
         return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))
+
+
+def _names(state: State) -> NDArray[np.str_]:
+    """(n,) name of each row's session; its number where it has none."""
+    index = np.asarray(state.session, dtype=int)
+    names = np.array(state.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])
+    return np.asarray(names[index])

@@ -28,7 +28,6 @@ class Measurements:
         sigma: (n,) the instrument's own standard deviation [m], None where not stated.
         pose_id: (n,) labels; rows with the same label and the same state are repeats.
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
-        session: names of the measuring sessions, indexed by ``state.session``.
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
         source: the file, None for data made in memory.
         diagnostics: findings about the file.
@@ -42,7 +41,6 @@ class Measurements:
     pose_id: tuple[str, ...] = ()
     row: tuple[int, ...] = ()
     line: tuple[int, ...] = ()
-    session: tuple[str, ...] = ()
     tool_known: bool = False
     source: Source | None = field(default=None, repr=False)
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
@@ -116,6 +114,8 @@ def state_rows(state: State, picked: NDArray[np.int_]) -> State:
         value = getattr(state, item.name)
         if item.name == "channels":
             changes["channels"] = {name: channel[picked] for name, channel in value.items()}
+        elif item.name == "session_names":
+            continue
         elif item.name == "T_flange_tcp":
             changes[item.name] = value[picked] if value.ndim == 3 else value
         elif value is not None and len(value) == n:

@@ -66,7 +66,8 @@ def read_measurements(
         wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
         temperature=table.column("temperature_C", fill="median"),
         time=table.column("time_s", fill="median"),
-        session=np.array([session_names.index(s) for s in sessions]) if len(session_names) > 1 else None,
+        session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
+        session_names=session_names,
         channels=table.others(),
     )
     if T_flange_tcp is not None:
@@ -84,7 +85,6 @@ def read_measurements(
         pose_id=tuple(table.text("pose_id") or (str(i + 1) for i in range(n))),
         row=tuple(range(1, n + 1)),
         line=table.cells.lines,
-        session=session_names,
         tool_known=T_flange_tcp is not None,
         source=source,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.effects.contract import State
 
-CONSTANT = ("gravity", "robot", "channels", "T_flange_tcp")
+CONSTANT = ("gravity", "robot", "channels", "session_names", "T_flange_tcp")
 
 
 def take(state: State, rows: Any) -> State:

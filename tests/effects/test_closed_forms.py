@@ -355,7 +355,7 @@ def test_frame_drift():
 
 def test_session():
     state = State(q=np.zeros((4, 6)), session=np.array([0.0, 2, 1, 2]))
-    effect = Session(session=(1, 2), shift_m=[[1e-5, 0, 0], [0, 2e-5, 0]], turn_rad=[[0, 0, 0], [0, 0, 1e-6]])
+    effect = Session(session=("1", "2"), shift_m=[[1e-5, 0, 0], [0, 2e-5, 0]], turn_rad=[[0, 0, 0], [0, 0, 1e-6]])
     step = [0, 2e-5, 0, 0, 0, 1e-6]
     assert_allclose(displacement_of(effect, state).instrument, [np.zeros(6), step, [1e-5, 0, 0, 0, 0, 0], step])
 

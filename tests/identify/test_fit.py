@@ -13,12 +13,15 @@ from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.record import fit_json
 from postproc.measure.repeat import estimate_noise
+from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model, render_model
 from postproc.model.uncertainty import predict_sigma
+from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
+from tests.measure.tables import HEADER, points, poses
 
 LIBRARY = effect_library()
 
@@ -140,3 +143,28 @@ def test_too_few_rows_are_a_finding():
     with pytest.raises(PostprocError) as caught:
         fit_model(Model(base_fit(data).model.robot), data.rows(np.arange(4)), [LIBRARY["link_geometry"].null()])
     assert caught.value.diagnostics[0].code == "DAT020"
+
+
+def test_a_session_is_known_by_its_name_in_other_tables():
+    """The step that was fitted to `tuesday` belongs to `tuesday`, first, last or alone in another table."""
+    q = poses(40)
+    step = np.array([0.2, -0.1, 0.3])
+    day = np.where(np.arange(40) < 20, "monday", "tuesday")
+
+    def table(rows):
+        where = points(q[rows]) + step * (day[rows] == "tuesday")[:, None]
+        cells = [
+            f"P{i}," + ",".join(f"{x:.6f}" for x in (*q[i], *p)) + f",{day[i]}"
+            for i, p in zip(rows, where, strict=True)
+        ]
+        text = "\n".join([HEADER + ",session", *cells]) + "\n"
+        return read_measurements(Source("s.csv", text.encode()), load_robot("irb4600_60_205"))
+
+    every = np.arange(40)
+    keys = ("instrument_frame", "tool_frame")
+    effects = [*(effect_library()[key].null() for key in keys), effect_library()["session"].null(session=("tuesday",))]
+    fit = fit_model(Model(load_robot("irb4600_60_205"), robot_name="irb4600_60_205"), table(every), effects)
+    model = parse_model(Source("m.toml", render_model(fit.recorded()).encode()))
+    for rows in (every[::-1], every[20:], every[:20]):
+        data = table(rows)
+        assert predict(model, data.state)[:, :3, 3] == pytest.approx(data.position, abs=2e-6)
