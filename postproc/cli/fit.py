@@ -55,4 +55,6 @@ def run(
         print_json(fit.as_json())
     else:
         (say if output is None else print)(fit.text())
+        if output is not None:
+            say(f"next: `postproc diagnose {output} {data}` says whether an effect is missing")
     return 0

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, Output, TableOptions
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import show
+from postproc.cli.report import say, show
 from postproc.identify.predict import predict_rows
 
 
@@ -33,4 +35,8 @@ def run(
     found = predict_rows(arm, table.read(data, arm.robot, measured=False))
     show(found.diagnostics)
     write(output, found.as_csv().encode())
+    if output is not None:
+        known = found.sigma[np.isfinite(found.sigma)]
+        sure = f"; standard deviation {1e3 * known.max():.3f} mm per axis at most" if len(known) else ""
+        say(f"{len(found.sigma)} positions in the instrument's frame{sure}")
     return 0
