@@ -123,7 +123,7 @@ def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_pat
     model, poses, program = tmp_path / "m.toml", tmp_path / "poses.csv", tmp_path / "measure.mod"
     data = cell / "fit.csv"
     assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
-    pair = ("--between", "arm_load,gravity_compensator")
+    pair = ("--between", "backlash,arm_load")
     outcome = call("plan", model, data, *pair, "-n", "7", "-o", poses, "--rapid", program, "--json")
     assert outcome.code == 0, outcome.err
     document = json.loads(outcome.out)
