@@ -96,7 +96,6 @@ UNUSED = "9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]]"
         ("impossible configuration", "[-1,0,-1,0]", "[-1,0,-1,7]", "configuration"),
         ("joint limit", "[-1,0,-1,0]", "[-1,0,5,0]", ""),
         ("stationary tool", "tTorch:=[TRUE,", "tTorch:=[FALSE,", ""),
-        ("active external axes", UNUSED, "120,9E+09,9E+09,9E+09,9E+09,9E+09]]", ""),
     ],
 )
 def test_programs_that_are_not_safe(
@@ -104,10 +103,8 @@ def test_programs_that_are_not_safe(
 ) -> None:
     text = (samples / "hull_seam.mod").read_bytes().decode()
     assert before in text
-    # Of the targets, the fifth of the seam; of everything else, the first.
-    start = text.index("pSeam50:=") if before.startswith("9E") else 0
     program, target = tmp_path / "bad.mod", tmp_path / "out.mod"
-    program.write_bytes((text[:start] + text[start:].replace(before, after, 1)).encode())
+    program.write_bytes(text.replace(before, after, 1).encode())
     outcome = call("compensate", program, "-o", target)
     assert outcome.code in (1, 2), name
     assert outcome.out == ""
@@ -117,6 +114,17 @@ def test_programs_that_are_not_safe(
     assert "= help: " in outcome.err
     assert words in outcome.err
     assert list(tmp_path.iterdir()) == [program]
+
+
+def test_an_external_axis_that_moves_is_not_safe(call: Call, samples: Path, tmp_path: Path) -> None:
+    head, seam = (samples / "hull_seam.mod").read_bytes().decode().split("pSeam50:=")
+    for place in ("120", "130"):
+        seam = seam.replace(UNUSED, UNUSED.replace("9E+09", place, 1), 1)
+    program, target = tmp_path / "bad.mod", tmp_path / "out.mod"
+    program.write_bytes(f"{head}pSeam50:={seam}".encode())
+    outcome = call("compensate", program, "-o", target)
+    assert outcome.code == 1
+    assert not target.exists()
 
 
 @pytest.mark.parametrize(
