@@ -24,11 +24,11 @@ class BaseCompliance(
 
     Equation: rotation (c_x M_x, c_y M_y, 0), with M the overturning moment about the pivot: the ``floor`` (base origin)
     or the pedestal's distal end at ``joint 1``. Source: linear tilt spring; foundation loads in robot manuals.
-    Typical size: 1e-8 to 1e-7 rad/(N m): 0.05 to 0.3 mrad at 3 kN m.
+    Typical size: 1e-8 to 1e-7 rad/(N m), 0.05 to 0.3 mrad at 3 kN m; more on a stand or a trolley.
     """
 
     pivot: str = structure("floor", choices=("floor", "joint 1"))
-    tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(2,), low=-1e-5, high=1e-4, typical=3e-8, labels=("x", "y"))
+    tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(2,), low=-1e-5, high=1e-4, typical=1e-7, labels=("x", "y"))
 
     def displacement(self, state: State) -> Displacement | None:
         if state.body_load is None or state.robot is None:

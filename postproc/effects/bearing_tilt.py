@@ -12,7 +12,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, by_joint
 from postproc.effects.geometry import distal_point, joint_axis
 
 FLOOR = 0.05
-"""Odds of a bearing that tilts about the base origin, where an even floor does exactly the same with two numbers."""
+"""Odds of joint 1 alone: an even floor or pedestal does exactly the same with two numbers."""
 
 
 class BearingTilt(
@@ -55,6 +55,7 @@ class BearingTilt(
         found = by_joint(current or cls())
         if current is not None or state.robot is None:
             return found
+        found = (found[0], replace(found[1], odds=FLOOR), *found[2:])
         if not np.any(distal_point(state.robot, 0)):
-            return (found[0], replace(found[1], odds=FLOOR), *found[2:])
+            return found
         return (*found, replace(by_joint(cls(pivot="floor"))[1], label="joint 1, about the floor", odds=FLOOR))

@@ -204,7 +204,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             search.fit, at = without, 0
             continue
         better = rivals[0]
-        if better.key != one.key and better.evidence > mine.evidence + 6.0 and at < len(missing) - 1:
+        if better.key != one.key and better.evidence > mine.evidence and at < len(missing) - 1:
             after = refit(without, trial.screen(), trial.linear(), better)
             if after is not None and after.held_out_rms < search.fit.held_out_rms:
                 alike = confusable(rivals, better, without.linear)
