@@ -206,7 +206,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
         better = rivals[0]
         if better.key != one.key and better.evidence > mine.evidence and at < len(missing) - 1:
             after = refit(without, trial.screen(), trial.linear(), better)
-            if after is not None and after.held_out_rms < search.fit.held_out_rms:
+            if after is not None and after.held_out_rms < (1 + MATERIAL) * search.fit.held_out_rms:
                 alike = confusable(rivals, better, without.linear)
                 missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
                 search.fit = after
