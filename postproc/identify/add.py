@@ -21,6 +21,9 @@ from postproc.identify.step import FRAMES
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
+HELPS = 0.005
+"""Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -81,10 +84,17 @@ class Addition:
     def text(self) -> str:
         """How far the error fell, then the ladder and the leave-one-out table."""
         first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
+        helps = last < (1 - HELPS) * first
+        names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
         lines = [
             f"On rows that the fit has not seen, the error falls from {first:.3f} to {last:.3f} mm per axis; "
-            f"the floor is {1e3 * self.floor:.3f} mm.",
-            "The next `compensate` with this model corrects what it now predicts.",
+            f"the floor is {1e3 * self.floor:.3f} mm."
+            if helps
+            else f"Adding {names} does not help: on rows that the fit has not seen, the error is {last:.3f} mm per "
+            f"axis, {first:.3f} before; the floor is {1e3 * self.floor:.3f} mm.",
+            "The next `compensate` with this model corrects what it now predicts."
+            if helps
+            else "Keep the model as it was, and ask `diagnose` what it lacks.",
             "",
             f"{'ladder':28s} rms mm  held-out mm  way to the floor",
         ]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from postproc.diagnostics import Diagnostic
 from postproc.identify.fit import Fit
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
@@ -55,6 +56,21 @@ def recorded_model(fit: Fit) -> Model:
     return replace(fit.model, fit=table)
 
 
+def unphysical(fit: Fit) -> list[Diagnostic]:
+    """DAT026 for every joint that the fit makes yield against its load, by more than its interval."""
+    effect = fit.model.effect("joint_compliance")
+    if effect is None:
+        return []
+    x, width = effect.vector(), fit.intervals[effect.key]
+    joints = [str(j + 1) for j in np.flatnonzero(x + np.nan_to_num(width, nan=np.inf) < 0)]
+    if not joints:
+        return []
+    which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
+    message = f"the fitted compliance of {which} is negative: no gear yields against its load"
+    help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
+    return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]
+
+
 def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
     """``postproc/fit/1``; intervals are half widths at 95 %."""
     parameters: dict[str, Any] = {}
@@ -84,7 +100,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "not_identifiable": not_identifiable(fit),
         "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
         "unexplained_mm": _mm(unexplained(fit)),
-        "diagnostics": [d.as_json() for d in fit.data.diagnostics],
+        "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *unphysical(fit))],
     }
 
 

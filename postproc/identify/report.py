@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from postproc.identify.fit import Fit
-from postproc.identify.record import not_identifiable
+from postproc.identify.record import not_identifiable, unphysical
 from postproc.identify.selection import Candidate
 
 if TYPE_CHECKING:
@@ -161,4 +161,5 @@ def fit_text(fit: Fit) -> str:
         lines += ["", "Not determined by this data and held: " + ", ".join(held)]
     for i in fit.set_aside:
         lines.append(f"Row {fit.data.row[i]} was left out: it lies far from everything else.")
+    lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in unphysical(fit)]
     return "\n".join(lines)

@@ -17,8 +17,8 @@ ENOUGH = 8000
 """Measured numbers on which the choice is made; long records are thinned to that."""
 NO_BETTER = 0.01
 """A finer function must bring the held-out error down by this share, or the coarser one is kept."""
-IN_VAIN = 3
-"""Finer functions in a row that do not, before the search ends."""
+IN_VAIN, COSTLY = 4, 300
+"""Finer functions in a row that do not, before those of so many coefficients are left out."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,8 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
     for form in effect.resolutions(fit.problem.sensitivity.state):
         rough = form.roughness()
         assert rough is not None
+        if vain >= IN_VAIN and len(rough) > COSTLY:
+            break
         A = np.hstack([others, few.columns(form, np.ones(len(rough), dtype=bool))])
         weights = np.concatenate([np.zeros(others.shape[1]), scale * rough / form.scale()])
         known = np.concatenate([soft, np.zeros(len(rough))])
@@ -52,10 +54,8 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
         errors = [rms(hold_out(Linear(y, U, few.row), (), blocks)) for U in bases]
         if min(errors) < (1 - NO_BETTER) * best:
             best, chosen, vain = min(errors), Smoothness(form, scale * STRENGTHS[int(np.argmin(errors))]), 0
-            continue
-        vain += 1
-        if vain == IN_VAIN:
-            break
+        else:
+            vain += 1
     return chosen
 
 

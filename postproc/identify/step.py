@@ -125,7 +125,7 @@ class Slope:
             if free.all() and _regular(R):
                 solution = solve_triangular(R, target, check_finite=False)
             else:
-                solution = np.linalg.lstsq(R[:, free], target, rcond=1e-12)[0]
+                solution = _least(R[:, free], target)
             step[free] = solution / self.length[free]
             outside = free & ((x + step < low) | (x + step > high))
             if not outside.any():
@@ -226,6 +226,16 @@ def _sizes(problem: Problem, effect: Effect) -> Array:
 def _reach(effect: Effect) -> Array:
     """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
+
+
+def _least(columns: Array, target: Array) -> Array:
+    """Least squares; by QR where that is enough, for the singular values of a thousand columns take seconds."""
+    from scipy.linalg import solve_triangular
+
+    Q, R = np.linalg.qr(columns)
+    if _regular(R):
+        return np.asarray(solve_triangular(R, Q.T @ target, check_finite=False))
+    return np.asarray(np.linalg.lstsq(columns, target, rcond=1e-12)[0])
 
 
 def _regular(R: Array) -> bool:

@@ -9,6 +9,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
+from postproc.identify.add import add_effects
 from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.record import fit_json
@@ -21,6 +22,7 @@ from postproc.model.uncertainty import predict_sigma
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
+from tests.independent.cells import Hidden, column
 from tests.measure.tables import HEADER, points, poses
 
 LIBRARY = effect_library()
@@ -168,3 +170,23 @@ def test_a_session_is_known_by_its_name_in_other_tables():
     for rows in (every[::-1], every[20:], every[:20]):
         data = table(rows)
         assert predict(model, data.state)[:, :3, 3] == pytest.approx(data.position, abs=2e-6)
+
+
+def test_a_joint_that_yields_against_its_load_is_named():
+    def lifted(g, arm):
+        return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -2e-6 * tau[:, 1]))
+
+    odd, usual = base_fit(cell(lifted, seed=961)[0]), base_fit(cell(seed=961)[0])
+    (found,) = [d for d in fit_json(odd)["diagnostics"] if d["code"] == "DAT026"]
+    assert "joint 2 is negative" in found["message"]
+    assert "joint 2 is negative" in odd.text()
+    assert "DAT026" not in [d["code"] for d in fit_json(usual)["diagnostics"]]
+
+
+def test_an_effect_that_does_not_help_is_said_so():
+    fit = base_fit(cell(seed=962)[0])
+    text = add_effects(fit.model, fit.data, ["wrist_coupling"]).text()
+    assert text.startswith("Adding `wrist_coupling` does not help: on rows that the fit has not seen, the error is 0.0")
+    assert "Keep the model as it was" in text
+    better = base_fit(cell(kinds.backlash, seed=962)[0])
+    assert " falls from " in add_effects(better.model, better.data, ["backlash"]).text().split("\n")[0]
