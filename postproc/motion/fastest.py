@@ -38,11 +38,10 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     """
     with _without_plots():
         from toppra.algorithm import TOPPRA
-        from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint, LinearConstraint
+        from toppra.constraint import JointVelocityConstraint, LinearConstraint
         from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
         from toppra.interpolator import AbstractGeometricPath
 
-    path_of_arm = path
     logging.getLogger("toppra").setLevel(logging.ERROR)
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
     last = np.append(np.diff(grid.run) > 0, True)
@@ -66,31 +65,33 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
         def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
             return None, None, None, None, None, None, np.column_stack([low, np.maximum(high, _STOP)])
 
-    class TorqueLimits(LinearConstraint):  # type: ignore[misc]
-        """M q' u + (M q'' + C(q') q') x + g within the limits."""
+    class JointLimits(LinearConstraint):  # type: ignore[misc]
+        """a u + b x + c within the limits of the joints, coefficients (g, 6)."""
 
         dof = 6
 
-        def __init__(self) -> None:
+        def __init__(self, terms: tuple[Array, Array, Array], limit: Array) -> None:
             super().__init__()
             self.identical = True
+            self.terms, self.limit = terms, np.tile(limit, 2)
 
         def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            a, b, c = _torque_terms(robot, path_of_arm, runs, grid, values, gravity)
             F = np.vstack([np.eye(6), -np.eye(6)])
-            limit = np.tile(np.asarray(robot.torque), 2)
-            terms: tuple[Any, ...] = canlinear_colloc_to_interpolate(
-                a, b, c, F, limit, None, None, gridpoints, identical=True
+            found: tuple[Any, ...] = canlinear_colloc_to_interpolate(
+                *self.terms, F, self.limit, None, None, gridpoints, identical=True
             )
-            return terms
+            return found
 
+    ease = grid.ease[:, None]
+    eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
     blocked = 0
     for share in _SHARES:
-        acceleration = JointAccelerationConstraint(share * robot.acceleration)
+        acceleration = JointLimits(eased, share * robot.acceleration)
         limits = [JointVelocityConstraint(robot.speed), acceleration, SpeedBounds()]
         if robot.torque is not None:
-            limits.append(TorqueLimits())
+            # M q' u + (M q'' + C(q') q') x + g
+            limits.append(JointLimits(_torque_terms(robot, path, runs, grid, values, gravity), robot.torque))
         solver = TOPPRA(limits, OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)

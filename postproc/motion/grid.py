@@ -23,16 +23,18 @@ class Grid:
     Args:
         s: (g,) path parameter [m]; run: (g,).
         cap, floor: (g,) highest and lowest path speed [m/s]: both zero at stops, equal where a speed is given.
+        ease: (g,) share of the joints' acceleration limits.
     """
 
     s: Array
     run: Index
     cap: Array
     floor: Array
+    ease: Array
 
     def only(self, rows: Flags) -> Grid:
         """Some of the grid points, (g,) bool."""
-        return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows])
+        return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows], self.ease[rows])
 
 
 def programmed_speed(path: Path, runs: Runs) -> Array:
@@ -54,6 +56,12 @@ def programmed_speed(path: Path, runs: Runs) -> Array:
     return np.where(inside, np.minimum(cap, FASTEST), 0.0)
 
 
+def programmed_ease(path: Path, runs: Runs) -> Array:
+    """Share (k - 1,) of the joints' acceleration limits that AccSet leaves in each interval."""
+    ease = np.array([m.ease for m in path.moves])
+    return np.where(runs.inside, ease[path.move[runs.sample[1:]]], 1.0)
+
+
 def smooth_speed(robot: Robot, runs: Runs, share: float = 0.5) -> Array:
     """Path speeds (k - 1,) [m/s] at which the curve itself uses a share of a joint's jerk limit: |q'''| s_dot^3."""
     jerk = (np.abs(6 * runs.curve.c[0]) / robot.jerk).max(axis=1)
@@ -61,7 +69,7 @@ def smooth_speed(robot: Robot, runs: Runs, share: float = 0.5) -> Array:
     return speed
 
 
-def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
+def lay_grid(robot: Robot, runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
     """Grid points at knots, and where a ramp between two speeds starts or ends inside an interval.
 
     A lower speed is reached half a window early and kept half a window longer, so that averaging does not exceed it.
@@ -70,7 +78,7 @@ def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
     slope = runs.curve.c[2]
     with np.errstate(divide="ignore"):
         joint_cap = (robot.speed / np.abs(slope)).min(axis=1)
-        ramp = (robot.acceleration / np.abs(slope)).min(axis=1)
+        ramp = ease * (robot.acceleration / np.abs(slope)).min(axis=1)
     cap = np.where(inside, np.minimum(cap, joint_cap), 0.0)
     reach = 0.5 * cap * window[runs.run[:-1]]
     wide = _lower_over(s, s[:-1] - reach, s[1:] + reach, cap, runs.run)
@@ -78,14 +86,14 @@ def lay_grid(robot: Robot, runs: Runs, cap: Array, window: Array) -> Grid:
     at_knot[runs.ends] = 0.0
     # The end of each ramp, from either side, where it is well inside the interval.
     h = np.diff(s)
-    extra = [(s, at_knot, runs.run)]
+    extra = [(s, at_knot, runs.run, np.minimum(np.append(ease, 1.0), np.append(1.0, ease)))]
     for side, low, sign in ((s[:-1], at_knot[:-1], 1.0), (s[1:], at_knot[1:], -1.0)):
         length = np.maximum(wide**2 - low**2, 0.0) / (2 * ramp)
         wanted = inside & (length > _CLOSE) & (length < _SLOW_RAMP * h) & (low < 0.98 * wide)
-        extra.append(((side + sign * length)[wanted], wide[wanted], runs.run[:-1][wanted]))
-    all_s, all_cap, all_run = (np.concatenate(column) for column in zip(*extra, strict=True))
+        extra.append(((side + sign * length)[wanted], wide[wanted], runs.run[:-1][wanted], ease[wanted]))
+    all_s, all_cap, all_run, all_ease = (np.concatenate(column) for column in zip(*extra, strict=True))
     order = np.argsort(all_s, kind="stable")
-    return Grid(all_s[order], all_run[order], all_cap[order], np.zeros(len(order)))
+    return Grid(all_s[order], all_run[order], all_cap[order], np.zeros(len(order)), all_ease[order])
 
 
 def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Array:

@@ -22,6 +22,7 @@ from postproc.robot.inverse import Failure, joint_solution
 from postproc.robot.track import track
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+_LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +232,7 @@ def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, 
         speed=speed * MM,
         rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
         duration=e.duration,
+        ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
         fine=e.zone.finep,
         zone=e.zone.pzone_tcp * MM,
         zone_rotation=e.zone.pzone_ori * MM,

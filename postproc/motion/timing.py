@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import PPoly
@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.fastest import fastest
 from postproc.motion.findings import at_move
-from postproc.motion.grid import Grid, lay_grid, programmed_speed, smooth_speed
+from postproc.motion.grid import Grid, lay_grid, programmed_ease, programmed_speed, smooth_speed
 from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Knots, Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law, times_at
@@ -107,8 +107,8 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
     window = np.full(runs.count, float((robot.acceleration / robot.jerk).max()))
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
-    program = programmed_speed(path, runs)
-    grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), window)
+    program, ease = programmed_speed(path, runs), programmed_ease(path, runs)
+    grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), ease, window)
     speed, blocked = fastest(robot, path, runs, grid, gravity)
     if blocked is not None:
         raise PostprocError(_blocked(robot, path, runs, grid, blocked, events, gravity), exit_code=1)
@@ -119,7 +119,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
         changed |= (wider > window)[grid.run]
         window = wider
         law = time_law(grid.run, grid.s, speed, window)
-        allowed = _examine(robot, runs, law, program, np.flatnonzero(changed), excess)
+        allowed = _examine(robot, runs, law, program, ease, np.flatnonzero(changed), excess)
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
@@ -147,8 +147,8 @@ def _slowed(
         return grid, speed, np.zeros(len(cap), dtype=bool)
     rows = maximum_filter1d(cap < grid.cap, 2 * _PATCH + 1)
     edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
-    grid = Grid(grid.s, grid.run, cap, grid.floor)
-    part = Grid(grid.s, grid.run, np.where(edge, speed, cap), np.where(edge, speed, 0.0)).only(rows)
+    grid = replace(grid, cap=cap)
+    part = replace(grid, cap=np.where(edge, speed, cap), floor=np.where(edge, speed, 0.0)).only(rows)
     solved, blocked = fastest(robot, path, runs, part, gravity)
     if blocked is not None:
         # The stretch is too short to slow down in: solve everything.
@@ -179,7 +179,7 @@ def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Arr
     return window
 
 
-def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index, excess: Array) -> Array:
+def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array, rows: Index, excess: Array) -> Array:
     """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
 
     Returns:
@@ -199,7 +199,7 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, rows: Index
         over = np.maximum.reduce([
             (np.abs(m.v) / robot.speed).max(axis=1),
             m.path_speed / np.where(program[i] > 0, program[i], np.inf),
-            np.sqrt((np.abs(m.a) / robot.acceleration).max(axis=1)),
+            np.sqrt((np.abs(m.a) / robot.acceleration).max(axis=1) / ease[i]),
             np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk).max(axis=1)),
         ])  # fmt: skip
         np.maximum.at(found, i, over)

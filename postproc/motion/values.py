@@ -31,6 +31,7 @@ class Move:
         T_mount_tcp: (4, 4) tool in force, on the flange, or in the base where it is stationary.
         payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
         speed [m/s], rotation_speed [rad/s] of the TCP; duration [s] where ``\\T`` was given.
+        ease: share of the joints' acceleration limits that AccSet leaves.
         fine: stop point; zone [m] and zone_rotation [m]: radii of the corner path for position and orientation;
             zone_angle [rad]: the same for a reorientation in place.
         welding: the arc burns while moving TO this goal; weld_speed already merged into ``speed``.
@@ -51,6 +52,7 @@ class Move:
     speed: float = 0.25
     rotation_speed: float = 8.7
     duration: float | None = None
+    ease: float = 1.0
     fine: bool = False
     zone: float = 0.0
     zone_rotation: float = 0.0

@@ -58,6 +58,12 @@ def test_tool_and_grip_load_are_one_mass() -> None:
     assert moves[1].payload_center == pytest.approx([0, 0, (4 * 0.1 + 6 * 0.35) / 10])
 
 
+@pytest.mark.parametrize(("accset", "share"), [("50,100", 0.5), ("100,30", 1.0), ("5,50", 0.2), ("250,100", 1.0)])
+def test_accset_leaves_a_share_of_the_accelerations(accset: str, share: float) -> None:
+    moves, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nAccSet {accset};\nMoveL {P2},v50,fine,t1;")
+    assert [m.ease for m in moves] == [1.0, share]
+
+
 def test_work_object() -> None:
     target = f"[[100,-800,600],[0,0.707106781,0.707106781,0],[0,0,-1,0],{E}]"
     moves, findings, _ = read(f"MoveJ {target},v200,fine,t1\\WObj:=w1;")

@@ -127,6 +127,31 @@ def test_a_duration_is_met() -> None:
     assert timed(moves).t[-1] == pytest.approx(7.5, rel=0.03)
 
 
+def test_accset_lowers_accelerations_while_it_is_in_force() -> None:
+    """The same way at 50 %, at 100 %, and through a zone from one to the other; numerical second derivatives."""
+    way = [pose(1.0, -0.3, 0.7), pose(1.2, 0.3, 0.6)]
+    there, back = line(way[1], speed=5.0, rotation_speed=20.0), line(way[0], speed=5.0, rotation_speed=20.0)
+    trajectory = timed(
+        chain(joint(way[0], fine=True), {**there, "ease": 0.5, "fine": True}, {**back, "fine": True},
+              {**there, "ease": 0.5, "zone": 0.05, "zone_rotation": 0.05}, {**back, "fine": True})
+    )  # fmt: skip
+    goals = trajectory.t[trajectory.path.goal]
+    step = 1e-4
+
+    def used(begin: float, end: float) -> float:
+        t = np.arange(begin + step, end - step, 2e-4)
+        q = [positions(trajectory, t + shift) for shift in (-step, 0.0, step)]
+        return float(np.max(np.abs(q[0] - 2 * q[1] + q[2]) / step**2 / ROBOT.acceleration))
+
+    assert used(goals[0], goals[1]) == pytest.approx(0.5, abs=0.02)
+    assert used(goals[1], goals[2]) == pytest.approx(1.0, abs=0.03)
+    in_zone = trajectory.path.blend & (trajectory.path.move == 3)
+    assert used(goals[2], trajectory.t[in_zone].min()) < 0.51
+    assert 0.9 < used(trajectory.t[trajectory.path.blend].max(), goals[4]) < 1.03
+    # From rest to rest without reaching a top speed, time goes with the root of acceleration.
+    assert 1.05 < (goals[1] - goals[0]) / (goals[2] - goals[1]) < 2**0.5
+
+
 def test_reorientation_speed_is_kept() -> None:
     turned = pose(1.1, 0.0, 0.5, (60.0, 180.0, 0.0))
     moves = chain(joint(pose(1.1, 0.0, 0.5)), line(turned, speed=1.0, rotation_speed=np.radians(20.0), fine=True))
