@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,11 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.measure.columns import ColumnMap
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
+GROUPED = {
+    ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
+    ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
+}
+"""Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 
 
@@ -48,8 +54,7 @@ class Cells:
         A cell that is no number is reported as DAT003 and becomes NaN.
         """
         cells = self.text(name)
-        if self.decimal == ",":
-            cells = [cell.replace(",", ".") for cell in cells]
+        cells = [_plain(cell, self.decimal) for cell in cells]
         try:
             values = np.array([float(cell) if cell else np.nan for cell in cells])
         except ValueError:
@@ -73,6 +78,9 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     Raises:
         PostprocError: DAT001 where there is no table.
     """
+    if source.data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        help_ = "save it again as `CSV UTF-8`, or as plain text"
+        raise PostprocError(Diagnostic("DAT001", "error", "this file is written in UTF-16", source, help=help_))
     text = source.data.decode(source.encoding)
     numbered = [
         (number, line.rstrip("\r"))
@@ -81,6 +89,8 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     ]
     if len(numbered) < (2 if layout.header else 1):
         raise PostprocError(Diagnostic("DAT001", "error", "there are no measured rows in this file", source))
+    if layout.header and not layout.separator:
+        numbered = _without_title(numbered, source, diagnostics)
     sample = [line for _, line in numbered[:20]]
     separator = layout.separator or _find_separator(sample)
     decimal = layout.decimal or (
@@ -96,6 +106,8 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
     for number, cells in body:
+        if len(cells) == len(header) + 1 and not cells[-1].strip():
+            cells = cells[:-1]
         if len(cells) != len(header):
             message = f"row has {len(cells)} cells where the header has {len(header)}; it is left out"
             start = source.line_starts[number - 1]
@@ -110,6 +122,29 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
             Diagnostic("DAT001", "error", message, source, help="check the separator and the decimal sign")
         )
     return Cells(source, header, tuple(rows), tuple(lines), decimal)
+
+
+def _without_title(
+    numbered: list[tuple[int, str]], source: Source, diagnostics: list[Diagnostic]
+) -> list[tuple[int, str]]:
+    """The lines from the header on: lines before it that have hardly any cells are a title, and said so."""
+    marks = [max(line.count(mark) for mark in (";", "\t", ",")) for _, line in numbered[:20]]
+    first = next((i for i, count in enumerate(marks) if 2 * count >= max(marks)), 0)
+    if first == 0 or len(numbered) - first < 2:
+        return numbered
+    start = source.line_starts[numbered[0][0] - 1]
+    message = f"{first} lines before the column names are taken for a title"
+    help_ = "start them with `#` if they are, or remove them"
+    diagnostics.append(Diagnostic("DAT004", "info", message, source, (start, start + 1), help_))
+    return numbered[first:]
+
+
+def _plain(cell: str, decimal: str) -> str:
+    """A number as Python reads it: with a decimal point, without marks between thousands (1'234.5, 1.234,5)."""
+    mark = "," if decimal == "." else "."
+    if GROUPED[decimal].fullmatch(cell):
+        cell = re.sub(f"['\u2019 \u00a0{mark}]", "", cell)
+    return cell.replace(",", ".") if decimal == "," else cell
 
 
 def _find_separator(sample: Sequence[str]) -> str:

@@ -7,8 +7,9 @@ units.
 from __future__ import annotations
 
 import math
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -154,3 +155,28 @@ def _mapped(key: str, value: object, where: Source | None) -> MappedColumn:
 def _map_error(message: str, where: Source | None) -> PostprocError:
     help_ = "see `postproc explain DAT002` for a column map that works"
     return PostprocError(Diagnostic("DAT002", "error", message, where, help=help_))
+
+
+def likely_map(header: Sequence[str]) -> str:
+    """The lines of a column map for columns that are called as robots and trackers often call them; empty if none are.
+
+    Joints: J1, A1, axis_1, joint1, theta1 ..; positions: X, px, x [mm], TCP.Y ... Units in brackets are taken over.
+    """
+    found: dict[str, str] = {}
+    for theirs in header:
+        plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
+        unit = next((u for u in re.findall(r"[\[(]\s*(\w+)\s*[\])]", theirs) if u in UNITS), "")
+        joint = re.fullmatch(r"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.](rad|deg))?", plain)
+        place = re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](mm|m|in))?", plain)
+        if joint:
+            name, unit = f"q{joint[1]}_deg", unit or joint[2] or ""
+        elif place:
+            name, unit = f"{place[1]}_mm", unit or place[2] or ""
+        else:
+            continue
+        other = unit and unit != unit_of(name)
+        found.setdefault(
+            name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
+        )
+    wanted = [name for name in (*JOINTS, *POSITION) if name in found and name not in header]
+    return "\n".join(["[columns]", *(found[name] for name in wanted)]) if len(wanted) >= 3 else ""

@@ -104,7 +104,11 @@ class _Table:
 
     def _find(self, layout: ColumnMap) -> dict[str, MappedColumn]:
         header = self.cells.header
-        place = {name: MappedColumn(name, unit_of(name)) for name in (*names.TEXT, *names.NUMBERS) if name in header}
+        lower = {theirs.lower(): theirs for theirs in reversed(header)}
+        standard = (name for name in (*names.TEXT, *names.NUMBERS) if name.lower() in lower)
+        place = {
+            name: MappedColumn(name if name in header else lower[name.lower()], unit_of(name)) for name in standard
+        }
         for name, mapped in layout.columns.items():
             theirs = (
                 header[mapped.name - 1] if isinstance(mapped.name, int) and mapped.name <= len(header) else mapped.name
@@ -214,4 +218,7 @@ def _commanded(table: _Table, robot: Robot, program: Source | None) -> tuple[Arr
 
 def _help(cells: Cells) -> str:
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
+    likely = names.likely_map(cells.header)
+    if likely:
+        return f"the table has the columns {shown}; if these are meant, give a column map with the lines:\n{likely}"
     return f"the table has the columns {shown}; name others with a column map (`postproc explain DAT002`)"
