@@ -57,12 +57,13 @@ def recorded_model(fit: Fit) -> Model:
 
 
 def unphysical(fit: Fit) -> list[Diagnostic]:
-    """DAT026 for every joint that the fit makes yield against its load, by more than its interval."""
+    """DAT026 where the fit makes joints yield against their load, by more than the interval or as far as it may."""
     effect = fit.model.effect("joint_compliance")
     if effect is None:
         return []
     x, width = effect.vector(), fit.intervals[effect.key]
-    joints = [str(j + 1) for j in np.flatnonzero(x + np.nan_to_num(width, nan=np.inf) < 0)]
+    stopped = np.isin(np.arange(len(x)), [i for key, i in fit.at_bound if key == effect.key])
+    joints = [str(j + 1) for j in np.flatnonzero((x + np.nan_to_num(width, nan=np.inf) < 0) | (stopped & (x < 0)))]
     if not joints:
         return []
     which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
