@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.compensate.values import Outcome, Place, key_of
@@ -67,12 +68,14 @@ def inspect_program(source: Source, robot: Robot) -> Inspection:
     moves, unreachable = read_moves(robot, followed.events)
     _, on_the_way = sample_path(robot, moves, followed.events)
     by_event = {move.event: move for move in moves}
+    q = np.array([move.q for move in moves]).reshape(-1, 6)
+    tight = dict(zip((move.event for move in moves), singular_postures(robot, q), strict=True))
     grouped: dict[int, list[int]] = {}
     for index, event in enumerate(followed.events):
         if event.again is None:
             grouped.setdefault(event.statement.span[0], []).append(index)
     rows = [
-        _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, robot)
+        _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, tight, robot)
         for statement in program.statements
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
@@ -90,6 +93,7 @@ def _row(
     events: Sequence[MotionEvent],
     executions: Sequence[int],
     moves: dict[int, Move],
+    tight: dict[int, NDArray[np.bool_]],
     robot: Robot,
 ) -> Row:
     if not executions:
@@ -104,7 +108,8 @@ def _row(
         q = np.degrees(first.q)
         mount = mounts_of([first])
         position = mount.base_tcp(mount.work(forward(robot, first.q[None])))[0, :3, 3] * 1e3
-        notes = (STATIONARY,) * first.stationary + posture_notes(robot, np.array([move.q for move in known]))
+        singular = np.array([tight[move.event] for move in known])
+        notes = (STATIONARY,) * first.stationary + posture_notes(robot, np.array([move.q for move in known]), singular)
     return Row(
         statement,
         sum(events[i].way == 0 for i in executions),
@@ -128,30 +133,35 @@ def _reason(event: MotionEvent, known: Sequence[Move]) -> str | None:
     return None
 
 
-def posture_notes(robot: Robot, q: Array) -> tuple[str, ...]:
+def posture_notes(robot: Robot, q: Array, singular: NDArray[np.bool_]) -> tuple[str, ...]:
     """What is tight in the postures (n, 6) [rad]: the closest joint limit, a singular arm or wrist.
 
-    Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist;
-    singular is a block whose smallest singular value is below 5 % of its largest.
+    Args:
+        singular: (n, 2) of `singular_postures`.
     """
     notes: list[str] = []
     margin = np.minimum(q - robot.lower, robot.upper - q)
     row, joint = np.unravel_index(int(np.argmin(margin)), margin.shape)
     if margin[row, joint] < NEAR_LIMIT:
         notes.append(f"joint {joint + 1} is {np.degrees(margin[row, joint]):.1f} deg from its limit")
-    if robot.opw is None:
-        return tuple(notes)
-    T_flange_wrist = np.eye(4)
-    T_flange_wrist[2, 3] = -robot.opw.c4
-    J = jacobian(robot, q, T_flange_wrist)
-    if _is_singular(J[:, 3:, 3:]):
+    if singular[:, 1].any():
         angle = np.degrees(q[np.argmin(np.abs(np.sin(q[:, 4]))), 4])
         notes.append(f"close to a singular wrist: joint 5 at {angle:.1f} deg")
-    if _is_singular(J[:, :3, :3]):
+    if singular[:, 0].any():
         notes.append("close to a singular arm: stretched, or the wrist above axis 1")
     return tuple(notes)
 
 
-def _is_singular(blocks: Array) -> bool:
-    values = np.linalg.svd(blocks, compute_uv=False)
-    return bool((values[:, 2] < NEAR_SINGULAR * values[:, 0]).any())
+def singular_postures(robot: Robot, q: Array) -> NDArray[np.bool_]:
+    """Whether the arm and the wrist are close to singular in postures (n, 6) [rad], (n, 2).
+
+    Axes 4 to 6 do not move the wrist centre, so the Jacobian there falls into a block of the arm and one of the wrist;
+    singular is a block whose smallest singular value is below 5 % of its largest.
+    """
+    if robot.opw is None or not len(q):
+        return np.zeros((len(q), 2), dtype=bool)
+    T_flange_wrist = np.eye(4)
+    T_flange_wrist[2, 3] = -robot.opw.c4
+    J = jacobian(robot, q, T_flange_wrist)
+    values = np.linalg.svd(np.stack([J[:, :3, :3], J[:, 3:, 3:]], axis=1), compute_uv=False)
+    return np.asarray(values[..., 2] < NEAR_SINGULAR * values[..., 0])
