@@ -55,7 +55,9 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     while best.named:
         others = [_explained(search, fit, every, tuple(m for m in best.named if m is not one)) for one in best.named]
         rival = max([*others, nothing], key=lambda whole: _worth(whole, nothing, best))
-        if _worth(rival, nothing, best) <= _worth(best, nothing, rival):
+        # Where the names leave nothing, it takes the odds of one more pattern to say that nobody has a name for it.
+        sure = 0.0 if best.outside else ODDS
+        if _worth(rival, nothing, best) <= _worth(best, nothing, rival) + sure:
             rival = min(others, key=lambda whole: whole.linear.square)
             if not _mended(nothing, best, rival):
                 break

@@ -199,19 +199,23 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
         mine = next((c for c in ranked if c.key == one.key), None)
         taken = {c.key for c in others}
         rivals = [c for c in ranked if c.key not in taken]
-        if mine is None or not convincing(mine, without, len(search.classes)):
-            missing = [m for m in missing if m.candidate.key != one.key]
-            search.fit, at = without, 0
-            continue
-        better = rivals[0]
-        if better.key != one.key and better.evidence > mine.evidence and at < len(missing) - 1:
+        needed = mine is not None and convincing(mine, without, len(search.classes))
+        better = next((c for c in rivals if c.key != one.key and convincing(c, without, len(search.classes))), None)
+        clearly = mine is not None and better is not None and better.evidence > mine.evidence
+        if better is not None and (not needed or (clearly and at < len(missing) - 1)):
+            # What does the same part of the work takes the place, or an effect that others cover would leave a hole.
             after = refit(without, trial.screen(), trial.linear(), better)
-            if after is not None and after.held_out_rms < (1 + MATERIAL) * search.fit.held_out_rms:
+            enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
+            if after is not None and after.held_out_rms < enough:
                 alike = confusable(rivals, better, without.linear)
                 missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
                 search.fit = after
                 at += 1
                 continue
+        if mine is None or not needed:
+            missing = [m for m in missing if m.candidate.key != one.key]
+            search.fit, at = without, 0
+            continue
         missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without.linear))
         at += 1
     return missing

@@ -77,7 +77,8 @@ def of_channel(name: str, values: Array) -> Iterator[Pattern]:
         for k in HARMONICS:
             for phase in (0.0, np.pi / 2):
                 yield wave((name,), values, k, phase)
-        yield from (_folded(name, values, order, float(p)) for order in FOLDED for p in PHASES)
+        for order in FOLDED:
+            yield from _folds(name, values, order, PHASES)
         yield from _teeth(name, values)
     if name == "time":
         since = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
@@ -155,12 +156,16 @@ def wave(names: tuple[str, ...], values: Array, order: float, phase: float, labe
     return Pattern(names, f"wave {order:g} times a turn{label}", value, finer=finer)
 
 
-def _folded(name: str, values: Array, order: float, phase: float) -> Pattern:
-    def finer() -> list[Pattern]:
-        phases = np.linspace(0.0, np.pi, 60, endpoint=False)
-        return [replace(_folded(name, values, order, float(p)), finer=None) for p in phases]
+def _folds(name: str, values: Array, order: float, phases: Array) -> Iterator[Pattern]:
+    """The waves of an order that fold within the range: the others are waves."""
 
-    return Pattern((name,), f"folded wave {order:g} times a turn", np.abs(np.cos(order * values - phase)), finer=finer)
+    def finer() -> list[Pattern]:
+        return [replace(p, finer=None) for p in _folds(name, values, order, np.linspace(0, np.pi, 60, endpoint=False))]
+
+    for phase in phases:
+        wave_ = np.cos(order * values - phase)
+        if wave_.min() < 0 < wave_.max():
+            yield Pattern((name,), f"folded wave {order:g} times a turn", np.abs(wave_), finer=finer)
 
 
 def _teeth(name: str, values: Array) -> Iterator[Pattern]:
