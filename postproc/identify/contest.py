@@ -53,7 +53,8 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     nothing = _explained(search, fit, every, ())
     best = _explained(search, fit, every, every)
     while best.named:
-        others = [_explained(search, fit, every, tuple(m for m in best.named if m is not one)) for one in best.named]
+        less = [tuple(m for m in best.named if m is not one) for one in best.named]
+        others = [_explained(search, fit, every, some) if some else nothing for some in less]
         rival = max([*others, nothing], key=lambda whole: _worth(whole, nothing, best))
         # Where the names leave nothing, it takes the odds of one more pattern to say that nobody has a name for it.
         sure = 0.0 if best.outside else ODDS

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -156,7 +156,7 @@ def wave(names: tuple[str, ...], values: Array, order: float, phase: float, labe
     return Pattern(names, f"wave {order:g} times a turn{label}", value, finer=finer)
 
 
-def _folds(name: str, values: Array, order: float, phases: Array) -> Iterator[Pattern]:
+def _folds(name: str, values: Array, order: float, phases: Iterable[float]) -> Iterator[Pattern]:
     """The waves of an order that fold within the range: the others are waves."""
 
     def finer() -> list[Pattern]:

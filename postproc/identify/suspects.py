@@ -81,10 +81,13 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
 
     With the fitted parameters projected out.
     """
-    somewhere = {where: [p for p in every if p.where in (None, where)] for where in places(problem)}
-    tried = _Tried(problem, linear, sum(map(len, somewhere.values())))
+    count = sum(1 if p.where else len(places(problem)) for p in every)
+    tried = _Tried(problem, linear, count)
+    everywhere = [p for p in every if p.where is None]
+    values = np.array([p.values for p in everywhere]).T
     for where, moves in places(problem).items():
-        tried.screen(where, moves, somewhere[where], top)
+        tried.screen(where, moves, everywhere, top, values=values)
+        tried.screen(where, moves, [p for p in every if p.where == where], top)
     # What a casting does, the joints, base and tool beside it do in part.
     some = list({id(p): p for _, _, _, p in tried.found if p.where is None}.values())
     for where, moves in bodies(problem).items():
@@ -113,12 +116,24 @@ class _Tried:
     found: list[tuple[float, float, str, Pattern]] = field(default_factory=list)
     moves: dict[str, Array] = field(default_factory=dict)
 
-    def screen(self, where: str, moves: Array, some: Sequence[Pattern], top: int, times: int = 1) -> None:
-        """The best of some patterns at a place, with the price of all that were tried, and ``times`` as many."""
+    def screen(
+        self,
+        where: str,
+        moves: Array,
+        some: Sequence[Pattern],
+        top: int,
+        times: int = 1,
+        values: Array | None = None,
+    ) -> None:
+        """The best of some patterns at a place, with the price of all that were tried, and ``times`` as many.
+
+        Args:
+            values: (n, P) of these patterns, where many places share them.
+        """
         if not some:
             return
         self.moves[where] = moves
-        values = np.array([p.values for p in some]).T
+        values = np.array([p.values for p in some]).T if values is None else values
         linear = self.linear
         fall, count = _falls(self.problem, linear, self.problem.whiten(moves), values)
         for k in np.argsort(-fall)[:top]:
@@ -178,10 +193,11 @@ def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tup
     fall = np.zeros(P)
     chunk = max(1, int(2e7 / max(1, len(pose) * m)))
     for at in range(0, P, chunk):
-        b = values[pose, at : at + chunk]
-        inside = np.stack([V @ b for V in U])
-        raw = np.einsum("nij,nc->cij", square, b**2)
-        gram = raw - np.einsum("ikc,jkc->cij", inside, inside)
+        b = values[:, at : at + chunk]
+        b = b if len(pose) == len(values) else b[pose]
+        inside = np.stack([(V @ b).T for V in U], axis=1)
+        raw = ((b * b).T @ square.reshape(len(pose), m * m)).reshape(-1, m, m)
+        gram = raw - inside @ np.swapaxes(inside, 1, 2)
         along = (rest.T @ b).T
         scale = np.einsum("cii->c", raw)
         alive = np.einsum("cii->c", gram) > 1e-5 * scale
