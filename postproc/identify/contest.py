@@ -75,12 +75,18 @@ def _explained(search: Search, fit: Fit, every: tuple[Missing, ...], named: tupl
     bare = _left(fit, {m.candidate.key for m in every} - {m.candidate.key for m in named})
     whole = _Whole(fit, named, (), bare, bare)
     while len(whole.outside) < MOST:
-        found = find_suspects(fit.problem, whole.linear, search.patterns)
+        found = [s for s in find_suspects(fit.problem, whole.linear, search.patterns) if not _has_a_name(s)]
         if not found or not clear(found[0], whole.linear, worth_saying(fit)):
             break
         linear = _counted(fit, whole.linear.extended(found[0].columns(fit.problem)))
         whole = replace(whole, outside=(*whole.outside, found[0]), linear=linear)
     return whole
+
+
+def _has_a_name(suspect: Suspect) -> bool:
+    """A wave of a joint's own angle is a gear's error: the library was asked for it."""
+    own = suspect.channel[0] == "q" and suspect.where == f"joint {suspect.channel[1:]}"
+    return own and suspect.pattern.startswith("wave") and " of " not in suspect.pattern
 
 
 def _left(fit: Fit, dropped: set[str]) -> Linear:
