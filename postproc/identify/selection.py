@@ -16,7 +16,14 @@ from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
-UNLIKELY = {"bearing_tilt": 6.0, "session": 4.0, "link_geometry": 4.0, "joint_compliance": -12.0, "joint_offset": -12.0}
+UNLIKELY = {
+    "bearing_tilt": 6.0,
+    "session": 4.0,
+    "link_geometry": 4.0,
+    "joint_error_map": 6.0,
+    "joint_compliance": -12.0,
+    "joint_offset": -12.0,
+}
 """Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first.
 
 No arm is without joints that wind up or zeros that are off: a model that lacks them lacks them first.
