@@ -80,6 +80,8 @@ class Effect:
     confused_with: ClassVar[Mapping[str, str]] = {}
     about_data: ClassVar[bool] = False
     beside: ClassVar[str] = ""
+    _parameters: ClassVar[dict[str, Parameter]] = {}
+    _structures: ClassVar[dict[str, Structure]] = {}
 
     def __init_subclass__(
         cls,
@@ -103,6 +105,7 @@ class Effect:
         cls.beside = cls.beside if beside is None else beside
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
+        cls._parameters, cls._structures = _declared(cls, Parameter), _declared(cls, Structure)
 
     def __post_init__(self) -> None:
         for name in self.structures():
@@ -145,12 +148,12 @@ class Effect:
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """Declared parameters by name, in the order of the vector."""
-        return _declared(cls, Parameter)
+        return cls._parameters
 
     @classmethod
     def structures(cls) -> dict[str, Structure]:
         """Declared structural choices by name."""
-        return _declared(cls, Structure)
+        return cls._structures
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of a parameter, with the words of its declaration resolved by the structural fields."""
@@ -288,5 +291,5 @@ def _plain(value: Any) -> Any:
 
 
 def _declared(cls: type[Effect], kind: type[T]) -> dict[str, T]:
-    every: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    every: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(cls)  # type: ignore[arg-type]
     return {f.name: f.metadata[META] for f in every if isinstance(f.metadata.get(META), kind)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 
@@ -38,6 +39,7 @@ def size(robot: Robot) -> tuple[float, float]:
     return (mass if mass > 0 else length**3), length
 
 
+@cache
 def dimensions(unit: str) -> tuple[int, int]:
     """Powers of mass and of length in a unit of the SI, ``rad/(N m)`` is (-1, -1); a newton counts as a kilogram."""
     over, _, under = unit.partition("/")
