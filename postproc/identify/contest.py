@@ -50,11 +50,19 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     if not missing:
         return missing
     fit, every = search.fit, tuple(m for m in missing if base.model.effect(m.candidate.key) is None)
-    nothing = _explained(search, fit, every, ())
-    best = _explained(search, fit, every, every)
+
+    def explained(named: tuple[Missing, ...]) -> _Whole:
+        # What forms an effect, and what acts through springs, cannot be taken out of a linear problem.
+        curved = any(m.candidate.curved for m in every if m not in named)
+        rest = [m.candidate for m in missing if m in named or m not in every]
+        if curved:
+            return _explained(search, refit_all(base, fit, rest, noise), named, named)
+        return _explained(search, fit, every, named)
+
+    nothing, best = explained(()), explained(every)
     while best.named:
         less = [tuple(m for m in best.named if m is not one) for one in best.named]
-        others = [_explained(search, fit, every, some) if some else nothing for some in less]
+        others = [explained(some) if some else nothing for some in less]
         rival = max([*others, nothing], key=lambda whole: _worth(whole, nothing, best))
         # Where the names leave nothing, it takes the odds of one more pattern to say that nobody has a name for it.
         sure = 0.0 if best.outside else ODDS
