@@ -10,7 +10,7 @@ from postproc.identify.fit import Fit
 from postproc.identify.judgement import settled
 from postproc.identify.linear import Linear, basis_of, independent_share
 from postproc.identify.search import Missing, Search, clear, refit_all, worth_saying
-from postproc.identify.suspects import ODDS, Suspect, find_suspects
+from postproc.identify.suspects import ODDS, Suspect
 
 MOST = 3
 """Patterns that are taken one after another at most."""
@@ -83,7 +83,7 @@ def _explained(search: Search, fit: Fit, every: tuple[Missing, ...], named: tupl
     bare = _left(fit, {m.candidate.key for m in every} - {m.candidate.key for m in named})
     whole = _Whole(fit, named, (), bare, bare)
     while len(whole.outside) < MOST:
-        found = [s for s in find_suspects(fit.problem, whole.linear, search.patterns) if not _has_a_name(s)]
+        found = [s for s in search.suspects(fit, whole.linear) if not _has_a_name(s)]
         if not found or not clear(found[0], whole.linear, worth_saying(fit)):
             break
         linear = _counted(fit, whole.linear.extended(found[0].columns(fit.problem)))

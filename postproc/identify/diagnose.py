@@ -33,7 +33,7 @@ from postproc.identify.search import (
     worth_saying,
 )
 from postproc.identify.selection import Candidate
-from postproc.identify.suspects import ODDS, Suspect, by_channel, find_suspects
+from postproc.identify.suspects import ODDS, Suspect, by_channel
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -125,7 +125,7 @@ def _conclude(
 ) -> Diagnosis:
     linear = search.fit.linear
     still = [s for s in search.outside if _still(s, search.fit.problem, linear, worth_saying(final))]
-    strongest = find_suspects(search.fit.problem, linear, search.patterns)
+    strongest = search.suspects(search.fit, linear)
     lacking = _lack_of_fit(final)
     share = worth_saying(final)
     shown: list[Suspect] = []

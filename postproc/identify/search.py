@@ -48,6 +48,7 @@ class Search:
     patterns: list[Pattern]
     outside: list[Suspect]
     cache: dict[bytes, dict[str, list[Form]]] = field(default_factory=dict)
+    seen: list[tuple[Linear, list[Suspect]]] = field(default_factory=list)
 
     def screen(self) -> Screen:
         """Forms are made once for the whole search.
@@ -63,6 +64,14 @@ class Search:
     def remember(self, screen: Screen) -> None:
         made = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), {})
         made.update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
+
+    def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
+        """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
+        known = next((found for one, found in self.seen if one is linear), None)
+        if known is None:
+            known = find_suspects(fit.problem, linear, self.patterns)
+            self.seen.append((linear, known))
+        return known
 
     def linear(self) -> Linear:
         linear = self.fit.linear
@@ -146,7 +155,7 @@ def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[
     ranked, contested = first, False
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
-        suspects = find_suspects(search.fit.problem, search.linear(), search.patterns)
+        suspects = search.suspects(search.fit, search.linear())
         outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
         beaten = best is not None and outside is not None and outside.evidence > best.evidence
         contested |= beaten

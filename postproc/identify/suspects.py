@@ -183,8 +183,12 @@ def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tup
     starts = np.flatnonzero(np.diff(problem.row, prepend=-1))
     pose = problem.row[starts]
 
+    size = len(problem.row) // len(pose)
+    even = len(problem.row) == size * len(pose) and bool((np.diff(starts) == size).all())
+
     def by_pose(x: Array) -> Array:
-        return np.asarray(np.add.reduceat(x, starts, axis=0))
+        # Ten times as fast as `reduceat` where all poses have as many numbers.
+        return x.reshape(len(pose), size, *x.shape[1:]).sum(axis=1) if even else np.add.reduceat(x, starts, axis=0)
 
     U = [by_pose(linear.nuisance * place[:, i, None]).T for i in range(m)]
     square = by_pose(place[:, :, None] * place[:, None, :])
