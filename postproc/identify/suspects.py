@@ -81,11 +81,11 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
 
     With the fitted parameters projected out.
     """
-    count = sum(1 if p.where else len(places(problem)) for p in every)
-    tried = _Tried(problem, linear, count)
+    somewhere = places(problem)
     everywhere = [p for p in every if p.where is None]
+    tried = _Tried(problem, linear, len(every) + len(everywhere) * (len(somewhere) - 1))
     values = np.array([p.values for p in everywhere]).T
-    for where, moves in places(problem).items():
+    for where, moves in somewhere.items():
         tried.screen(where, moves, everywhere, top, values=values)
         tried.screen(where, moves, [p for p in every if p.where == where], top)
     # What a casting does, the joints, base and tool beside it do in part.
