@@ -22,6 +22,7 @@ from postproc.identify.start import start_frames
 from postproc.identify.step import FRAMES, Masks, slope
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
+from postproc.measure.trajectory import GAP_S
 from postproc.model.arm import Model
 
 FIRST = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
@@ -88,10 +89,11 @@ class Fit:
         Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off.
         """
         state, weights = self.data.state, self.problem.weights
-        if state.v is None:
+        if state.v is None or state.time is None or np.median(np.diff(np.sort(state.time))) > GAP_S:
+            # Poses one by one: what drifts from each to the next is missing physics, not noise.
             each = np.bincount(self.data.repeats)
             return float(np.sum(each / (1 + (each - 1) * self.noise.shared)) / len(state))
-        order = np.arange(len(state)) if state.time is None else np.argsort(state.time, kind="stable")
+        order = np.argsort(state.time, kind="stable")
         return serial_share(np.where(weights.used, self.problem.error * weights.values, np.nan)[order])
 
     def _vector(self) -> Array:

@@ -280,3 +280,14 @@ def test_a_pair_that_does_the_same_is_said_to_do_so():
     data, _ = cell(seed=101)
     plan = plan_poses(base_fit(data).model, data, 5, ("gravity_compensator", "transmission_error"))
     assert plan.after < 3.0 and plan.text().startswith("Even with these 5 poses")
+
+
+@pytest.mark.parametrize("drift", [kinds.frame_drift, kinds.session_step])
+def test_what_drifts_from_one_moving_pose_to_the_next_is_no_noise(drift):
+    data, _ = cell(kinds.servo_lag, drift, seed=60, poses=90)
+    found = diagnose(base_fit(data).model, data)
+    assert {m.candidate.key for m in found.missing} == {
+        "servo_lag",
+        "session" if drift is kinds.session_step else "frame_drift",
+    }
+    assert found.verdict == "missing"
