@@ -14,8 +14,6 @@ from postproc.identify.suspects import ODDS, Suspect
 
 MOST = 3
 """Patterns that are taken one after another at most."""
-
-
 MENDS = 0.1
 """A named effect beside a pattern must explain at least this share of all that is explained.
 
@@ -108,7 +106,7 @@ def _left(fit: Fit, dropped: set[str]) -> Linear:
     amplitude = {e.key: e.amplitudes() for e in fit.model.effects}
     x = np.array([values[key][i] for key, i in fit.parameters])
     out = np.array([key in dropped for key, _ in fit.parameters])
-    back = np.array([amplitude[key][i] for key, i in fit.parameters]) & out | (fit.penalty > 0)
+    back = (out & np.array([amplitude[key][i] for key, i in fit.parameters])) | (fit.penalty > 0)
     y = fit.problem.residual + fit.columns[:, back] @ x[back]
     return _counted(fit, Linear(y, basis_of(fit.columns[:, ~out], fit.penalty[~out]), fit.problem.row))
 

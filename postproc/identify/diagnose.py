@@ -180,8 +180,8 @@ def _lack_of_fit(fit: Fit) -> bool:
     single = standing_out(fit)
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = fit.freedom - int(alone.sum())
-    ratio = fit.variance * fit.freedom
-    ratio = (ratio - float(np.sum(fit.linear.rest[alone] ** 2))) / max(freedom, 1)
+    square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
+    ratio = square / max(freedom, 1)
     dof = noise.dof if np.isfinite(noise.dof) else 1e6
     return bool(ratio > 1.5 and fdtrc(freedom, dof, ratio) < 1e-6)
 
