@@ -7,7 +7,7 @@ from pathlib import Path
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json
+from postproc.cli.report import print_json, say
 from postproc.identify.compare import compare
 from postproc.report.comparison import comparison_page
 
@@ -43,4 +43,6 @@ def run(
         print_json(found.as_json())
     else:
         print(found.text())
+        own = table.words + "".join(f" --effects {file}" for file in effects)
+        say(f"next: `postproc diagnose {model} {data}{own}` says whether an effect is missing")
     return 0

@@ -46,8 +46,12 @@ def run(
         print_json(found.as_json())
     else:
         print(found.text())
+        own = table.words + "".join(f" --effects {file}" for file in effects)
         if found.missing:
             keys = " ".join(m.candidate.key for m in found.missing)
-            own = "".join(f" --effects {file}" for file in effects)
             say(f"next: `postproc add {model} {keys} --data {data}{own} -o BETTER.toml` writes the model that has it")
+        for m in found.missing:
+            for other in m.not_separable[:1]:
+                pair = f"--between {m.candidate.key},{other}"
+                say(f"or: `postproc plan {model} {data} {pair}{own} -o POSES.csv` chooses poses that tell them apart")
     return 0

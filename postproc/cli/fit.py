@@ -56,5 +56,6 @@ def run(
     else:
         (say if output is None else print)(fit.text())
         if output is not None:
-            say(f"next: `postproc diagnose {output} {data}` says whether an effect is missing")
+            files = "".join(f" --effects {word}" for word in effects.split(",") if word.endswith(".py"))
+            say(f"next: `postproc diagnose {output} {data}{table.words}{files}` says whether an effect is missing")
     return 0

@@ -125,6 +125,13 @@ class TableOptions:
         """Files that are read."""
         return (self.program, self.columns)
 
+    @property
+    def words(self) -> str:
+        """The options as they were written, for a command that reads the same table."""
+        return "".join(
+            f" --{name} {value}" for name, value in (("program", self.program), ("columns", self.columns)) if value
+        )
+
     def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
         """The table of that name; see ``load_measurements``."""
         return load_measurements(data, robot, self.program, self.columns, measured)

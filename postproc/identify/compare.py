@@ -128,8 +128,7 @@ class Comparison:
         lines = [
             f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
-            f"A free function of all channels, without physics, brings it to {j['bound_mm']:.3f} mm per axis on rows "
-            "that it has not seen.",
+            _without_physics(j["rms_mm"], j["bound_mm"]),
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
@@ -143,6 +142,18 @@ class Comparison:
         lines += ["", "the residual follows (share of its variance above chance):"]
         lines += [f"  {t.channel:12s} {t.where:8s} {100 * t.share:5.1f} %" for t in self.trends[:8]]
         return "\n".join(lines)
+
+
+def _without_physics(rms_mm: float, bound_mm: float) -> str:
+    if bound_mm > 0.9 * rms_mm:
+        return (
+            "No smooth function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
+            "lost motion."
+        )
+    return (
+        f"Any smooth function of the channels, without physics, brings it to {bound_mm:.3f} mm per axis on rows that "
+        "it has not seen."
+    )
 
 
 def compare(model: Model, data: Measurements, *, noise: float | None = None) -> Comparison:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 
+from postproc import __version__
 from postproc.diagnostics import Diagnostic
 from postproc.identify.fit import Fit
 from postproc.model.arm import Model
@@ -43,7 +43,7 @@ def recorded_model(fit: Fit) -> Model:
         "rms_mm": _mm(fit.rms),
         "held_out_rms_mm": _mm(fit.held_out_rms),
         "not_identifiable": not_identifiable(fit),
-        "version": _version(),
+        "version": __version__,
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
@@ -73,20 +73,7 @@ def unphysical(fit: Fit) -> list[Diagnostic]:
 
 
 def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
-    """``postproc/fit/1``; intervals are half widths at 95 %."""
-    parameters: dict[str, Any] = {}
-    for effect in fit.model.effects:
-        width = fit.intervals[effect.key]
-        at, own = 0, {}
-        for name in effect.parameters():
-            value = np.atleast_1d(np.asarray(getattr(effect, name), dtype=float))
-            size = value.size
-            own[name] = [
-                [float(v), None if np.isnan(w) else float(w) / 1.96]
-                for v, w in zip(value.ravel(), width[at : at + size], strict=True)
-            ]
-            at += size
-        parameters[effect.key] = own
+    """``postproc/fit/1``."""
     return {
         "schema": "postproc/fit/1",
         "rms_mm": _mm(fit.rms),
@@ -97,12 +84,30 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
         "before": before,
-        "parameters": parameters,
+        "parameters": {e.key: parameters_json(fit, e.key) for e in fit.model.effects},
+        "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
         "not_identifiable": not_identifiable(fit),
         "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
         "unexplained_mm": _mm(unexplained(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *unphysical(fit))],
     }
+
+
+def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
+    """[value, standard deviation] of every parameter of an effect; no deviation where it was not fitted."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return {}
+    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
+    known = [float(sigma[key, i]) if (key, i) in sigma else None for i in range(len(effect.vector()))]
+    pairs = iter(zip(effect.vector().tolist(), known, strict=True))
+    return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
+
+
+def structure_json(fit: Fit, key: str) -> dict[str, Any]:
+    """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
+    effect = fit.model.effect(key)
+    return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
 
 
 def not_identifiable(fit: Fit) -> list[str]:
@@ -118,10 +123,3 @@ def _name(fit: Fit, key: str, index: int) -> str:
 
 def _mm(value: float) -> float:
     return round(float(value) * 1e3, 6)
-
-
-def _version() -> str:
-    try:
-        return version("postproc")
-    except PackageNotFoundError:
-        return "unknown"

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from postproc.identify.fit import Fit
-from postproc.identify.record import not_identifiable, unphysical
+from postproc.identify.record import not_identifiable, parameters_json, structure_json, unphysical
 from postproc.identify.selection import Candidate
+from postproc.identify.wording import FEW, FREE, grouped, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis
+    from postproc.identify.search import Missing
 
 
 def mm(value: float | None) -> float | None:
@@ -37,6 +39,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "p_value": m.candidate.p_value,
                 "not_separable_from": list(m.not_separable),
                 "parameters": parameters_json(d.final, m.candidate.key),
+                "structure": structure_json(d.final, m.candidate.key),
             }
             for m in d.missing
         ],
@@ -51,23 +54,6 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
-
-
-def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
-    """[value, standard deviation] of every parameter of an effect that was fitted or is not null."""
-    effect = fit.model.effect(key)
-    if effect is None:
-        return {}
-    width, at = fit.intervals[key], 0
-    found: dict[str, list[list[float | None]]] = {}
-    for name in effect.parameters():
-        values = np.atleast_1d(np.asarray(getattr(effect, name), dtype=float)).ravel()
-        widths = width[at : at + len(values)]
-        at += len(values)
-        found[name] = [
-            [float(v), None if np.isnan(w) else float(w) / 1.96] for v, w in zip(values, widths, strict=True)
-        ]
-    return found
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
@@ -85,66 +71,101 @@ def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
 
 
 def diagnosis_text(d: Diagnosis) -> str:
-    """The verdict in sentences, then the ladder, the ranking and what was seen."""
-    lines = [_headline(d), ""]
-    lines += [*_ladder(d), "", "Ranking on the model as it came (error if this effect alone were added):"]
+    """The verdict in sentences, then what was found, the ladder, the ranking and what was seen."""
+    lines = [_headline(d), "", *_found(d), *_ladder(d)]
+    lines += ["", "Ranking on the model as it came (error if this effect alone were added):"]
     for c in d.candidates[:8]:
-        row = _candidate(d, c)
-        lines.append(f"  {c.key:24s} {row['rms_mm_after']:8.3f} mm   p {c.p_value:8.1e}   {c.label}")
+        row = f"  {c.key:24s} {_candidate(d, c)['rms_mm_after']:8.3f} mm   p {p_text(c.p_value):>8s}   {place(c.label)}"
+        lines.append(row.rstrip())
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
         for s in d.suspects:
             lines.append(f"  {s.where}, {s.channel}: {s.pattern}, {100 * s.share:.0f} % of what is above the noise")
     if d.blind:
-        lines += ["", "This data could not have shown:"]
+        lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
-    held = not_identifiable(d.final)
-    if held:
-        lines += ["", "Not determined by this data and held: " + ", ".join(held)]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_held(d.final)])
 
 
 def _headline(d: Diagnosis) -> str:
-    names = " and ".join(f"`{m.candidate.key}`" for m in d.missing)
     before, after = 1e3 * d.base.held_out_rms, 1e3 * d.final.held_out_rms
     noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm." if d.floor else ""
+    if d.verdict == "complete" and too_few(d.base):
+        count, parameters = len(d.base.problem.residual), len(d.base.parameters)
+        return (
+            f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
+            f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
+        )
     if d.verdict == "complete":
         return (
             f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
         )
+    names = joined([_named(m) for m in d.missing])
     them = "them" if len(d.missing) > 1 else "it"
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
     if d.verdict == "missing":
-        doubt = [f"`{m.candidate.key}` could as well be {_or(m.not_separable)}" for m in d.missing if m.not_separable]
+        what = f": {_title(d, d.missing[0])}" if len(d.missing) == 1 else ""
+        doubt = [
+            f"`{m.candidate.key}` could as well be {joined([f'`{k}`' for k in m.not_separable], 'or')}"
+            for m in d.missing
+            if m.not_separable
+        ]
         more = f" On this data {'; '.join(doubt)}: measure the poses of `postproc plan --between`." if doubt else ""
-        return f"The model lacks {names}. {fell}{more}"
+        return f"The model lacks {names}{what}. {fell}{more}"
     found = (
         f"The model lacks {names}, and something else that no effect of the library explains. {fell} "
         if d.missing
         else ""
     )
     if not d.suspects:
-        return found or "More is left than noise, and no effect of the library explains it."
+        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
     s = d.suspects[0]
     follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern})."
     lead = found or "Something is missing that no effect of the library explains. "
     return f"{lead}{follows} Write it as an effect (docs/effects.md) and add it.{noise if not d.missing else ''}"
 
 
-def _or(keys: tuple[str, ...]) -> str:
-    return " or ".join(f"`{k}`" for k in keys)
+def too_few(fit: Fit) -> bool:
+    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
+    return fit.freedom < 2 * len(fit.parameters)
+
+
+def _named(m: Missing) -> str:
+    where = place(m.candidate.label)
+    return f"`{m.candidate.key}`" + (f" ({where})" if where else "")
+
+
+def _title(d: Diagnosis, m: Missing) -> str:
+    effect = d.final.model.effect(m.candidate.key)
+    text = "" if effect is None else effect.title.rstrip(".")
+    return text if text[1:2].isupper() else text[:1].lower() + text[1:]
+
+
+def _found(d: Diagnosis) -> list[str]:
+    lines: list[str] = []
+    for m in d.missing:
+        lines += [f"{m.candidate.key}: {_title(d, m)}"]
+        lines += [f"  {text}" for text in values_lines(d.final, m.candidate.key)]
+    return [*lines, ""] if lines else []
 
 
 def _ladder(d: Diagnosis) -> list[str]:
     floor = f"{1e3 * d.floor:.3f}" if d.floor else "unknown"
-    lines = ["held-out error, mm per axis:", f"  {'base':24s} {1e3 * d.base.held_out_rms:8.3f}"]
-    lines += [f"  + {m.candidate.key:22s} {1e3 * m.held_out_after:8.3f}   {m.candidate.label}" for m in d.missing]
-    lines += [f"  {'free function (bound)':24s} {1e3 * d.bound:8.3f}", f"  {'noise':24s} {floor:>8s}"]
-    return lines
+    rungs = [("the model as it came", d.base.held_out_rms, "")]
+    rungs += [(f"+ {m.candidate.key}", m.held_out_after, place(m.candidate.label)) for m in d.missing]
+    rungs.append((FREE, d.bound, ""))
+    lines = ["held-out error, mm per axis:"]
+    lines += [f"  {name:36s} {1e3 * error:8.3f}   {where}".rstrip() for name, error, where in rungs]
+    return [*lines, f"  {'noise':36s} {floor:>8s}"]
+
+
+def _held(fit: Fit) -> list[str]:
+    held = not_identifiable(fit)
+    return ["", f"Not determined by this data and held: {grouped(held)}"] if held else []
 
 
 def fit_text(fit: Fit) -> str:
-    """A fit in sentences, then its parameters with 95 % intervals."""
+    """A fit in sentences, then its parameters with their standard deviations."""
     noise = "unknown" if fit.noise.position is None else f"{1e3 * fit.noise.position:.3f} mm ({fit.noise.origin})"
     lines = [
         f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit "
@@ -152,13 +173,9 @@ def fit_text(fit: Fit) -> str:
         "",
     ]
     for effect in fit.model.effects:
-        width = fit.intervals[effect.key]
-        for name, value, w in zip(effect.names(), effect.vector(), width, strict=True):
-            if not np.isnan(w):
-                lines.append(f"  {effect.key + '.' + name:52s} {value: .4e} +- {w:.1e}")
-    held = not_identifiable(fit)
-    if held:
-        lines += ["", "Not determined by this data and held: " + ", ".join(held)]
+        values = values_lines(fit, effect.key, 4 * FEW)
+        lines += [f"{effect.key}:", *(f"  {text}" for text in values)] if values else []
+    lines += _held(fit)
     for i in fit.set_aside:
         lines.append(f"Row {fit.data.row[i]} was left out: it lies far from everything else.")
     lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in unphysical(fit)]

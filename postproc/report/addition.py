@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from postproc.identify.add import Addition
+from postproc.identify.wording import FEW, fitted_values
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
-from postproc.report.parameters import FEW, fitted_values
 from postproc.report.residuals import channel_section, workspace_section
 
 EACH = "Rms per axis on rows that the fit has not seen, everything fitted again without the effect: long bars matter."

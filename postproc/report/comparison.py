@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from postproc.identify.compare import Comparison
+from postproc.identify.wording import FREE
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
 from postproc.report.residuals import channel_section, workspace_section
-
-FREE = "any smooth function of the channels"
 
 
 def comparison_page(name: str, found: Comparison) -> str:

@@ -6,11 +6,10 @@ from typing import Any
 
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.fit import Fit
+from postproc.identify.wording import FREE, p_text, place, values_lines
 from postproc.report.charts import bars
-from postproc.report.comparison import FREE
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
-from postproc.report.parameters import values_text
 from postproc.report.residuals import channel_section, suspect_chart, workspace_section
 
 LOOKS = (
@@ -81,17 +80,18 @@ def _found(document: dict[str, Any], final: Fit) -> Section:
         title = effect.title if effect is not None else ""
         other = ", ".join(m["not_separable_from"]) or "nothing"
         error = m["held_out_rms_mm_after"]
-        rows.append((m["effect"], title, m["form"], _p(m["p_value"]), error, other, values_text(final, m["effect"])))
+        values = "; ".join(values_lines(final, m["effect"]))
+        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), error, other, values))
     columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
     note = "Parameters with their standard deviations. `postproc add` with these names writes the model that has them."
     return Section("What is missing", table(columns, rows), note)
 
 
 def _ranking(document: dict[str, Any]) -> Section:
-    rows = [
-        (c["effect"], c.get("form"), c["rms_mm_after"], _p(c["p_value"]), c.get("evidence"), c["why_not"] or "")
-        for c in document["candidates"]
-    ]
+    rows = []
+    for c in document["candidates"]:
+        form, why = place(c.get("form", "")), c["why_not"] or ""
+        rows.append((c["effect"], form, c["rms_mm_after"], _p(c["p_value"]), c.get("evidence"), why))
     columns = ("effect", "form", "rms after [mm]", "p", "evidence", "not testable because")
     note = (
         "Each effect alone on the model as it came. Evidence is twice the logarithm of the odds, after paying for "
@@ -101,7 +101,4 @@ def _ranking(document: dict[str, Any]) -> Section:
 
 
 def _p(value: float) -> str:
-    if value > 0.005:
-        return f"{value:.2f}"
-    text = f"{value:.0e}" if value > 1e-300 else "< 1e-300"
-    return text.replace("-", "\N{NON-BREAKING HYPHEN}").replace(" ", "\N{NO-BREAK SPACE}")
+    return p_text(value).replace("-", "\N{NON-BREAKING HYPHEN}").replace(" ", "\N{NO-BREAK SPACE}")

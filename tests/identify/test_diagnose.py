@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -226,9 +227,23 @@ def test_json_keeps_its_contract_and_text_speaks_first():
     assert {"effect", "rms_mm_after", "p_value", "testable", "why_not"} <= set(j["candidates"][0])
     assert len(j["missing"][0]["parameters"]["half_gap_rad"]) == 6
     assert {"effect": "servo_lag", "why": "no joint speed channel"} in j["blind_to"]
-    assert found.text().startswith(
-        "The model lacks `backlash`. With it, the error on rows the fit has not seen falls from"
+    assert re.match(
+        r"The model lacks `backlash` \(joints 2 and 4\): a joint stops short on the side from which it came\. "
+        r"With it, the error on rows the fit has not seen falls from [\d.]+ to [\d.]+ mm\.",
+        found.text(),
     )
+    value, sigma = j["missing"][0]["parameters"]["half_gap_rad"][1]
+    told = re.search(r"^  half_gap\[2\] (\S+) ± (\S+) mrad$", found.text(), re.M)
+    assert told and [float(x) for x in told.groups()] == pytest.approx([1e3 * value, 1e3 * sigma], rel=0.05)
+
+
+def test_few_poses_tell_nothing():
+    data, _ = cell(kinds.backlash, seed=211)
+    few = data.rows(np.arange(9))
+    found = diagnose(base_fit(few).model, few)
+    assert found.verdict == "complete"
+    assert found.text().startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
+    assert "measure 8 more poses at least" in found.text().splitlines()[0]
 
 
 def test_adding_prints_the_ladder_down_to_the_floor():

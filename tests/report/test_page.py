@@ -163,12 +163,12 @@ def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
     data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
     found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
     page = diagnosis_page("cell.toml cell.csv", found)
-    assert "The model lacks <code>backlash</code>." in page
+    assert "The model lacks <code>backlash</code> (joints 2 and 4): a joint stops short" in page
     assert "<dt>missing</dt><dd>backlash</dd>" in page
     assert Backlash.title in page
     gap = found.final.model.effect("backlash").vector()  # type: ignore[union-attr]
-    assert f"half_gap[2] {1e3 * gap[1]:.3g} ± " in page
-    assert f"half_gap[4] {1e3 * gap[3]:.3g} ± " in page
+    assert f"half_gap[2] {1e3 * gap[1]:.4f} ± " in page
+    assert f"half_gap[4] {1e3 * gap[3]:.4f} ± " in page
     assert "half_gap[1]" not in page.split('id="document"')[0]
 
 

@@ -1,0 +1,89 @@
+"""Fitted numbers, places and probabilities as people read them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from postproc.effects.arm_load import ArmLoad
+from postproc.effects.joint_error_map import JointErrorMap
+from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.fit import fit_model
+from postproc.identify.record import fit_json, parameters_json
+from postproc.identify.wording import fitted_values, grouped, joined, p_text, place, values_lines
+from tests.identify.cells import base_fit, cell
+
+
+@pytest.mark.parametrize(
+    ("label", "said"),
+    [
+        ("joint 2; joint 3", "joints 2 and 3"),
+        ("body 5; body 2; body 3", "bodies 2, 3 and 5"),
+        ("joint 2", "joint 2"),
+        ("joint 2; body 3", "joint 2; body 3"),
+        ("joint 1, order 3; joint 2, order 8", "joint 1, order 3; joint 2, order 8"),
+        ("", ""),
+    ],
+)
+def test_places_of_one_kind_are_one_phrase(label: str, said: str) -> None:
+    assert place(label) == said
+
+
+def test_words_are_joined_as_people_write_them() -> None:
+    assert [joined(["a"]), joined(["a", "b"]), joined(["a", "b", "c"], "or")] == ["a", "a and b", "a, b or c"]
+
+
+def test_entries_of_an_array_stand_together() -> None:
+    names = ["tool_frame.turn_rad[x]", "tool_frame.turn_rad[z]", "link_geometry.shift_m[2,z]", "payload_error.mass_kg"]
+    assert grouped(names) == "tool_frame.turn_rad[x z], link_geometry.shift_m[2,z], payload_error.mass_kg"
+    assert grouped([]) == ""
+
+
+@pytest.mark.parametrize(("p", "said"), [(0.371, "0.37"), (6.2e-125, "6e-125"), (0.0, "< 1e-300"), (1.0, "1.00")])
+def test_a_probability_never_reads_zero(p: float, said: str) -> None:
+    assert p_text(p) == said
+
+
+def test_values_are_told_in_shop_units_with_the_digits_that_are_known() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [ArmLoad(body=(3,))])
+    sigma = dict(zip(fit.parameters, np.sqrt(np.diag(fit.covariance)), strict=True))
+    lines = values_lines(fit, "tool_frame")
+    shift = fit.model.effect("tool_frame").vector()[0]
+    name, value, plus, deviation, unit = lines[0].split()
+    assert (name, plus, unit) == ("shift[x]", "±", "mm")
+    assert abs(float(value) - 1e3 * shift) <= 0.5 * 10 ** -len(value.partition(".")[2])
+    assert float(deviation) == pytest.approx(1e3 * sigma["tool_frame", 0], rel=0.05)
+    assert len(value.partition(".")[2]) == len(deviation.partition(".")[2])
+    assert re.match(r"compliance\[2\] \S+ ± \S+ µrad/\(N m\)$", values_lines(fit, "joint_compliance")[0])
+    assert [v[0] for v in fitted_values(fit, "arm_load")][:2] == ["mass[body 3]", "moment[body 3, x]"]
+    assert values_lines(fit, "joint_offset", most=2) == ["4 numbers, in the model file"]
+    assert list(fitted_values(fit, "backlash")) == []
+
+
+def test_a_gear_error_is_named_by_its_joint_and_order() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [TransmissionError(joint=(2, 3), order=(1.0, 12.0))])
+    names = [name for name, *_ in fitted_values(fit, "transmission_error")]
+    assert "sine[joint 3, order 12]" in names
+    assert "cosine[joint 2, order 1]" in names
+    assert fit_json(fit)["structure"] == {"transmission_error": {"joint": [2, 3], "order": [1.0, 12.0]}}
+
+
+def test_deviations_in_json_are_standard_deviations() -> None:
+    data, _ = cell(seed=101)
+    fit = base_fit(data)
+    at = fit.parameters.index(("joint_offset", 1))
+    told = parameters_json(fit, "joint_offset")["offset_rad"]
+    assert told[1] == [fit.model.effect("joint_offset").vector()[1], math.sqrt(fit.covariance[at, at])]
+    assert told[0][1] is None  # joint 1 turns with the instrument's frame
+    assert np.shape(parameters_json(fit, "instrument_frame")["shift_m"]) == (3, 2)
+
+
+def test_a_map_of_a_joint_is_told_by_its_size() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], penalty={"joint_error_map": 1.0})
+    assert re.fullmatch(r"1\d numbers, in the model file", values_lines(fit, "joint_error_map")[0])
