@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from postproc import __version__
 from postproc.diagnostics import Diagnostic
 from postproc.report.document import to_json
 
@@ -47,5 +48,5 @@ def say(text: str) -> None:
 
 
 def print_json(document: Mapping[str, Any]) -> None:
-    """Print a document on stdout; numbers that are not finite become null."""
-    print(to_json(document))
+    """Print a document on stdout, with the version that wrote it; numbers that are not finite become null."""
+    print(to_json({"schema": document["schema"], "tool": __version__, **document}))

@@ -65,7 +65,12 @@ def varies(values: Array) -> bool:
     return bool(np.isfinite(values).all() and np.ptp(values) > 1e-9 * (1 + np.abs(values).max()))
 
 
+def unit_of(channel: str) -> tuple[str, float]:
+    """The unit in which people read a channel, and the factor to it."""
+    return UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
+
+
 def shown(channel: str, value: float) -> str:
     """A channel's value with its unit, ``22 deg``."""
-    unit, factor = UNITS.get(channel.rstrip("0123456789"), ("", 1.0))
+    unit, factor = unit_of(channel)
     return f"{value * factor:.3g} {unit}".rstrip()

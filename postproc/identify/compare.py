@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.identify.bound import nonparametric_bound
-from postproc.identify.channels import channels
+from postproc.identify.channels import channels, unit_of
 from postproc.identify.fit import Fit, evaluate, rms
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
@@ -41,6 +41,20 @@ class Trend:
     centre: Array
     mean: Array
     spread: Array
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of ``channels``, in the units that people read."""
+        unit, factor = unit_of(self.channel)
+        return {
+            "channel": self.channel,
+            "where": self.where,
+            "share": round(self.share, 4),
+            "centre_unit": unit,
+            "unit": "mm" if self.where == "space" else "mrad",
+            "centre": [factor * float(x) for x in self.centre],
+            "mean": [float(x) for x in self.mean],
+            "standard_error": [float(x) for x in self.spread],
+        }
 
 
 @dataclass(frozen=True)
@@ -103,17 +117,7 @@ class Comparison:
             "worst": [
                 {"row": data.row[i], "pose_id": data.pose_id[i], "error_mm": round(float(length[i]), 6)} for i in worst
             ],
-            "channels": [
-                {
-                    "channel": t.channel,
-                    "where": t.where,
-                    "share": round(t.share, 4),
-                    "centre": [float(x) for x in t.centre],
-                    "mean": [float(x) for x in t.mean],
-                    "standard_error": [float(x) for x in t.spread],
-                }
-                for t in self.trends
-            ],
+            "channels": [t.as_json() for t in self.trends],
             "diagnostics": [d.as_json() for d in data.diagnostics],
         }
 

@@ -43,10 +43,9 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             }
             for m in d.missing
         ],
-        "candidates": [_candidate(d, c) for c in d.candidates]
-        + [
-            {"effect": k, "rms_mm_after": mm(d.base.rms), "p_value": 1.0, "testable": False, "why_not": why}
-            for k, why in d.untestable.items()
+        "candidates": [
+            *(_candidate(d, c) for c in d.candidates),
+            *(_untestable(d, key, why) for key, why in d.untestable.items()),
         ],
         "suspects": [s.as_json() for s in d.suspects],
         "floor_mm": mm(d.floor),
@@ -67,6 +66,18 @@ def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
         "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": c.key not in d.blind,
         "why_not": d.blind.get(c.key),
+    }
+
+
+def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
+    return {
+        "effect": key,
+        "form": "",
+        "rms_mm_after": mm(d.base.rms),
+        "p_value": 1.0,
+        "evidence": None,
+        "testable": False,
+        "why_not": why,
     }
 
 

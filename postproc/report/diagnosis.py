@@ -90,8 +90,8 @@ def _found(document: dict[str, Any], final: Fit) -> Section:
 def _ranking(document: dict[str, Any]) -> Section:
     rows = []
     for c in document["candidates"]:
-        form, why = place(c.get("form", "")), c["why_not"] or ""
-        rows.append((c["effect"], form, c["rms_mm_after"], _p(c["p_value"]), c.get("evidence"), why))
+        form, why = place(c["form"]), c["why_not"] or ""
+        rows.append((c["effect"], form, c["rms_mm_after"], _p(c["p_value"]), c["evidence"], why))
     columns = ("effect", "form", "rms after [mm]", "p", "evidence", "not testable because")
     note = (
         "Each effect alone on the model as it came. Evidence is twice the logarithm of the odds, after paying for "

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.channels import UNITS
+from postproc.identify.channels import unit_of
 from postproc.identify.compare import WORST, Trend, fit_channels, joint_inverse, residual_trends
 from postproc.identify.fit import Fit
 from postproc.identify.suspects import Suspect
@@ -99,7 +99,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     lever = suspect.place[:, :3, 0]
     square = (lever**2).sum(axis=1)
     shown = size * suspect.values + (lever * rest[:, :3]).sum(axis=1) / (square + DAMPING**2)
-    unit, factor = UNITS.get(suspect.channel.rstrip("0123456789"), ("", 1.0))
+    unit, factor = unit_of(suspect.channel)
     return scatter(
         named[suspect.channel] * factor,
         1e3 * shown,
@@ -112,7 +112,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
 
 
 def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float | None) -> str:
-    unit, factor = UNITS.get(trend.channel.rstrip("0123456789"), ("", 1.0))
+    unit, factor = unit_of(trend.channel)
     if trend.where == "space":
         ours, place = "mm", "in space"
     else:

@@ -1,0 +1,131 @@
+"""Every document that ``--json`` prints has the keys and types of docs/documents.md, and no others."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.conftest import ROOT
+
+from .conftest import Call
+
+TYPES = {"text": str, "number": (int, float), "count": int, "yes/no": bool, "null": type(None)}
+ROW = re.compile(r"^\| (`.+?`) \| (.+?) \|", re.MULTILINE)
+BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
+RARE = {"at_bound[]", "missing[].not_separable_from[]", "missing[].structure.NAME", "missing[].structure.NAME[]"}
+"""Described, and not in what the commands print here."""
+PROGRAM = """MODULE strange
+  PERS tooldata t:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]];
+  PROC main()
+    MoveAbsJ [[0,0,0,0,1,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t;
+    MoveJ [[900,0,1200],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t;
+    MoveJ [[900,0,1200],[0,0,1,0],[0,-1,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,z10,t;
+    MoveL [[9000,0,1200],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def described() -> list[tuple[set[str], dict[str, set[str]]]]:
+    """Schemas and types by key, section by section; what all documents have comes first."""
+    page = (ROOT / "docs" / "documents.md").read_text("utf-8")
+    found = []
+    for section in re.split(r"^## ", page, flags=re.MULTILINE):
+        types: dict[str, set[str]] = {}
+        for keys, words in ROW.findall(section):
+            for key in re.findall(r"`(.+?)`", keys):
+                types.setdefault(key, set()).update(re.split(r", | or ", words))
+        found.append((set(re.findall(r"`postproc/([a-z-]+)/1`", section)), types))
+    return found
+
+
+def leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for key, inside in value.items():
+            yield from leaves(inside, f"{at}.{key.replace('.', '/')}".lstrip("."))
+    elif isinstance(value, list):
+        for inside in value:
+            yield from leaves(inside, f"{at}[]")
+    else:
+        yield at, value
+
+
+def fits(key: str, path: str) -> bool:
+    words = [r"[^.\[]+" if re.fullmatch("[A-Z]+", word) else re.escape(word) for word in re.split(r"(\.|\[\])", key)]
+    return re.fullmatch("".join(words), path) is not None
+
+
+def is_one_of(value: Any, types: set[str]) -> bool:
+    return any(isinstance(value, TYPES[t]) and isinstance(value, bool) == (t == "yes/no") for t in types)
+
+
+@pytest.fixture
+def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]:
+    """What the commands print for the samples, and for inputs that bring out what is rare."""
+    programs, cell, better = tmp_path / "programs", tmp_path / "cell.toml", tmp_path / "better.toml"
+    programs.mkdir()
+    text = (samples / "paper_case.mod").read_text("latin-1")
+    (programs / "a.mod").write_text(text, "latin-1")
+    (programs / "broken.mod").write_text("MODULE broken\n  PROC main(\nENDMODULE\n", "latin-1")
+    (programs / "note.txt").write_text("copied")
+    strange = tmp_path / "strange.mod"
+    strange.write_text(PROGRAM)
+    (tmp_path / "turned.mod").write_text(PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]").replace("z10", "z1"))
+    table = samples / "measurements" / "simulated_backlash.csv"
+    step = samples / "measurements" / "simulated_step.csv"
+    lines = table.read_text("utf-8").splitlines(keepends=True)
+    cells = lines[40].split(",")
+    cells[7] = f"{float(cells[7]) + 99:.4f}"  # x_mm
+    far = tmp_path / "far.csv"
+    far.write_text("".join([*lines[:40], ",".join(cells), *lines[41:]]), "utf-8")
+    own = tmp_path / "own.py"
+    page = (ROOT / "docs" / "effects.md").read_text("utf-8")
+    own.write_text(page.partition("```python\n")[2].partition("```")[0], "utf-8")
+    runs: list[tuple[str | Path, ...]] = [
+        ("inspect", samples / "corner_arc.mod"),
+        ("inspect", strange),
+        ("compensate", programs / "a.mod"),
+        ("compensate", programs / "broken.mod"),
+        ("diff", programs / "a.mod", strange),
+        ("diff", strange, tmp_path / "turned.mod"),
+        ("batch", programs, "-o", tmp_path / "out"),
+        ("fit", table, "--robot", "irb4600_60_205", "--effects", BASE, "-o", cell),
+        ("fit", far, "--robot", "irb4600_60_205", "--effects", BASE, "-o", tmp_path / "far.toml"),
+        ("compare", cell, table),
+        ("diagnose", cell, table),
+        ("diagnose", cell, step),
+        ("add", cell, "backlash", "transmission_error", "nonlinear_compliance", "--data", table, "-o", better),
+        ("compensate", samples / "corner_arc.mod", "-m", better),
+        ("plan", cell, table, "-n", "3"),
+        ("plan", cell, table, "-n", "3", "--between", "backlash,joint_offset"),
+        ("robots", "list"),
+        ("robots", "show", "ur5"),
+        ("robots", "show", "irb4600_60_205"),
+        ("effects", "list"),
+        ("effects", "show", "backlash"),
+        ("effects", "check", own),
+        ("fit", "nowhere.csv", "--robot", "ur5", "--effects", "joint_offset"),
+    ]
+    return [json.loads(call(*run, "--json").out) for run in runs]
+
+
+def test_documents_are_as_described(documents: list[dict[str, Any]]) -> None:
+    (_, everywhere), *sections = described()
+    wrong, seen = [], set()
+    for document in documents:
+        schema = document["schema"].split("/")[1]
+        types = everywhere | next((keys for schemas, keys in sections if schema in schemas), {})
+        for path, value in leaves(document):
+            keys = [key for key in types if fits(key, path)]
+            seen |= {(schema, key) for key in keys}
+            if not any(is_one_of(value, types[key]) for key in keys):
+                wrong.append((schema, path, value))
+    assert wrong == []
+    assert {document["schema"].split("/")[1] for document in documents} == {"error"}.union(*(s for s, _ in sections))
+    for schemas, types in sections:
+        assert {key for key in types if not any((schema, key) in seen for schema in schemas)} <= RARE
