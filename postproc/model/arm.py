@@ -66,7 +66,9 @@ class Model:
 
     def with_effects(self, *effects: Effect) -> Model:
         """The same arm with other effects."""
-        return replace(self, effects=tuple(effects))
+        other = replace(self, effects=tuple(effects))
+        other.__dict__["_built"] = self._built  # they know the robot and gravity alone
+        return other
 
     def state(self, q: Array, **channels: Any) -> State:
         """States of this arm, with its own tool where no ``T_flange_tcp`` is given."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
@@ -24,6 +24,7 @@ from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_k
 
 TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)
 """A header against the line before it, which is how tomlkit leaves it when a table is added there."""
+LONG = 100  # characters
 DEFAULT_ROBOT = "irb4600_60_205"
 
 Vec3 = tuple[float, float, float]
@@ -40,13 +41,27 @@ class _Tool(BaseModel):
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
+def _numbers(row: object) -> object:
+    return row.split() if isinstance(row, str) else row
+
+
+class _Fit(BaseModel):
+    """What the package reads again of all that a fit noted."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+    parameters: list[str] = []
+    covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
+    unexplained_mm: float = 0.0
+    range: dict[str, tuple[float, float]] = {}
+
+
 class _File(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     robot: Annotated[str, Field(min_length=1)]
     mounting: _Mounting = _Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}
-    fit: dict[str, Any] = {}
+    fit: _Fit = _Fit()
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
@@ -84,11 +99,12 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 
 def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = None) -> Model:
     """The model in the text of a model file; see `read_model`."""
-    file = check(_File, parse_toml(source, "MOD001"), source, "MOD002")
+    content = parse_toml(source, "MOD001")
+    file = check(_File, content, source, "MOD002")
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
-    return Model(_robot(file.robot, source), effects, mounting, tool, file.robot, file.fit)
+    return Model(_robot(file.robot, source), effects, mounting, tool, file.robot, content.get("fit", {}))
 
 
 def _robot(name: str, source: Source) -> Robot:
@@ -169,7 +185,18 @@ def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) 
                 del table[key][old]
             _merge(table[key], value)
         elif key not in table or _unwrapped(table[key]) != value:
-            table[key] = value
+            table[key] = _in_lines(value)
+
+
+def _in_lines(value: Any) -> Any:
+    """A long list of texts with a line for each."""
+    if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
+        return value
+    import tomlkit
+
+    found = tomlkit.array()
+    found.extend(value)
+    return found.multiline(True)
 
 
 def _unwrapped(item: Any) -> Any:

@@ -38,21 +38,28 @@ class Uncertainty:
 
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
-    """Keys of the table [fit] of a model file: ``parameters`` by name, ``covariance``, ``unexplained_mm``."""
+    """Keys of the table [fit] of a model file: ``parameters`` by name, ``covariance``, ``unexplained_mm``.
+
+    Of the covariance the lower triangle is written, a line of numbers for each row: lists of a million numbers would
+    cost minutes.
+    """
     names = {e.key: e.names() for e in model.effects}
     return {
         "parameters": [f"{key}.{names[key][i]}" for key, i in known.parameters],
-        "covariance": [[float(x) for x in row] for row in known.covariance],
+        "covariance": [" ".join(f"{x:.9g}" for x in row[: i + 1]) for i, row in enumerate(known.covariance)],
         "unexplained_mm": float(known.unexplained * 1e3),
     }
 
 
 def read_uncertainty(model: Model) -> Uncertainty | None:
     """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
-    covariance = np.array(model.fit.get("covariance", []), dtype=float)
+    rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
-    if not listed or covariance.shape != (len(listed), len(listed)):
+    if not listed or len(rows) != len(listed) or any(len(row) <= i for i, row in enumerate(rows)):
         return None
+    covariance = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        covariance[i, : i + 1] = covariance[: i + 1, i] = np.array(row[: i + 1], dtype=float)
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
     kept = [k for k, name in enumerate(listed) if name in place]
     parameters = tuple(place[listed[k]] for k in kept)

@@ -12,6 +12,7 @@ import pytest
 from cyclopts import App
 from inline_snapshot import snapshot
 
+from postproc import __version__
 from postproc.cli.app import build
 from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
@@ -238,8 +239,11 @@ def test_diffs_keep_bytes_and_line_ends() -> None:
 def test_documents_hold_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
     import numpy as np
 
-    print_json({"a": float("nan"), "b": np.array([1.0, np.inf]), "c": np.float64(2.5), "d": (np.int64(3), None, True)})
-    assert json.loads(capsys.readouterr().out) == {"a": None, "b": [1.0, None], "c": 2.5, "d": [3, None, True]}
+    odd = {"a": float("nan"), "b": np.array([1.0, np.inf]), "c": np.float64(2.5), "d": (np.int64(3), None, True)}
+    print_json({"schema": "postproc/odd/1", **odd})
+    head = {"schema": "postproc/odd/1", "tool": __version__}
+    plain = {"a": None, "b": [1.0, None], "c": 2.5, "d": [3, None, True]}
+    assert json.loads(capsys.readouterr().out) == head | plain
 
 
 def test_findings_are_counted_when_there_are_many(capsys: pytest.CaptureFixture[str]) -> None:

@@ -123,3 +123,27 @@ def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
     with pytest.raises(PostprocError) as missing:
         read_model("nowhere.toml")
     assert missing.value.diagnostics[0].code == "MOD001"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('covariance = "abc"', "`fit.covariance`: input should be a valid list"),
+        ('covariance = ["1", "2 q"]', "`fit.covariance.1.1`: input should be a valid number"),
+        ("range = {q1 = [1]}", "`fit.range.q1` has too few values"),
+    ],
+)
+def test_a_spoilt_fit_table_is_named_at_its_place(line: str, said: str) -> None:
+    with pytest.raises(PostprocError) as error:
+        parse_model(Source("m.toml", f'robot = "ur5"\n\n[fit]\n{line}\n'.encode()))
+    found = error.value.diagnostics[0]
+    assert (found.code, found.place.split(":")[1]) == ("MOD002", "4")
+    assert found.message.startswith(said)
+
+
+def test_long_lists_of_texts_stand_line_by_line(tmp_path: Path) -> None:
+    names = [f"joint_offset.offset_rad[{j}]" for j in range(1, 7)]
+    write_model(tmp_path / "m.toml", replace(default_model(), fit={"parameters": names, "version": "1"}))
+    text = (tmp_path / "m.toml").read_text("utf-8")
+    assert '\n    "joint_offset.offset_rad[2]",\n' in text
+    assert read_model(tmp_path / "m.toml").fit["parameters"] == names
