@@ -20,6 +20,9 @@ FRAMES = ("instrument_frame", "tool_frame")
 SMALL = 0.3
 """Share of its ordinary size by which a parameter may move without changing the others' columns."""
 
+DAMPING = 1e-9
+"""Least pull on a column of unit length, a hundredth of what a column must say of its own to be fitted."""
+
 Masks = Mapping[str, NDArray[np.bool_]]
 Name = tuple[str, int]
 
@@ -59,19 +62,25 @@ class Slope:
     @cached_property
     def factor(self) -> Array:
         """R of [A; anchor] = Q R, columns of unit length; many through the normal equations (the steps correct it)."""
+        # What hardly anything determines is damped, so that every step has one solution.
+        pull = np.maximum(self.anchor / self.length, DAMPING)
         if len(self.parameters) > MANY:
             from scipy.linalg import LinAlgError, cholesky
 
             gram = (self.columns.T @ self.columns) / np.outer(self.length, self.length)
-            gram[np.diag_indices_from(gram)] += (self.anchor / self.length) ** 2
+            gram[np.diag_indices_from(gram)] += pull**2
             try:
-                return np.asarray(cholesky(gram))
+                return np.asarray(cholesky(gram, overwrite_a=True, check_finite=False))
             except LinAlgError:
                 pass
-        tied = np.flatnonzero(self.anchor)
-        extra = np.zeros((len(tied), len(self.anchor)))
-        extra[np.arange(len(tied)), tied] = (self.anchor / self.length)[tied]
-        return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, extra]), mode="r"))
+        return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
+
+    def solved(self, right: Array) -> Array:
+        """(A^T A + anchor^2)^-1 of one or several columns, by the semi-normal equations (Bjoerck 1996, Sec. 2.4.6)."""
+        from scipy.linalg import cho_solve
+
+        scaled = (right.T / self.length).T
+        return np.asarray((cho_solve((self.factor, False), scaled, check_finite=False).T / self.length).T)
 
     def still_holds(self, problem: Problem, further: Problem) -> bool:
         """Whether it is the slope of a further place as well: nothing that forms an effect, and no big move."""
@@ -105,34 +114,23 @@ class Slope:
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
         """(p,) the Gauss-Newton step inside the bounds, and the parameters that stop at one.
 
-        What would leave its bounds is put on them and the rest solved again, until nothing leaves. R^T R x = A^T b
-        (semi-normal equations, Bjoerck 1996, Sec. 2.4.6).
+        What would leave its bounds is put on them and the rest solved again, until nothing leaves. With C the columns
+        of (A^T A)^-1 for what is put there, x - C (C_put)^-1 (x_put - bound) solves the rest (Nocedal and Wright 2006,
+        Sec. 16.2).
         """
-        from scipy.linalg import solve_triangular
-
         x = self.values(problem)
         lowest, highest = self._over(problem, lambda e: e.bounds()[0]), self._over(problem, lambda e: e.bounds()[1])
         reach = self._over(problem, _reach)
         low, high = np.maximum(lowest, x - reach), np.minimum(highest, x + reach)
-        R = self.factor
-        along = (self.columns.T @ problem.residual - self.anchor**2 * x) / self.length
-        rhs = (
-            solve_triangular(R, along, trans="T", check_finite=False) if _regular(R) else np.linalg.lstsq(R.T, along)[0]
-        )
-        step, free = np.zeros(len(x)), np.ones(len(x), dtype=bool)
-        for _ in range(len(x)):
-            target = rhs - R[:, ~free] @ (step[~free] * self.length[~free])
-            if free.all() and _regular(R):
-                solution = solve_triangular(R, target, check_finite=False)
-            else:
-                solution = _least(R[:, free], target)
-            step[free] = solution / self.length[free]
-            outside = free & ((x + step < low) | (x + step > high))
-            if not outside.any():
-                break
-            step[outside] = np.clip(x + step, low, high)[outside] - x[outside]
-            free &= ~outside
-        stopped = ~free & ((x + step <= lowest) | (x + step >= highest))
+        aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
+        put, bound = np.zeros(len(x), dtype=bool), np.zeros(len(x))
+        while (outside := ~put & ((x + step < low) | (x + step > high))).any():
+            put |= outside
+            bound = np.where(outside, np.clip(x + step, low, high) - x, bound)
+            moves = self.solved(np.eye(len(x))[:, put])
+            step = aim - moves @ np.linalg.solve(moves[put], (aim - bound)[put])
+            step[put] = bound[put]
+        stopped = put & ((x + step <= lowest) | (x + step >= highest))
         return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
 
     def moved(self, problem: Problem, step: Array) -> Problem:
@@ -226,18 +224,3 @@ def _sizes(problem: Problem, effect: Effect) -> Array:
 def _reach(effect: Effect) -> Array:
     """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
-
-
-def _least(columns: Array, target: Array) -> Array:
-    """Least squares; by QR where that is enough, for the singular values of a thousand columns take seconds."""
-    from scipy.linalg import solve_triangular
-
-    Q, R = np.linalg.qr(columns)
-    if _regular(R):
-        return np.asarray(solve_triangular(R, Q.T @ target, check_finite=False))
-    return np.asarray(np.linalg.lstsq(columns, target, rcond=1e-12)[0])
-
-
-def _regular(R: Array) -> bool:
-    diagonal = np.abs(np.diag(R))
-    return R.shape[0] == R.shape[1] and bool(diagonal.min(initial=np.inf) > 1e-12 * diagonal.max(initial=0.0))
