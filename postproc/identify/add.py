@@ -13,7 +13,8 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
-from postproc.identify.fit import Fit, fit_model
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose

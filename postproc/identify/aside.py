@@ -6,7 +6,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.channels import channels, shown
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.suspects import Suspect
 
 WHOLE = 0.97

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.identify.fit import Fit, rms
+from postproc.identify.fitted import Fit, rms
 from postproc.identify.linear import contiguous_blocks
 from postproc.identify.sensitivity import INSTRUMENT
 

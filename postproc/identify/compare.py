@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels, unit_of
-from postproc.identify.fit import Fit, evaluate, rms
+from postproc.identify.fit import evaluate
+from postproc.identify.fitted import Fit, rms
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
 from postproc.model.arm import Model

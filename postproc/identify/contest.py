@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.judgement import settled
 from postproc.identify.linear import Linear, basis_of, independent_share
 from postproc.identify.search import Missing, Search, clear, refit_all, worth_saying

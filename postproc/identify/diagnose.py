@@ -16,7 +16,8 @@ from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.contest import contested
 from postproc.identify.findings import data_findings, standing_out
-from postproc.identify.fit import Fit, fit_model
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import patterns

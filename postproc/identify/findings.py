@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic, Span
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 
 RARE = 1e-3
 """Chance that any row of clean data stands out as much."""

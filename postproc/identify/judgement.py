@@ -10,7 +10,8 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.identify.fit import Fit, fit_model
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
 from postproc.identify.forms import DECADES, WIDE, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -120,53 +120,57 @@ def independent_share(residual: Array, turns: Array, row: NDArray[np.int_]) -> f
 
 def basis_of(columns: Array, penalty: Array) -> Array:
     """(N, p) U with U U^T the hat matrix of least squares with penalty |w x|^2; orthonormal where w is zero."""
-    return _factored(columns, penalty)[0]
+    from scipy.linalg import solve_triangular
+
+    Q, R = _factored(columns, penalty)
+    return np.asarray(solve_triangular(R, columns.T, trans="T", check_finite=False).T) if Q is None else Q
 
 
-def bases_of(columns: Array, penalty: Array, own: Array, factors: Sequence[float]) -> Iterator[Array]:
-    """The bases for penalties hypot(w, f v), one for each factor f, smallest first, from one factorisation.
+def soft_bases(columns: Array, penalty: Array, own: Array, factors: Sequence[float]) -> tuple[Array, list[Array]]:
+    """U (N, p), and s (p,) for each factor f, so that U diag(s) U^T is the hat matrix for the penalty hypot(w, f v).
 
-    With R of the smallest f0 and R^-T v^2 R^-1 = V L V^T: U_f = U_0 V (1 + (f^2 - f0^2) L)^(-1/2).
+    With R of the smallest f0 and R^-T v^2 R^-1 = V L V^T: U = U_0 V and s = 1 / (1 + (f^2 - f0^2) L).
     Source: Demmler and Reinsch (1975).
     """
     from scipy.linalg import solve_triangular
 
     least = factors[0]
-    U, R, length = _factored(columns, np.hypot(penalty, least * own))
+    Q, R = _factored(columns, np.hypot(penalty, least * own))
     soft = np.flatnonzero(own)
-    tied = np.zeros((len(length), len(soft)))
-    tied[soft, np.arange(len(soft))] = (own / length)[soft]
-    inner = solve_triangular(R, tied, trans="T")
+    tied = np.zeros((len(own), len(soft)))
+    tied[soft, np.arange(len(soft))] = own[soft]
+    inner = solve_triangular(R, tied, trans="T", check_finite=False)
     value, vector = np.linalg.eigh(inner @ inner.T)
-    turned = U @ vector
-    for factor in factors:
-        yield turned / np.sqrt(1 + (factor**2 - least**2) * np.maximum(value, 0.0))
+    turned = columns @ solve_triangular(R, vector, check_finite=False) if Q is None else Q @ vector
+    return turned, [1 / (1 + (f**2 - least**2) * np.maximum(value, 0.0)) for f in factors]
 
 
-def _factored(columns: Array, penalty: Array) -> tuple[Array, Array, Array]:
-    """U, R and lengths s with [A; w] / s = [U; ..] R.
+def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
+    """Q and R of [A; w] = [Q; ..] R; Q = A R^-1 is left to the caller where there are many columns.
 
-    Many columns go through the normal equations (five times as fast as QR, and a penalty keeps them well conditioned).
+    They go through the normal equations (five times as fast as QR, and a penalty keeps them well conditioned).
     """
-    from scipy.linalg import LinAlgError, cholesky, solve_triangular
+    from scipy.linalg import LinAlgError, cholesky
 
     p = columns.shape[1]
-    if not p:
-        return columns, np.zeros((0, 0)), np.zeros(0)
-    length = np.sqrt(np.einsum("np,np->p", columns, columns) + penalty**2)
-    length = np.where(length > 0, length, 1.0)
-    scaled = columns / length
     if p > MANY:
+        gram = columns.T @ columns
+        gram[np.diag_indices(p)] += penalty**2
+        length = _positive(np.sqrt(np.diag(gram)))
         try:
-            R = cholesky(scaled.T @ scaled + np.diag((penalty / length) ** 2))
-            return np.asarray(solve_triangular(R, scaled.T, trans="T").T), np.asarray(R), length
+            return None, cholesky(gram / np.outer(length, length), overwrite_a=True, check_finite=False) * length
         except LinAlgError:
             pass
+    length = _positive(np.sqrt(np.einsum("np,np->p", columns, columns) + penalty**2))
     soft = np.flatnonzero(penalty)
     extra = np.zeros((len(soft), p))
     extra[np.arange(len(soft)), soft] = (penalty / length)[soft]
-    Q, R = np.linalg.qr(np.vstack([scaled, extra]))
-    return Q[: len(columns)], R, length
+    Q, R = np.linalg.qr(np.vstack([columns / length, extra]))
+    return Q[: len(columns)], R * length
+
+
+def _positive(length: Array) -> Array:
+    return np.where(length > 0, length, 1.0)
 
 
 def f_test(before: float, after: float, added: int, freedom: float) -> float:
@@ -181,28 +185,26 @@ def f_test(before: float, after: float, added: int, freedom: float) -> float:
     return float(betainc(freedom / 2, added / 2, after / before))
 
 
-def hold_out(linear: Linear, columns: Sequence[Array], blocks: NDArray[np.int_]) -> Array:
-    """(N,) whitened held-out residual: every block predicted by a fit of nuisance and columns to the other blocks.
+def hold_out(y: Array, U: Array, shares: Sequence[Array | float], blocks: NDArray[np.int_]) -> list[Array]:
+    """(N,) whitened held-out residuals, one for each of the shares: every block predicted by a fit to the others.
 
-    With orthonormal columns U of all parameters and the fitted residual e, leaving block B out gives
-    e_B(out) = (I - U_B U_B^T)^-1 e_B: no refits.
+    With the hat matrix H = U diag(s) U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no
+    refits.
 
     Args:
-        blocks: (N,) number of the block of each entry; entries below zero (rows of a penalty) always stay in.
+        y: (N,); U: (N, p); shares: (p,) s each, or one number; blocks: (N,) number of the block of each entry.
     """
-    for block in columns:
-        linear = linear.extended(block)
-    U, e = linear.nuisance, linear.rest
-    out = np.empty_like(e)
-    out[blocks < 0] = 0.0
+    along = U.T @ y
+    out = [y - U @ (s * along) for s in shares]
     order = np.argsort(blocks, kind="stable")
-    order = order[blocks[order] >= 0]
     for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
-        small = U[at]
-        if len(at) <= small.shape[1]:
-            out[at] = _left_out(small @ small.T, e[at])
-        else:
-            out[at] = e[at] + small @ _left_out(small.T @ small, small.T @ e[at])
+        own = U[at]
+        for e, s in zip(out, shares, strict=True):
+            soft = own * np.sqrt(s)
+            if len(at) <= soft.shape[1]:
+                e[at] = _left_out(soft @ soft.T, e[at])
+            else:
+                e[at] += soft @ _left_out(soft.T @ soft, soft.T @ e[at])
     return out
 
 

@@ -13,7 +13,8 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library, find_effect
 from postproc.identify.design import separate, sharpen
-from postproc.identify.fit import Fit, fit_model
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
 from postproc.identify.problem import Problem, make_weights
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.record import not_identifiable, parameters_json, structure_json, unphysical
 from postproc.identify.selection import Candidate
 from postproc.identify.wording import FEW, FREE, grouped, joined, p_text, place, values_lines

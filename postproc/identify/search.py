@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.identify.fit import Fit, fit_model
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
 from postproc.identify.forms import Form, schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear

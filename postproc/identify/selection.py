@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.forms import Form, Gain, forms_of, gain, gains, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem

@@ -8,8 +8,8 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.identify.fit import Fit, rms
-from postproc.identify.linear import Linear, bases_of, contiguous_blocks, hold_out
+from postproc.identify.fitted import Fit, rms
+from postproc.identify.linear import contiguous_blocks, hold_out, soft_bases
 from postproc.identify.problem import Problem, Weights
 
 STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -50,8 +50,7 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
         A = np.hstack([others, few.columns(form, np.ones(len(rough), dtype=bool))])
         weights = np.concatenate([np.zeros(others.shape[1]), scale * rough / form.scale()])
         known = np.concatenate([soft, np.zeros(len(rough))])
-        bases = bases_of(A, known, weights, STRENGTHS)
-        errors = [rms(hold_out(Linear(y, U, few.row), (), blocks)) for U in bases]
+        errors = [rms(e) for e in hold_out(y, *soft_bases(A, known, weights, STRENGTHS), blocks)]
         if min(errors) < (1 - NO_BETTER) * best:
             best, chosen, vain = min(errors), Smoothness(form, scale * STRENGTHS[int(np.argmin(errors))]), 0
         else:

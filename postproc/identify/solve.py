@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.identify.fitted import Fit
 from postproc.identify.problem import Problem
 from postproc.identify.reweight import reweighted
-from postproc.identify.step import Masks, Name, Slope, slope
+from postproc.identify.step import FRAMES, Masks, Name, Slope, slope
 from postproc.measure.repeat import Noise
 
 SWEEPS = 40
@@ -27,35 +28,30 @@ ROUGHLY = 1e-4
 
 
 @dataclass(frozen=True)
-class Solution:
-    """Where the iteration ended.
+class Terms:
+    """What a fit moves, and on which terms.
 
     Args:
-        problem: at the fitted parameters. slope: there. at_bound: parameters as (effect, index). set_aside: rows left
-            out.
+        free: what is fitted, by effect: masks over ``effect.vector()``. noise: of the instrument.
+        robust: Huber weights for all rows. strength: of the smoothness penalty by effect.
+        closely: share of the cost below which a step is none.
     """
 
-    problem: Problem
-    slope: Slope
-    at_bound: tuple[Name, ...]
-    set_aside: tuple[int, ...]
+    free: Masks
+    noise: Noise
+    robust: bool = False
+    strength: Mapping[str, float] = field(default_factory=dict)
+    closely: float = SETTLED
 
 
-def solve(
-    problem: Problem,
-    masks: Masks,
-    figures: Noise,
-    robust: bool,
-    penalty: Mapping[str, float],
-    closely: float = SETTLED,
-) -> Solution:
+def solve(problem: Problem, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
     """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
     where a slope that still holds there foretells nothing.
 
     Args:
-        closely: share of the cost below which a step is none.
+        fresh: effects that no fit has seen: what the data cannot determine of them stands at null.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -66,17 +62,21 @@ def solve(
     at: Slope | None = None
     place, good = problem, False
     for sweep in range(SWEEPS):
-        if sweep < (2 * ROUNDS if robust else ROUNDS):
-            weights, aside = reweighted(problem, base, figures, robust)
+        if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
+            weights, aside = reweighted(problem, base, terms.noise, terms.robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
                 problem = problem.weighted(weights)
                 at, good = None if at is None else at.reweighted(weights), False
         if at is None:
-            at, place, good = slope(problem, masks, set(), penalty), problem, True
+            at, place, good = slope(problem, terms.free, set(), terms.strength), problem, True
             _enough(problem, len(at.parameters))
+            problem, fresh = _null_where_held(problem, at.held, fresh), frozenset()
+            if problem is not place:
+                at = None
+                continue
         step, stopped = at.step(problem)
         now = at.cost(problem)
-        little = closely * now + 1e-12
+        little = terms.closely * now + 1e-12
         further, after = problem, now
         if now - at.foretold(problem, step) > little:
             further, after = _advance(problem, at, step, now, 10 if good else 2)
@@ -89,8 +89,24 @@ def solve(
         if not good and (settled or bends > BENT):
             at = None
     # Screening looks for directions beside these columns: they must be those of the very place.
-    at = at if at is not None and place is problem and not stopped else slope(problem, masks, stopped, penalty)
-    return Solution(problem, at, tuple(sorted(stopped)), aside)
+    if at is None or place is not problem or stopped:
+        at = slope(problem, terms.free, stopped, terms.strength)
+    bound = tuple(sorted(stopped))
+    strength = dict(terms.strength)
+    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, terms.noise, aside, strength)
+
+
+def _null_where_held(problem: Problem, held: Sequence[Name], fresh: frozenset[str]) -> Problem:
+    """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
+    effects = []
+    for effect in problem.model.effects:
+        x, null, amplitude = effect.vector().copy(), effect.null_vector(), effect.amplitudes()
+        index = [i for key, i in held if key == effect.key and amplitude[i]]
+        x[index] = null[index]
+        known = effect.key not in fresh or effect.key in FRAMES or effect.roughness() is not None
+        effects.append(effect if known or (x == effect.vector()).all() else effect.with_vector(x))
+    changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
+    return problem.at(effects) if changed else problem
 
 
 def _enough(problem: Problem, fitted: int) -> None:

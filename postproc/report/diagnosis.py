@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.identify.diagnose import Diagnosis
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.wording import FREE, p_text, place, values_lines
 from postproc.report.charts import bars
 from postproc.report.document import plain

@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.channels import unit_of
 from postproc.identify.compare import WORST, Trend, fit_channels, joint_inverse, residual_trends
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 from postproc.identify.suspects import Suspect
 from postproc.report.charts import Bins, Mark, scatter
 from postproc.report.figures import chosen, enlargement, plane_views, space_view

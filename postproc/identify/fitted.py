@@ -1,0 +1,172 @@
+"""A fitted model, and what the data says about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share, serial_share
+from postproc.identify.problem import Problem
+from postproc.identify.step import Masks
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import Noise
+from postproc.measure.trajectory import GAP_S
+from postproc.model.arm import Model
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model and what the data says about it.
+
+    Args:
+        problem: the fitted model beside the measurements.
+        free: parameters that were fitted, by effect: masks over ``effect.vector()``.
+        held: parameters that the data cannot determine, as (effect, index).
+        at_bound: parameters that stopped at a bound.
+        columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
+        penalty: (p,) weights of the smoothness penalty, 0 where there is none.
+        noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
+        strength: of the smoothness penalty by effect.
+    """
+
+    problem: Problem
+    free: Masks
+    held: tuple[tuple[str, int], ...]
+    at_bound: tuple[tuple[str, int], ...]
+    columns: Array
+    penalty: Array
+    noise: Noise
+    set_aside: tuple[int, ...] = ()
+    strength: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        return self.problem.model
+
+    @property
+    def data(self) -> Measurements:
+        return self.problem.data
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[str, int], ...]:
+        """(effect, index in its vector) of every column."""
+        out = set(self.held) | set(self.at_bound)
+        every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
+        return tuple(p for p in every if p not in out)
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The fit as a linear problem: residual and a basis of its columns.
+
+        Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
+        """
+        soft = np.flatnonzero(self.penalty)
+        y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
+        turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
+        share = independent_share(self.problem.residual, turns, self.problem.row)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share, self.serial)
+
+    @cached_property
+    def serial(self) -> float:
+        """Share of the rows that count as independent.
+
+        Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off.
+        """
+        state, weights = self.data.state, self.problem.weights
+        if state.v is None or state.time is None or np.median(np.diff(np.sort(state.time))) > GAP_S:
+            # Poses one by one: what drifts from each to the next is missing physics, not noise.
+            each = np.bincount(self.data.repeats)
+            return float(np.sum(each / (1 + (each - 1) * self.noise.shared)) / len(state))
+        order = np.argsort(state.time, kind="stable")
+        return serial_share(np.where(weights.used, self.problem.error * weights.values, np.nan)[order])
+
+    def _vector(self) -> Array:
+        values = {e.key: e.vector() for e in self.model.effects}
+        return np.array([values[key][i] for key, i in self.parameters])
+
+    @cached_property
+    def freedom(self) -> float:
+        """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
+        return float(len(self.problem.residual) - self.linear.parameters)
+
+    @cached_property
+    def variance(self) -> float:
+        """Residual variance over the stated one, sum of squares / (N - p); scipy's cost needs the factor 2 for this."""
+        return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows."""
+        length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
+        scale = np.where(length > 0, length, 1.0)
+        A = self.columns / scale
+        inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
+        return np.asarray(self.variance / self.serial * inverse / np.outer(scale, scale))
+
+    @cached_property
+    def intervals(self) -> dict[str, Array]:
+        """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
+        from scipy.special import stdtrit
+
+        width = stdtrit(max(self.freedom, 1.0), 0.975) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        result = {e.key: np.full(len(e.vector()), np.nan) for e in self.model.effects}
+        for (key, i), w in zip(self.parameters, width, strict=True):
+            result[key][i] = w
+        return result
+
+    @cached_property
+    def rms(self) -> float:
+        """Position error per axis of the rows in the fit [m]."""
+        return rms(self.position_error)
+
+    @cached_property
+    def position_error(self) -> Array:
+        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        error = self.problem.error[:, :3].copy()
+        error[list(self.set_aside)] = np.nan
+        return error
+
+    @cached_property
+    def held_out_error(self) -> Array:
+        """(n, 3) position error of every row as the other blocks predict it [m].
+
+        Ten contiguous blocks, repeats together.
+        """
+        blocks = contiguous_blocks(self.data.repeats)
+        linear = self.linear
+        out = hold_out(linear.residual, linear.nuisance, (1.0,), blocks[linear.row])[0]
+        error = np.full(self.problem.weights.values.shape, np.nan)
+        used = self.problem.weights.used
+        error[used] = out / self.problem.weights.values[used]
+        return error[:, :3]
+
+    @cached_property
+    def held_out_rms(self) -> float:
+        return rms(self.held_out_error)
+
+    def recorded(self) -> Model:
+        """The fitted model with its table [fit], ready to be written."""
+        from postproc.identify.record import recorded_model
+
+        return recorded_model(self)
+
+    def as_json(self) -> dict[str, Any]:
+        from postproc.identify.record import fit_json
+
+        return fit_json(self)
+
+    def text(self) -> str:
+        from postproc.identify.report import fit_text
+
+        return fit_text(self)
+
+
+def rms(error: Array) -> float:
+    """Root mean square of all finite numbers, per axis."""
+    good = error[np.isfinite(error)]
+    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
