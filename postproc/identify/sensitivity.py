@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,36 +76,53 @@ class Sensitivity:
         if effect.missing(state):
             return
         x, scale, amplitude = effect.vector(), effect.scale(), effect.amplitudes()
-        loads = type(effect).load is not Effect.load
+
+        def answer(values: Array) -> tuple[Array, Array]:
+            moved = effect.with_vector(values)
+            load = None if type(effect).load is Effect.load else load_of(moved, state)
+            return flat(displacement_of(moved, state), n), self._loads(load)
+
+        here = answer(x) if effect.linear and amplitude[index].any() else None
         for i in index:
-            exact = effect.linear and bool(amplitude[i])
+            exact = here is not None and bool(amplitude[i])
             step = np.zeros_like(x)
             step[i] = scale[i] if exact else 1e-3 * scale[i]
-            high, low = effect.with_vector(x + step), effect.with_vector(x if exact else x - step)
-            change = flat(displacement_of(high, state), n) - flat(displacement_of(low, state), n)
-            if loads:
-                change += self.by_load(load_of(high, state), load_of(low, state))
+            high = answer(x + step)
+            low = here if exact and here is not None else answer(x - step)
+            change, load = high[0] - low[0], high[1] - low[1]
+            if load.any():
+                change += self.by_load(load)
             yield change / (step[i] if exact else 2 * step[i])
 
-    def by_load(self, high: Load, low: Load) -> Array:
-        """(n, 60) displacement of the springs by the difference of two loads."""
+    def _loads(self, load: Load | None) -> Array:
+        """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
+        n = len(self.state)
+        result = np.zeros((n, 54))
+        if load is not None and load.joint is not None:
+            result[:, :6] = load.joint
+        for body, wrench in ({} if load is None else load.body).items():
+            result[:, 6 + 6 * body : 12 + 6 * body] = wrench
+        return result
+
+    def by_load(self, load: Array) -> Array:
+        """(n, 60) displacement of the springs by a further load (n, 54)."""
         state, n = self.state, len(self.state)
-        forces, torques = np.zeros((n, 8, 6)), np.zeros((n, 6))
-        for sign, load in ((1.0, high), (-1.0, low)):
-            if load.joint is not None:
-                torques += sign * load.joint
-            for body, wrench in load.body.items():
-                forces[:, body] += sign * wrench
+        forces = load[:, 6:].reshape(n, 8, 6)
         every = np.empty((n, 48))
         every[:, self.column] = spread(self.along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
         loaded = state.with_(
-            joint_load=np.asarray(state.joint_load) + torques + every[:, :6],
+            joint_load=np.asarray(state.joint_load) + load[:, :6] + every[:, :6],
             body_load=np.asarray(state.body_load) + every[:, 6:].reshape(n, 7, 6),
         )
-        change = np.zeros((n, PLACES))
-        for spring in self.springs:
-            change += flat(displacement_of(spring, loaded), n) - flat(displacement_of(spring, state), n)
-        return change
+        return self._sprung(loaded) - self.sprung
+
+    @cached_property
+    def sprung(self) -> Array:
+        """(n, 60) displacement of the springs by the loads of the state."""
+        return self._sprung(self.state)
+
+    def _sprung(self, state: State) -> Array:
+        return sum((flat(displacement_of(spring, state), len(state)) for spring in self.springs), np.zeros((1, PLACES)))
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
