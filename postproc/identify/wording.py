@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
-from postproc.identify.fit import Fit
+from postproc.identify.fitted import Fit
 
 FREE = "any smooth function of the channels"
 FEW = 12  # parameters of one effect that are told one by one
