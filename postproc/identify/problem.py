@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.identify.sensitivity import PLACES, Sensitivity, rotation_vectors, sensitivity
+from postproc.identify.sensitivity import PLACES, Sensitivity, at_least_ordinary, rotation_vectors, sensitivity
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
@@ -121,9 +121,21 @@ class Problem:
         found = self.sensitivity
         return replace(found, matrix=found.matrix * self.weights.values[:, :, None])
 
-    def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
+    def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """(N, p) whitened derivative of the prediction by free parameters of an effect."""
         return self._rows(self.whitened.by_parameter(effect, free))
+
+    def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
+        """(N, p) the same for an effect that the model may lack: its load acts on springs no stiffer than is ordinary.
+
+        A compliance that the missing load has pushed towards zero would hide it.
+        """
+        return self._rows(self._softer.by_parameter(effect, free))
+
+    @cached_property
+    def _softer(self) -> Sensitivity:
+        springs = tuple(at_least_ordinary(self.model, e) for e in self.whitened.springs)
+        return replace(self.whitened, springs=springs)
 
     def whiten(self, columns: Array) -> Array:
         """(n, r, p) -> (N, p): the used rows, each divided by its noise."""

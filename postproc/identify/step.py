@@ -161,7 +161,7 @@ def slope(problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[s
         if not mask.any():
             continue
         index = np.flatnonzero(mask)
-        columns = problem.columns(effect, mask)
+        columns = problem.slopes(effect, mask)
         if effect.roughness() is not None:
             # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
             good = np.einsum("np,np->p", columns, columns) > 0
