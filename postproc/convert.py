@@ -6,6 +6,7 @@ Program -> Moves -> Trajectory -> exact correction -> targets -> RAPID text -> t
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -17,9 +18,10 @@ from postproc import __version__
 from postproc.compensate.accuracy import expect_accuracy
 from postproc.compensate.applicable import applicable_model
 from postproc.compensate.dynamics import check_corrected
+from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import in_transition, judge_statements
+from postproc.compensate.outcomes import judge_statements
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
@@ -28,7 +30,6 @@ from postproc.compensate.sharing import target_users
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
-from postproc.motion.values import Flags
 from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
@@ -99,18 +100,18 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
     Args:
-        source: one file, or all files of a task; each of them may change.
+        source: one file, or all files of a task; each of them that is not lent may change.
         model: the real arm.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
-    program = read_program(sources)
+    program = read_program(sources, options.constants)
     findings = list(program.diagnostics) + _already_done(sources)
     if has_errors(findings):
         return _failed(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     events = walk(program, options.entry)
     for event in events:
         findings += event.diagnostics
-    if not any(e.statement.interpolation != "none" for e in events):
+    if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text = "there is no motion statement to compensate"
         findings.append(
             Diagnostic("CMP002", "error", text, sources[0], help="give a module with Move or Arc statements")
@@ -123,9 +124,12 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     findings += more
     if has_errors(findings):
         return _failed(findings, 1)
-    if motion is None:
+    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
+    if motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves)):
         text = "no motion statement has a target that is known before the program runs"
-        findings.append(Diagnostic("CMP003", "error", text, sources[0], help="see `postproc inspect` for the reasons"))
+        why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
+        help_ = f"{why}`postproc inspect` has the reason of every statement"
+        findings.append(Diagnostic("CMP003", "error", text, sources[0], help=help_))
         return _failed(findings, 1)
 
     plan = plan_changes(model, motion, events, options, target_users(program), lambda e: small_zone(program, e))
@@ -139,7 +143,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     findings += more
     if after is None:
         return _failed(findings, 1)
-    return _conclude(program, events, model, options, plan, before, after, edits, findings, env, sources)
+    return _conclude(program, events, model, options, plan, before, after, edits, findings)
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
@@ -147,7 +151,7 @@ def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
     return [
         Diagnostic("CMP001", "error", text, s, found.span(), action)
         for s in sources
-        if (found := MARKER.search(s.data)) is not None
+        if not s.lent and (found := MARKER.search(s.data)) is not None
     ]
 
 
@@ -187,11 +191,6 @@ def _wrench_text(options: Options) -> str:
     return f"{'; '.join(parts)}, {where}" if parts else ""
 
 
-def _counted(space: Flags, steady: Flags) -> Flags:
-    """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
-    return space & steady if (space & steady).any() else space
-
-
 def _mm(value: float) -> float:
     return round(1e3 * value, 5)
 
@@ -205,59 +204,68 @@ def _conclude(
     before: Deviation,
     after: Deviation,
     edits: Mapping[str, list[Edit]],
-    findings: list[Diagnostic],
-    env: Any,
-    sources: Sequence[Source],
+    findings: Sequence[Diagnostic],
 ) -> Conversion:
-    passing = in_transition(plan, after)
-    before_m = before.largest(_counted(before.space, before.steady))
-    after_m = after.largest(_counted(after.space & ~passing, after.steady))
-    transient_m = after.largest(after.space & ~after.steady & ~passing)
-    transition_m = after.largest(passing)
-    outcomes, more = judge_statements(program, events, plan, after, options)
-    findings += more
-    accuracy, more = expect_accuracy(model, plan.motion.states, sources[0])
-    findings += more
+    first = program.sources[0]
+    figures = figures_of(plan, events, before, after)
+    outcomes, unlike = judge_statements(program, events, plan, after, options)
+    accuracy, doubts = expect_accuracy(model, plan.motion.states, first)
     motion = plan.motion
-    limits, more = check_corrected(
-        model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, sources[0]
+    limits, beyond = check_corrected(
+        model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first
     )
-    findings += more
-    changed = [s for s in sources if edits[s.path]]
-    outputs = {}
-    for s in sources:
-        if s in changed:
-            head = next(m.head[1] for m in program.modules if m.source is s)
-            values = {
-                "version": __version__,
-                "robot": model.robot.name,
-                "effects": ", ".join(e.key for e in model.effects) or "rigid",
-                "wrench": _wrench_text(options),
-                "before_mm": f"{1e3 * before_m:.3f}",
-                "after_mm": f"{1e3 * after_m:.3f}",
-                "transient_mm": f"{1e3 * transient_m:.3f}" if transient_m > options.tolerance_m else "",
-                "transition_mm": f"{1e3 * transition_m:.3f}" if transition_m > options.tolerance_m else "",
-                "added": len(plan.insertions),
-                "left": sum(d.code == "CMP005" for d in findings),
-                "indent": indent_after(s.data, head),
-            }
-            edits[s.path].append(header_edit(env, s, head, values))
-        outputs[s.path] = render_text(env, s.data, edits[s.path])
+    said = (*findings, *unlike, *doubts, *beyond)
+    head = _header(model, options, plan, figures, sum(d.code == "CMP005" for d in said))
     report = {
         "schema": "postproc/compensate/1",
         "tool": __version__,
         "robot": model.robot.name,
         "statements": [o.as_json() for o in outcomes],
-        "max_error_before_mm": _mm(before_m),
-        "max_error_after_mm": _mm(after_m),
-        "max_transition_mm": _mm(transition_m),
-        "max_transient_mm": _mm(transient_m),
-        "max_joint_move_mm": _mm(after.largest(~after.space)),
+        "max_error_before_mm": _mm(figures.before),
+        "max_error_after_mm": _mm(figures.after),
+        "max_transition_mm": _mm(figures.transition),
+        "max_transient_mm": _mm(figures.transient),
+        "max_joint_move_mm": _mm(figures.joint_move),
         "tolerance_mm": _mm(options.tolerance_m),
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(limits.slower, 3),
         "cycle_time_before_s": round(limits.cycle_time, 3),
-        "diagnostics": [d.as_json() for d in findings],
+        "diagnostics": [d.as_json() for d in said],
     }
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
+    outputs = _outputs(program, edits, head, options)
+    return Conversion(outputs, report, said, 0, tuple(outcomes), plan, before, after)
+
+
+def _header(model: Model, options: Options, plan: Plan, figures: Figures, left: int) -> dict[str, Any]:
+    """What the comment at the head of a corrected module says."""
+    beyond = {
+        name: f"{1e3 * value:.3f}" if value > options.tolerance_m else ""
+        for name, value in (("transient_mm", figures.transient), ("transition_mm", figures.transition))
+    }
+    return {
+        "version": __version__,
+        "robot": model.robot.name,
+        "effects": ", ".join(e.key for e in model.effects) or "rigid",
+        "wrench": _wrench_text(options),
+        "before_mm": f"{1e3 * figures.before:.3f}",
+        "after_mm": f"{1e3 * figures.after:.3f}",
+        **beyond,
+        "added": len(plan.insertions),
+        "left": left,
+    }
+
+
+def _outputs(
+    program: Program, edits: Mapping[str, list[Edit]], head: Mapping[str, Any], options: Options
+) -> dict[str, bytes]:
+    """The bytes of every file that may change, with a header in those that do."""
+    env = environment(options.template_dir)
+    outputs = {}
+    for s in program.sources:
+        if edits[s.path]:
+            at = next(m.head[1] for m in program.modules if m.source is s)
+            edits[s.path].append(header_edit(env, s, at, {**head, "indent": indent_after(s.data, at)}))
+        if not s.lent:
+            outputs[s.path] = render_text(env, s.data, edits[s.path])
+    return outputs

@@ -23,10 +23,12 @@ class Source:
     Args:
         path: name shown to the user.
         data: the bytes of the file.
+        lent: it is read along with others for what it declares and defines, and never changed.
     """
 
     path: str
     data: bytes = field(repr=False)
+    lent: bool = False
 
     @cached_property
     def line_starts(self) -> list[int]:

@@ -49,7 +49,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
             copies += members
             continue
-        beside = str(PurePosixPath(home).with_name(SHARED)).lower()
+        beside = str(PurePosixPath(home).parent / SHARED).lower()
         shared = [f for h, names in groups.items() if h.lower() == beside and h != home for f in names]
         tasks.append(_task(home, members, shared, drive))
     loose, more = _loose(folder, rest)

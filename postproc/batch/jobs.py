@@ -63,7 +63,7 @@ def read_settings(settings: Settings, robot: str | None = None) -> Converter:
     folder = settings.options.template_dir
     environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
-    sides = tuple(Source(str(path), _read(path)) for path in settings.side_files)
+    sides = tuple(Source(str(path), _read(path), lent=True) for path in settings.side_files)
     stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
     return Converter(pickle.dumps(model), model.robot.name, chosen, settings.options, _digest(stated), sides)
 
@@ -94,13 +94,12 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
         PostprocError: BAT002, one of them cannot be read.
     """
     own = [Source(name, _read(root / name)) for name in task.files]
-    shared = [Source(name, _read(root / name)) for name in task.shared]
+    shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
     given = {(root / name).resolve() for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
     key = _digest((converter.fingerprint, content))
-    paths = frozenset(s.path for s in shared)
-    return Job(task.name, key, (*own, *shared), converter.model, converter.options, paths)
+    return Job(task.name, key, (*own, *shared), converter.model, converter.options)
 
 
 def _read(path: Path) -> bytes:

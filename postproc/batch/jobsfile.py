@@ -29,6 +29,7 @@ class _Choices(BaseModel):
     inertia: bool | None = None
     tolerance_mm: Annotated[float, Field(gt=0)] | None = None
     template: str | None = None
+    constant: list[str] | None = None
     entry: str | None = None
 
 
@@ -44,7 +45,7 @@ class _File(_Choices):
 
 
 def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
-    """What a batch does with a folder, or with a jobs file; the settings hold wherever the file says nothing.
+    """What a batch does with a folder, a list of modules (.pgf) or a jobs file, whose choices win over the settings.
 
     Raises:
         PostprocError: BAT001 there is nothing to convert, BAT009 something is wrong in the jobs file.
@@ -52,6 +53,10 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
     if folder_or_jobs.is_dir():
         found = discover(folder_or_jobs, output)
         plan = Plan(found.root, tuple((task, settings) for task in found.tasks), found.copies)
+    elif folder_or_jobs.suffix.lower() == ".pgf" and folder_or_jobs.is_file():
+        found = discover(folder_or_jobs.parent, output)
+        listed = tuple((task, settings) for task in found.tasks if task.name == folder_or_jobs.name)
+        plan = Plan(found.root, listed, (folder_or_jobs.name,))
     elif folder_or_jobs.suffix.lower() in MODULES:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
         raise PostprocError(Diagnostic("BAT001", "error", text, help=help_))
@@ -126,6 +131,7 @@ def _chosen(settings: Settings, choices: _Choices, root: Path) -> Settings:
     given: dict[str, Any] = {
         "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
         "template_dir": None if choices.template is None else root / choices.template,
+        "constants": None if choices.constant is None else tuple(choices.constant),
         **{name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "entry")},
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})

@@ -77,7 +77,6 @@ class Job:
     Args:
         key: hash of everything the result depends on.
         model: the pickled model.
-        shared: paths of the sources that must not change.
     """
 
     name: str
@@ -85,7 +84,6 @@ class Job:
     sources: tuple[Source, ...] = field(repr=False)
     model: bytes = field(repr=False)
     options: Options = field(default_factory=Options)
-    shared: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

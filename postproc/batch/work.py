@@ -53,18 +53,14 @@ def convert(job: Job) -> Result:
     errors = {d.code for d in done.diagnostics if d.severity == "error"}
     findings = tuple(d.as_json() for d in done.diagnostics)
     if errors == {"CMP002"}:  # data or a background task: nothing in it moves the arm
-        kept = {s.path: s.data for s in job.sources if s.path not in job.shared}
+        kept = {s.path: s.data for s in job.sources if not s.lent}
         return Result(job.name, job.key, "unchanged", kept, findings=findings)
     if not done.outputs:
         return Result(job.name, job.key, "failed", findings=findings)
-    for source in job.sources:
-        if source.path in job.shared and done.outputs[source.path] != source.data:
-            return failed(job.name, job.key, *done.diagnostics, _shared_changed(source.path))
-    outputs = {path: data for path, data in done.outputs.items() if path not in job.shared}
     figures = {name: done.report[name] for name in FIGURES}
     statements = [row["status"] for row in done.report["statements"]]
     figures["statements"] = {s: statements.count(s) for s in ("compensated", "unchanged", "skipped")}
-    return Result(job.name, job.key, "compensated", outputs, figures, findings)
+    return Result(job.name, job.key, "compensated", done.outputs, figures, findings)
 
 
 @lru_cache(maxsize=16)
@@ -82,8 +78,3 @@ def _internal(error: Exception) -> Diagnostic:
     place = f"{os.path.basename(where.filename)}:{where.lineno}"
     help_ = f"convert this task alone with `postproc compensate` for the details; it happened at {place}"
     return Diagnostic("BAT006", "error", text, help=help_)
-
-
-def _shared_changed(path: str) -> Diagnostic:
-    text = f"`{path}` is shared with other tasks, but its targets would have to change"
-    return Diagnostic("BAT005", "error", text, help="move the targets into a module of the task itself")

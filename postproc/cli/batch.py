@@ -28,7 +28,6 @@ def run(
     workers: Workers = None,
     scheduler: str | None = None,
     shard: str = "1/1",
-    side_files: Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)] = (),
     convert: ConvertOptions = ConvertOptions(),
     report: ReportFile = None,
     json: Flag = False,
@@ -43,7 +42,6 @@ def run(
         workers: processes on this machine. Default: one for each core.
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
-        side_files: module with tools and frames that every task is read with; never written. May be repeated.
         report: HTML page to write.
         json: print the postproc/batch/1 document.
     """
@@ -53,10 +51,10 @@ def run(
     from postproc.report.batch import batch_page
     from postproc.report.document import plain
 
-    settings = Settings(convert.model, convert.robot, convert.effects, side_files, convert.options())
+    settings = Settings(convert.model, convert.robot, convert.effects, convert.side_files, convert.options())
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
-    check_outputs((folder_or_jobs, *side_files, *convert.inputs), report)
+    check_outputs((folder_or_jobs, *convert.inputs), report)
     plan = read_plan(folder_or_jobs, settings, output)
     count = sum(part.owns(task.name) for task, _ in plan.tasks)
     # Python's own helper process cleans up after a stopped run; it need not talk about it.

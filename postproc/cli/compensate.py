@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.finish import finish
-from postproc.cli.inputs import read_source
 from postproc.cli.options import ConvertOptions, Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
+from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -40,15 +40,15 @@ def run(
     from postproc.convert import compensate_program
     from postproc.report.compensation import compensation_page
 
-    source = read_source(program)
+    source = read_program_file(program)
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError(Diagnostic("CLI007", "error", text, help="leave one of them out"))
     check_outputs((program, *convert.inputs), output, report)
     target = Path(program) if in_place else output
     options = convert.options()
-    result = compensate_program(source, convert.arm(), options)
-    show(result.diagnostics)
+    result = compensate_program([source, *read_lent(convert.side_files)], convert.arm(), options)
+    show(named_files(result.diagnostics))
     if report is not None:
         write(report, compensation_page(Path(source.path).name, result).encode())
     code = max(1, result.exit_code)

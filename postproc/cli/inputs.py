@@ -18,16 +18,19 @@ if TYPE_CHECKING:
     from postproc.robot.arm import Robot
 
 
-def read_source(name: str) -> Source:
+def read_source(name: str, lent: bool = False) -> Source:
     """The bytes of a file; ``-`` is stdin.
+
+    Args:
+        lent: it is read along with others and never changed.
 
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
     """
     if name == "-":
-        source = Source("<stdin>", sys.stdin.buffer.read())
+        source = Source("<stdin>", sys.stdin.buffer.read(), lent)
     else:
-        source = Source(name, _read(name))
+        source = Source(name, _read(name), lent)
     if not source.data.strip():
         raise PostprocError(
             Diagnostic("CLI005", "error", f"`{source.path}` is empty", help="name the file that was meant")

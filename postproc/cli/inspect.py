@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from postproc.cli.inputs import load_model, read_source
-from postproc.cli.options import EffectFiles, Flag, ModelFile
+from postproc.cli.inputs import load_model
+from postproc.cli.options import EffectFiles, Flag, ModelFile, Names, SideFiles
+from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.compensate.options import Options
@@ -30,7 +31,15 @@ HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9} 
 
 
 def run(
-    program: str, /, *, model: ModelFile = None, robot: str | None = None, effects: EffectFiles = (), json: Flag = False
+    program: str,
+    /,
+    *,
+    model: ModelFile = None,
+    robot: str | None = None,
+    effects: EffectFiles = (),
+    side_files: SideFiles = (),
+    constant: Names = (),
+    json: Flag = False,
 ) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 
@@ -41,13 +50,16 @@ def run(
         model: TOML file of the real arm. Default: the shipped model.
         robot: arm of the library, in place of the model's.
         effects: Python file with effects of your own; its code is run. May be repeated.
+        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
         json: print the postproc/inspect/1 document.
     """
-    source, arm = read_source(program), _arm(model, robot, effects)
-    found = inspect_program(source, arm.robot)
+    sources = [read_program_file(program), *read_lent(side_files)]
+    arm = _arm(model, robot, effects)
+    found = inspect_program(sources, arm.robot, constant)
     if not has_errors(found.diagnostics):
-        found = found.decided(compensate_program(source, arm, Options()).outcomes)
-    show(found.diagnostics)
+        found = found.decided(compensate_program(sources, arm, Options(constants=constant)).outcomes)
+    show(named_files(found.diagnostics))
     if json:
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]

@@ -38,6 +38,8 @@ Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Noise = Annotated[float | None, Parameter(name="--noise", validator=_positive)]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
+SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
+Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
@@ -73,6 +75,8 @@ class ConvertOptions:
         tolerance: largest distance from the programmed path [mm].
         template: folder of Jinja templates in place of the shipped ones.
         effects: Python file with effects of your own; its code is run. May be repeated.
+        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
     """
 
     model: ModelFile = None
@@ -84,11 +88,13 @@ class ConvertOptions:
     tolerance: Tolerance = 0.01
     template: Path | None = None
     effects: EffectFiles = ()
+    side_files: SideFiles = ()
+    constant: Names = ()
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:
         """Files that are read."""
-        return (self.model, self.robot, *self.effects)
+        return (self.model, self.robot, *self.effects, *self.side_files)
 
     def arm(self) -> Model:
         """The model, with another arm where one is named."""
@@ -103,6 +109,7 @@ class ConvertOptions:
             force_on=self.force_on,
             inertia=self.inertia == "on",
             template_dir=self.template,
+            constants=self.constant,
             entry=entry,
         )
 

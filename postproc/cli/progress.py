@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
 from postproc.batch.values import Batch, Outcome
-from postproc.cli.report import say
+from postproc.cli.report import SHOWN, say
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Reporter:
-    """One line for each task, or a bar on a terminal; failures are told in full either way."""
+    """One line for each task, or a bar on a terminal; failures are told either way."""
 
     total: int
     bar: tuple[Progress, TaskID] | None = None
@@ -33,9 +34,15 @@ class Reporter:
             self._say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
         elif failed:
             self._say(result_line(outcome))
-        for found in outcome.findings:
-            if failed and found["severity"] == "error":
+        errors = [found for found in outcome.findings if failed and found["severity"] == "error"]
+        count: Counter[str] = Counter()
+        for found in errors:
+            count[found["code"]] += 1
+            if count[found["code"]] <= SHOWN:
                 self._say(f"  {finding_line(found)}")
+        for code, places in count.items():
+            if places > SHOWN:
+                self._say(f"  {code}: {places - SHOWN} more places")
         if self.bar is not None:
             self.bar[0].advance(self.bar[1])
 

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from postproc.cli.inputs import read_source
 from postproc.cli.options import ConvertOptions, Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
+from postproc.cli.programs import read_lent
 from postproc.cli.report import print_json, say, show
 
 
@@ -23,7 +24,6 @@ def run(
     wobj: str | None = None,
     seam_data: str | None = None,
     weld_data: str | None = None,
-    side_files: Annotated[tuple[str, ...], Parameter(name="--with", n_tokens=1, show_default=False)] = (),
     routine: str = "main",
     speed: Tolerance = 8.0,
     clearance: Distance = 50.0,
@@ -39,7 +39,6 @@ def run(
         wobj: wobjdata in whose frame the points are, given in the same way. Default: wobj0.
         seam_data: seamdata, given in the same way.
         weld_data: welddata, given in the same way; its speed gives way to the column speed_mm_s.
-        side_files: RAPID module with data that the options name. May be repeated.
         routine: name of the procedure.
         speed: welding speed where neither the table nor --weld-data gives one [mm/s].
         clearance: how far in front of the seam the arm arrives and leaves [mm].
@@ -50,12 +49,12 @@ def run(
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
 
-    check_outputs((points, *side_files, *convert.inputs), output)
+    check_outputs((points, *convert.inputs), output)
     table = read_seam_points(read_source(points))
     doubts = table.doubts()
     show(doubts)
     arm = convert.arm()
-    sides = [read_source(name) for name in side_files]
+    sides = read_lent(convert.side_files)
     name = (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]
     said = SeamOptions(name, routine, tool, wobj, seam_data, weld_data, speed, clearance)
     text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, convert.template)

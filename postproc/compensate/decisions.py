@@ -25,6 +25,7 @@ SAME_MM = 0.002  # two uses of a target whose corrected positions are this close
 SAME_QUATERNION = 2e-6
 DIFFERENT = "it runs several times and each time needs another correction"
 WAYS = "the arm comes to it by several ways and each needs another correction"
+LENT = "it stands in a file that is only read along"
 ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 FOLLOWS = "it follows the target that it is derived from"
 
@@ -123,9 +124,9 @@ def _places(wish: Wish) -> list[PlaceKey]:
     """Texts that could hold a corrected value, the one to prefer first."""
     found: list[PlaceKey] = []
     spans, handed = wish.origin.spans, wish.origin.handed
-    if spans is not None:
+    if spans is not None and not spans.source.lent:
         found.append(("numbers", spans.source.path, spans.whole[0]))
-    if handed is not None and (spans is None or spans.whole[0] != handed.span[0]):
+    if handed is not None and not handed.source.lent and (spans is None or spans.whole[0] != handed.span[0]):
         found.append(("call", handed.source.path, handed.span[0]))
     return found
 
@@ -153,12 +154,16 @@ def _refuse(
     for (key, _), group in arguments.items():
         if all(_text_of(w, editable) is not None for w in group):
             continue
-        if not _agree(group) and key in complete and _one_base(group) and _displaced(events, group) is not None:
+        lent = events[group[0].event].statement.source.lent
+        replaced = key in complete and not lent and _one_base(group)
+        if replaced and not _agree(group) and _displaced(events, group) is not None:
             continue
         followed = edited & bases.get(key, set())
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
-        if followed and (not _agree(group) or any("%" in name for name in followed)):
+        if followed and (lent or not _agree(group) or any("%" in name for name in followed)):
             following[key] = frozenset(followed)
+        elif lent:
+            refused[key] = LENT
         elif not _agree(group) and (key not in complete or _displaced(events, group) is None):
             refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
         elif any(events[w.event].elsewhere for w in group):

@@ -47,6 +47,8 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
         length: of the TCP's way to its target [m].
     """
     statement = event.statement
+    if statement.source.lent:
+        return "it stands in a file that is only read along"
     if statement.instruction.startswith("Trigg"):
         return "its triggers are placed along the whole way"
     if added_instruction(statement.instruction) is None:

@@ -33,7 +33,10 @@ def judge_statements(
     after: Deviation,
     options: Options,
 ) -> tuple[list[Outcome], list[Diagnostic]]:
-    """One outcome per motion statement of the text, in text order, and findings about those that are not as asked."""
+    """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
+
+    Statements of lent files are not judged: nobody asked for them.
+    """
     moves = {move.event: i for i, move in enumerate(plan.motion.moves)}
     runs: dict[tuple[str, int], list[int]] = {}
     for index, event in enumerate(events):
@@ -44,6 +47,8 @@ def judge_statements(
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
+        if statement.source.lent:
+            continue
         indices = runs.get(key_of(statement), [])
         outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
         outcomes.append(outcome)

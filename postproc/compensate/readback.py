@@ -16,7 +16,7 @@ from postproc.compensate.reading import read_samples
 from postproc.compensate.states import feels_sides, states_of
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import Insertion, key_of
-from postproc.diagnostics import PostprocError, Source
+from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
@@ -33,7 +33,7 @@ def run_again(
     options: Options,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
-    written = read_program([Source(s.path, drafts[s.path]) for s in program.sources])
+    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
     ran = walk(written, options.entry)
     return ran, owners_of(program, written, insertions, events, ran)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.refusals import refuse_events
@@ -18,7 +18,7 @@ from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import Failure, joint_solution
+from postproc.robot.inverse import Failure, joint_solution, nearest_solution
 from postproc.robot.track import track
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -42,7 +42,8 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
-        MOT007 tool and work object that do not fit together, MOT008 moving external axes.
+        MOT007 tool and work object that do not fit together, MOT008 moving external axes; KIN008 a start that is
+        supposed, KIN009 an arm that hardly is the one of the program.
         Moves with a finding of severity ``error`` are left out, and the chain breaks there.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
@@ -53,10 +54,12 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
         if key not in held:
             held[key] = _on_flange(*key)
         loads.append(held[key])
-    q, T_work_tcp, failures = _solve(robot, events, known, loads)
+    q, T_work_tcp, failures, supposed = _solve(robot, events, known, loads)
     findings = refuse_events(events)
     findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
+    findings += [_supposed(*place(events[known[row]])) for row in supposed]
     bad = {failure.index for failure in failures}
+    findings += _another_arm(robot, [events[i] for i in known], bad)
 
     moves: list[Move] = []
     of_event: dict[int, int] = {}
@@ -107,8 +110,8 @@ def _mounts(loads: Sequence[_Held]) -> Mounts:
 
 def _solve(
     robot: Robot, events: Sequence[MotionEvent], known: list[int], loads: list[_Held]
-) -> tuple[Array, Array, list[Failure]]:
-    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events."""
+) -> tuple[Array, Array, list[Failure], list[int]]:
+    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events; rows as in `_follow`."""
     q = np.full((len(known), 6), np.nan)
     T = np.full((len(known), 4, 4), np.nan)
     conf = np.zeros((len(known), 4), dtype=np.int64)
@@ -121,7 +124,7 @@ def _solve(
     failures = _beyond_limits(robot, q)
     posed = np.flatnonzero(np.isnan(q[:, 0]))
     if len(posed) == 0:
-        return q, T, failures
+        return q, T, failures, []
     T[posed] = target_matrices([events[known[row]] for row in posed])
     T_base_flange = np.full_like(T, np.nan)
     T_base_flange[posed] = _mounts(loads)[posed].flange(T[posed])
@@ -138,8 +141,8 @@ def _solve(
     row_of = {i: row for row, i in enumerate(known)}
     again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].again) is not None}
     free[list(again)] = False
-    failures += _follow(robot, T_base_flange, q, free, again)
-    return q, T, sorted(failures, key=lambda f: f.index)
+    more, supposed = _follow(robot, T_base_flange, q, free, again)
+    return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed
 
 
 def any_configuration(event: MotionEvent) -> bool:
@@ -148,17 +151,27 @@ def any_configuration(event: MotionEvent) -> bool:
     return event.options.get(name) is False
 
 
-def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Mapping[int, int]) -> list[Failure]:
+def _follow(
+    robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Mapping[int, int]
+) -> tuple[list[Failure], list[int]]:
     """Fill in, in place, the goals that are reached in the configuration of the goal before them.
 
     Args:
         again: rows at which the arm stands where another row has brought it.
+
+    Returns:
+        Failures, and the rows at which the arm is supposed to start in the posture nearest to all axes at zero: nothing
+        brings it there, and what the target states does not exist.
     """
     failures: list[Failure] = []
+    supposed: list[int] = []
     edges = np.diff(np.concatenate([[False], free, [False]]).astype(int))
     for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
         from_where = again.get(int(a) - 1, int(a) - 1)
         before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
+        if np.isnan(before).any():
+            before = nearest_solution(robot, T_base_flange[a], np.zeros(6))
+            supposed += [int(a)] if np.isfinite(before).all() else []
         if np.isfinite(before).all():
             reached = _followed(robot, T_base_flange[a:b], before)
             q[a : a + len(reached)] = reached
@@ -173,7 +186,7 @@ def _follow(robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Ma
                     "start with a MoveAbsJ, or with ConfJ\\On")
             for row in range(a, b) if np.isnan(q[row]).any() and row not in lost
         ]  # fmt: skip
-    return failures
+    return failures, supposed
 
 
 def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
@@ -191,6 +204,23 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
     except PostprocError:
         first = bisect_left(range(1, len(T_base_flange) + 1), True, key=fails)
         return track(robot, T_base_flange[:first], before)
+
+
+def _supposed(source: Source, span: Span | None) -> Diagnostic:
+    text = "in which posture the arm comes here is not known, and what the target states does not exist"
+    help_ = "the posture nearest to all axes at zero is taken: begin with a MoveAbsJ to be sure"
+    return Diagnostic("KIN008", "warning", text, source, span, help_)
+
+
+def _another_arm(robot: Robot, events: Sequence[MotionEvent], bad: Set[int]) -> list[Diagnostic]:
+    """Where many targets do not suit the arm, the program is hardly made for it."""
+    places = {(e.statement.source.path, e.statement.span): row in bad for row, e in enumerate(events)}
+    failed = sum(places.values())
+    if failed < 3 or 10 * failed < len(places):
+        return []
+    text = f"`{robot.name}` cannot run {failed} of {len(places)} statements as they are: it hardly is their arm"
+    help_ = "name the arm with `--robot`: one of `postproc robots list`, or a file or URDF that describes it"
+    return [Diagnostic("KIN009", "error", text, help=help_)]
 
 
 def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.events import Argument, MotionStatement
+from postproc.rapid.program import Program
 from postproc.rapid.records import SpeedData
 from postproc.rapid.values import Data, NotKnown
 
@@ -18,22 +19,46 @@ _ASSUMED: Mapping[str, tuple[str, str]] = {
     "@conf_j": ("ConfJ", "targets are taken in the configuration that they state"),
 }
 
+_WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
+_WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
+
 
 class Missing:
     """Collects findings about names without a value, along a program."""
 
-    def __init__(self, diagnostics: list[Diagnostic]) -> None:
+    def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+        self.program = program
         self.diagnostics = diagnostics
         self.reported: set[str] = set()
 
-    def explain(self, error: NotKnown, argument: Argument | None, source: Source, found: list[Diagnostic]) -> str:
+    def explain(
+        self, error: NotKnown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
+    ) -> str:
         """The reason why an event is left alone."""
-        if error.missing is not None and argument is not None and error.missing not in self.reported:
+        if argument is None:
+            return error.reason
+        what = _WHAT.get(argument.role, "data")
+        if error.missing is not None and error.missing not in self.reported:
             self.reported.add(error.missing)
-            what = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}.get(argument.role, "data")
             name = argument.text if argument.text.lower() == error.missing else error.missing
-            self._report(undeclared(what, name, source, argument.span), found)
+            self._report(undeclared(what, name, statement.source, argument.span), found)
+        elif error.missing is None and what in _WHOLE:
+            self._say_written(error, what, argument, statement, found)
         return error.reason
+
+    def _say_written(
+        self, error: NotKnown, what: str, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
+    ) -> None:
+        """A tool or frame that the program measures: its file holds what was measured last."""
+        declaration = self.program.declaration(argument.text, statement.module, statement.routine)
+        if declaration is None or declaration.storage != "PERS" or declaration.init is None:
+            return
+        if declaration.key in self.reported:
+            return
+        self.reported.add(declaration.key)
+        text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
+        help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
+        self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 
     def say_untimed(self, error: NotKnown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
         """A speed that is not known: how fast the arm moves is a guess, where it goes is not."""
@@ -62,9 +87,8 @@ class Missing:
 
 def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
     """A name whose value stands in none of the files."""
-    # Without tool or work object nothing about the pose is known; other data leaves single statements alone.
-    severity: Severity = "error" if what in ("tool", "work object") else "warning"
+    severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
     return Diagnostic(
         "RAP020", severity, f"the {what} `{name}` has no value in these files", source, span,
-        f"give the file that declares `{name}` too, often a system module such as user.sys or CalibData.mod",
+        f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's",
     )  # fmt: skip

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.events import MotionStatement
@@ -26,6 +26,7 @@ class Program:
         diagnostics: what is wrong or not understood.
         identifiers: all words in lower case, those in comments and strings too.
         motions: the same motion statements by path and offset.
+        constants: names of data that keep the value in the text, whatever the program writes to them.
     """
 
     sources: tuple[Source, ...]
@@ -37,6 +38,7 @@ class Program:
     motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
     names: Mapping[tuple[str, str, str], Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
+    constants: frozenset[str] = frozenset()
 
     def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
         """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
@@ -82,8 +84,12 @@ def is_utf16(data: bytes) -> bool:
     return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
 
 
-def read_program(sources: Sequence[Source] | Source) -> Program:
-    """Read the files of one task; nothing raises, findings are collected in ``diagnostics``."""
+def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = ()) -> Program:
+    """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
+
+    Args:
+        constants: names of data that count as constant.
+    """
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
     diagnostics: list[Diagnostic] = []
@@ -93,7 +99,8 @@ def read_program(sources: Sequence[Source] | Source) -> Program:
         modules += found
         diagnostics += problems
         words |= identifiers(source.data)
-    names = _names(modules, diagnostics)
+    fixed = frozenset(name.lower() for name in constants)
+    names = _fixed(_names(modules, diagnostics), fixed, diagnostics)
     routines = _routines(modules)
     motions: dict[str, dict[int, MotionStatement]] = {}
     for module in modules:
@@ -120,6 +127,7 @@ def read_program(sources: Sequence[Source] | Source) -> Program:
         motions,
         names,
         routines,
+        fixed,
     )
 
 
@@ -162,11 +170,18 @@ def _all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
 def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tuple[str, str, str], Declaration]:
     """Declarations by (module, routine, name); names visible in the whole task under ("", "", name) too."""
     names: dict[tuple[str, str, str], Declaration] = {}
-    for declaration in _all_declarations(modules):
-        module, routine, name = declaration.key.split(".", 2)
+    declarations = list(_all_declarations(modules))
+    # PERS data of one name is one in all tasks, and only one of them need give its value.
+    valued = {(d.name.lower(), d.type): d for d in declarations if _shared(d) and d.init is not None}
+    for declared in declarations:
+        declaration = declared
+        if _shared(declared) and declared.init is None:
+            declaration = valued.get((declared.name.lower(), declared.type), declared)
+        module, routine, name = declared.key.split(".", 2)
         if not routine and declaration.scope != "LOCAL":
             first = names.setdefault(("", "", name), declaration)
-            if first is not declaration and first.module.lower() != module:
+            lent = first.source.lent or declared.source.lent
+            if first is not declaration and first.module.lower() != module and not (lent and _shared(declared)):
                 diagnostics.append(
                     Diagnostic(
                         "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
@@ -175,6 +190,19 @@ def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tup
                 )  # fmt: skip
         names.setdefault((module, routine, name), declaration)
     return names
+
+
+def _shared(declaration: Declaration) -> bool:
+    return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine
+
+
+def _fixed(
+    names: dict[tuple[str, str, str], Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
+) -> dict[tuple[str, str, str], Declaration]:
+    for name in sorted(constants - {name for _, _, name in names}):
+        text = f"`{name}`, which is to be constant, is declared in none of the files"
+        diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
+    return {key: replace(d, storage="CONST") if key[2] in constants else d for key, d in names.items()}
 
 
 def _routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:

@@ -63,7 +63,7 @@ class EventMaker:
         self.targets = Targets()
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
         self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
-        self.missing = Missing(diagnostics)
+        self.missing = Missing(program, diagnostics)
         self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
@@ -86,9 +86,9 @@ class EventMaker:
             if circle is not None:
                 via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
         if isinstance(target, NotKnown):
-            reasons.append(self.missing.explain(target, to, statement.source, found))
+            reasons.append(self.missing.explain(target, to, statement, found))
         if isinstance(via, NotKnown):
-            reasons.append(self.missing.explain(via, circle, statement.source, found))
+            reasons.append(self.missing.explain(via, circle, statement, found))
         if signature.why_not and signature.roles:
             reasons.append(signature.why_not)
 
@@ -155,7 +155,7 @@ class EventMaker:
                 if times:
                     self.missing.say_untimed(error, argument, statement.source, found)
                 else:
-                    reasons.append(self.missing.explain(error, argument, statement.source, found))
+                    reasons.append(self.missing.explain(error, argument, statement, found))
                 return default
 
         tool = known("tool", to_tool, ToolData())

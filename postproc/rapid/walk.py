@@ -32,7 +32,8 @@ def walk(program: Program, entry: str | None = None) -> list[MotionEvent]:
     """Every motion of a program in the order in which it runs.
 
     ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
-    reached that way are walked one by one, so that every motion statement has at least one event.
+    reached that way are walked one by one, so that every motion statement has at least one event. Of files that are
+    lent only what is called is walked.
 
     Raises:
         PostprocError: there is no routine ``entry``.
@@ -68,7 +69,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         if routine is not main:
             _start(flow, routine, unknown)
     for routine in program.all_routines():
-        if any(True for _ in _unreached(flow, routine)):
+        if not routine.source.lent and any(True for _ in _unreached(flow, routine)):
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
     return Walk(_marked(flow), tuple(flow.diagnostics))
@@ -119,14 +120,15 @@ def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
 
 
 def _uncalled(program: Program) -> list[Routine]:
-    """Procedures that nothing in the program names."""
+    """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
     named: set[str] = set()
     for routine in program.all_routines():
         for body in bodies(routine):
             for statement in statements_in(body):
                 if statement.kind in ("call", "connect"):
                     _add_names(program, routine.source, statement, named)
-    return [r for r in program.all_routines() if r.kind == "PROC" and r.name.lower() not in named]
+    own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
+    return [r for r in own if r.name.lower() not in named]
 
 
 def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:

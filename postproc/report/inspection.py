@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.compensate.values import Outcome, Place, key_of
+from postproc.compensate.values import Outcome, Place, StatementKey, key_of
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
@@ -61,22 +61,28 @@ class Inspection:
         return replace(self, rows=tuple(_decided(row, known.get(key_of(row.statement))) for row in self.rows))
 
 
-def inspect_program(source: Source, robot: Robot) -> Inspection:
-    """Read a program, follow it as it runs, and find the posture of the arm at every target and between them."""
-    program = read_program(source)
+def inspect_program(sources: Sequence[Source] | Source, robot: Robot, constants: Sequence[str] = ()) -> Inspection:
+    """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
+
+    Args:
+        sources: the files of the task; those that are lent get no rows.
+        constants: names of data that count as constant.
+    """
+    program = read_program(sources, constants)
     followed = walk_program(program)
     moves, unreachable = read_moves(robot, followed.events)
     _, on_the_way = sample_path(robot, moves, followed.events)
     by_event = {move.event: move for move in moves}
     q = np.array([move.q for move in moves]).reshape(-1, 6)
     tight = dict(zip((move.event for move in moves), singular_postures(robot, q), strict=True))
-    grouped: dict[int, list[int]] = {}
+    grouped: dict[StatementKey, list[int]] = {}
     for index, event in enumerate(followed.events):
         if event.again is None:
-            grouped.setdefault(event.statement.span[0], []).append(index)
+            grouped.setdefault(key_of(event.statement), []).append(index)
     rows = [
-        _row(statement, followed.events, grouped.get(statement.span[0], []), by_event, tight, robot)
+        _row(statement, followed.events, grouped.get(key_of(statement), []), by_event, tight, robot)
         for statement in program.statements
+        if not statement.source.lent
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
 

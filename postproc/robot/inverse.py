@@ -72,6 +72,20 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     return JointSolution(q, tuple(failures))
 
 
+def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
+    """The joint angles (6,) [rad] within the limits that reach a pose with the least travel from a posture; else NaN.
+
+    Args:
+        T_base_flange: (4, 4). q: (6,) the posture [rad]; travel is that of the joint that turns farthest.
+    """
+    solutions = inverse(robot, T_base_flange[None])[0]
+    turned = q + (solutions - q + np.pi) % (2 * np.pi) - np.pi
+    inside = ((turned >= robot.lower) & (turned <= robot.upper)).all(axis=-1)  # False where there is no solution
+    travel = np.where(inside, np.abs(turned - q).max(axis=-1), np.inf)
+    best = int(np.argmin(travel))
+    return turned[best] if inside[best] else np.full(6, np.nan)
+
+
 def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array, list[Failure]]:
     """Joint angles (n, 6) of one block, NaN where a failure, in the order of the poses, says why."""
     opw = closed_form(robot)

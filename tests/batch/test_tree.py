@@ -158,12 +158,28 @@ def test_side_files_lend_their_data(tmp_path: Path) -> None:
     assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
 
 
-def test_a_side_file_whose_targets_would_change_is_refused(tmp_path: Path) -> None:
+def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> None:
     own = f"MODULE A\n  {TOOL}\n  PROC main()\n    MoveJ {target(1200)},v500,fine,tTorch;\n    MoveL pThere,v100,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
     side = write(tmp_path, {"points.mod": f"MODULE points\n  CONST robtarget pThere:={target(1250)};\nENDMODULE\n"})
     source = write(tmp_path / "in", {"a.mod": own})
     batch, _ = convert(source, tmp_path / "out", Settings(side_files=(side / "points.mod",), options=ROUGH.options))
-    assert "BAT005" in codes(batch, "a.mod")
+    assert statuses(batch) == {"a.mod": "compensated"} and codes(batch, "a.mod") == []
+    assert "pThere" not in (tmp_path / "out/a.mod").read_text()
+
+
+def test_a_program_folder_given_by_its_list(tmp_path: Path) -> None:
+    listing = "<Program><Module>a.mod</Module><Module>b.mod</Module></Program>"
+    write(tmp_path / "in", {"p.pgf": listing, "a.mod": program("A"), "b.mod": program("B"), "other.mod": "no program"})
+    plan = read_plan(tmp_path / "in" / "p.pgf", ROUGH, tmp_path / "out")
+    assert [(task.name, task.files) for task, _ in plan.tasks] == [("p.pgf", ("a.mod", "b.mod"))]
+    assert plan.copies == ("p.pgf",)
+
+
+def test_the_folder_of_one_task(tmp_path: Path) -> None:
+    files = {"PROGMOD/a.mod": program("A", tool=""), "SYSMOD/user.sys": f"MODULE user\n  {TOOL}\nENDMODULE\n"}
+    batch, _ = convert(write(tmp_path / "TASK1", files), tmp_path / "out")
+    assert [outcome.status for outcome in batch.outcomes] == ["compensated"]
+    assert set(tree(tmp_path / "out", without=[".postproc"])) == set(files)
 
 
 def test_a_program_folder_is_one_task(tmp_path: Path) -> None:

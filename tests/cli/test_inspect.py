@@ -156,3 +156,27 @@ def test_what_is_no_program_is_bad_input(call: Call, tmp_path: Path) -> None:
     assert outcome.code == 2
     assert "RAP011" in outcome.err
     assert "no motion statements" not in outcome.err
+
+
+def test_the_help_names_the_file_that_declares_what_is_missing(call: Call, tmp_path: Path) -> None:
+    tool, rest = SHARED.splitlines(keepends=True)[1], SHARED.splitlines(keepends=True)
+    (tmp_path / "PROGMOD").mkdir()
+    (tmp_path / "SYSMOD").mkdir()
+    path, system = tmp_path / "PROGMOD" / "a.mod", tmp_path / "SYSMOD" / "user.sys"
+    path.write_text("".join([rest[0], *rest[2:]]))
+    system.write_text(f"MODULE user\n{tool}ENDMODULE\n")
+    missing = call("inspect", path)
+    assert missing.code == 1
+    assert f"`{system}` declares it: add `--with {system}`" in missing.err
+    assert call("inspect", path, "--with", system).code == 0
+    assert call("compensate", path, "--with", system, "-o", tmp_path / "out.mod").code == 0
+    assert system.read_text() == f"MODULE user\n{tool}ENDMODULE\n"
+
+
+def test_what_belongs_together_is_left_to_batch(call: Call, tmp_path: Path) -> None:
+    listing = tmp_path / "p.pgf"
+    listing.write_text("<Program><Module>a.mod</Module></Program>")
+    for name in (tmp_path, listing):
+        outcome = call("compensate", name)
+        assert outcome.code == 2
+        assert f"postproc batch {name} -o FOLDER" in outcome.err

@@ -101,10 +101,21 @@ def test_everything_out_of_reach_is_found_at_once_and_where() -> None:
     body = f"MoveJ {P1},v200,fine,t1;\nMoveL {far},v50,z10,t1;\nMoveL {odd},v50,fine,t1;\n"
     body += "MoveAbsJ [[0,0,0,0,130,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;"
     moves, findings, text = read(body)
-    assert [d.code for d in findings] == ["KIN001", "KIN002", "KIN003"]
+    assert [d.code for d in findings] == ["KIN001", "KIN002", "KIN003", "KIN009"]
+    assert "cannot run 3 of 4" in findings[3].message
     assert [text.encode()[slice(*(d.span or (0, 0)))].decode() for d in findings[:2]] == [far, odd]
     assert "joint 5" in findings[2].message
     assert [m.event for m in moves] == [0]
+
+
+def test_a_start_that_nobody_knows_is_supposed_near_zero_and_followed() -> None:
+    """Hand-written confdata and monitoring off: the posture is one of the eight, the one nearest to the arm at zero."""
+    odd = [p.replace("[-1,0,-1,0]", "[-1,0,-1,5]") for p in (P1, P2)]
+    assert P1 not in odd
+    moves, findings, _ = read(f"ConfJ\\Off;\nConfL\\Off;\nMoveJ {odd[0]},v200,fine,t1;\nMoveL {odd[1]},v50,fine,t1;")
+    assert [(d.code, d.severity) for d in findings] == [("KIN008", "warning")]
+    stated, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},v50,fine,t1;")
+    np.testing.assert_allclose([m.q for m in moves], [m.q for m in stated], atol=1e-9)
 
 
 def test_a_statement_in_a_loop_is_wrong_once() -> None:

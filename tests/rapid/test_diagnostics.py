@@ -25,7 +25,7 @@ def test_unknown_tool() -> None:
         "  |\n"
         "4 |   MoveL p,v5,z0,tTorch\\WObj:=wobj0;\n"
         "  |                 ^^^^^^\n"
-        "  = help: give the file that declares `tTorch` too, often a system module such as user.sys or CalibData.mod"
+        "  = help: give the file that declares `tTorch` too (`--with FILE`), often user.sys, CalibData.mod or another task's"
     )
 
 

@@ -1,0 +1,49 @@
+"""How far the torch is off, before and after: the figures of a conversion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.compensate.outcomes import in_transition
+from postproc.compensate.plan import Plan
+from postproc.compensate.proof import Deviation
+from postproc.motion.values import Flags
+from postproc.rapid.events import MotionEvent
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """Largest deviations [m] along the motions of the files that may change.
+
+    Args:
+        before, after: along lines and arcs, at steady speed; transient: while the speed changes.
+        transition: where the correction jumps; joint_move: of joint moves.
+    """
+
+    before: float
+    after: float
+    transient: float
+    transition: float
+    joint_move: float
+
+
+def figures_of(plan: Plan, events: Sequence[MotionEvent], before: Deviation, after: Deviation) -> Figures:
+    """The largest deviations along a program as it was and as it is written."""
+    own = np.array([not events[move.event].statement.source.lent for move in plan.motion.moves])
+    mine = own[after.owner]
+    passing = in_transition(plan, after)
+    return Figures(
+        before.largest(_counted(before.space & own[before.owner], before.steady)),
+        after.largest(_counted(after.space & mine & ~passing, after.steady)),
+        after.largest(after.space & mine & ~after.steady & ~passing),
+        after.largest(passing & mine),
+        after.largest(~after.space & mine),
+    )
+
+
+def _counted(space: Flags, steady: Flags) -> Flags:
+    """Samples whose deviation is the result: at steady speed, or all of them where the speed is never steady."""
+    return space & steady if (space & steady).any() else space

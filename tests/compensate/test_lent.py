@@ -1,0 +1,125 @@
+"""Files that are read along and never changed, and data that counts as constant."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from postproc.compensate.options import Options
+from postproc.convert import Conversion, compensate_program
+from postproc.diagnostics import Source
+from postproc.model.file import default_model
+
+E9 = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+TOOL = "PERS tooldata t:=[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]];"
+
+
+def target(x: float, y: float = 0.0, z: float = 900.0) -> str:
+    return f"[[{x},{y},{z}],[0,0,1,0],[0,0,0,0],{E9}]"
+
+
+def convert(*files: tuple[str, str, bool], **options: object) -> Conversion:
+    sources = [Source(name, text.encode(), lent) for name, text, lent in files]
+    return compensate_program(sources, default_model(), Options(inertia=False, **options))  # type: ignore[arg-type]
+
+
+def numbers(text: bytes, word: bytes) -> list[list[float]]:
+    """The position in every statement of the text that starts with a word and names its numbers."""
+    found = re.findall(rb"(?m)^\s*" + word + rb"[^;\n]*?\[\[([^]]*)\]", text)
+    return [[float(x) for x in row.split(b",")] for row in found]
+
+
+OWN = f"""MODULE Own
+  CONST robtarget mine:={target(1300)};
+  PROC rSeam()
+    MoveJ there,v100,fine,t;
+    MoveL mine,v100,fine,t;
+    rBack;
+  ENDPROC
+ENDMODULE
+"""
+LENT = f"""MODULE Cell
+  {TOOL}
+  CONST robtarget there:={target(1250, 100)};
+  PROC main()
+    MoveJ {target(1200)},v100,fine,t;
+    rSeam;
+  ENDPROC
+  PROC rBack()
+    MoveL {target(1200, 50)},v100,fine,t;
+    MoveL Offs(mine,0,0,50),v100,fine,t;
+  ENDPROC
+  PROC rNeverCalled()
+    MoveL nowhere,v100,fine,tNowhere;
+  ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.fixture(scope="module")
+def lent() -> Conversion:
+    return convert(("own.mod", OWN, False), ("cell.sys", LENT, True))
+
+
+def test_only_the_program_is_written_and_judged(lent: Conversion) -> None:
+    assert list(lent.outputs) == ["own.mod"]
+    assert [(o.statement.module, o.status) for o in lent.outcomes] == [("Own", "compensated")] * 2
+    assert not [d for d in lent.diagnostics if d.code in ("CMP005", "RAP020")]
+    assert lent.report["max_error_after_mm"] < 0.01 < lent.report["max_error_before_mm"]
+
+
+def test_a_target_that_a_lent_file_declares_is_written_where_it_is_used(lent: Conversion) -> None:
+    text = lent.outputs["own.mod"]
+    assert b"there" not in text
+    whole = convert(("own.mod", OWN, False), ("cell.sys", LENT.replace("MoveL nowhere,v100,fine,tNowhere;", ""), False))
+    declared = numbers(whole.outputs["cell.sys"], rb"CONST robtarget there")
+    np.testing.assert_allclose(numbers(text, rb"MoveJ"), declared, atol=0.002)
+    assert abs(declared[0][2] - 900) > 0.05
+
+
+def test_a_target_used_in_a_lent_file_too_is_edited_where_it_serves_as_derived(lent: Conversion) -> None:
+    """`Offs(mine,..)` of the lent routine moves with `mine`, which the program declares."""
+    assert numbers(lent.outputs["own.mod"], rb"CONST robtarget mine") != [[1300.0, 0.0, 900.0]]
+
+
+MEASURED = f"""MODULE M
+  {TOOL}
+  PROC main()
+    Calibrate;
+    MoveJ {target(1200)},v100,fine,t;
+    MoveL {target(1300, 150)},v100,fine,t;
+  ENDPROC
+  PROC Calibrate()
+    BEUpdateTcp t;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_a_tool_that_the_program_measures_is_taken_as_it_stands_on_request() -> None:
+    refused = convert(("m.mod", MEASURED, False))
+    assert not refused.outputs
+    (finding,) = [d for d in refused.diagnostics if d.code == "RAP023"]
+    assert finding.help.endswith("say `--constant t`")
+    assert "BEUpdateTcp" in finding.message or "written" in finding.message
+    taken = convert(("m.mod", MEASURED, False), constants=("T",))
+    plain = convert(("m.mod", MEASURED.replace("BEUpdateTcp t;", ""), False))
+    assert taken.output is not None and plain.output is not None
+    assert numbers(taken.output, rb"Move[JL]") == numbers(plain.output, rb"Move[JL]")
+
+
+def test_a_constant_that_is_not_there_is_said() -> None:
+    found = convert(("m.mod", MEASURED, False), constants=("t", "tt"))
+    assert [d.message for d in found.diagnostics if d.code == "RAP034"] == [
+        "`tt`, which is to be constant, is declared in none of the files"
+    ]
+
+
+def test_data_without_a_value_has_that_of_another_task() -> None:
+    own = MEASURED.replace("BEUpdateTcp t;", "").replace(TOOL, TOOL.split(":=")[0] + ";")
+    assert "RAP020" in {d.code for d in convert(("m.mod", own, False)).diagnostics}
+    other = f"MODULE Other\n  {TOOL}\n  PERS num n:=1;\nENDMODULE\n"
+    found = convert(("m.mod", own, False), ("other.mod", other, True))
+    assert found.outputs and not [d for d in found.diagnostics if d.code in ("RAP012", "RAP020")]
