@@ -11,7 +11,8 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.options import ConvertOptions, Flag, ReportFile
+from postproc.cli.conversion import ConvertOptions
+from postproc.cli.options import Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
 from postproc.cli.report import print_json, say

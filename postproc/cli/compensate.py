@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from postproc.cli.conversion import ConvertOptions
 from postproc.cli.finish import finish
-from postproc.cli.options import ConvertOptions, Flag, Output, ReportFile
+from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show

@@ -5,20 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.inputs import load_measurements, load_model
-from postproc.compensate.options import Options
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.cli.inputs import load_measurements
 
 if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
-    from postproc.model.arm import Model
     from postproc.robot.arm import Robot
-
-Vector = tuple[float, float, float]
 
 
 def _positive(_: object, value: float | None) -> None:
@@ -33,7 +28,6 @@ def _distance(_: object, value: float) -> None:
 
 Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
-VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Noise = Annotated[float | None, Parameter(name="--noise", validator=_positive)]
 Flag = Annotated[bool, Parameter(show_default=False)]
@@ -42,76 +36,6 @@ SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, sho
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
-
-
-def parse_vector(option: str, text: str) -> Vector:
-    """Three numbers with commas between them, ``200,-200,-200``.
-
-    Raises:
-        PostprocError: anything else (CLI006).
-    """
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        x = y = z = math.nan
-    if not all(map(math.isfinite, (x, y, z))):
-        help_ = f"write `{option} 200,-200,-200`"
-        raise PostprocError(Diagnostic("CLI006", "error", f"`{option} {text}` is not three numbers", help=help_))
-    return x, y, z
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class ConvertOptions:
-    """The real arm, what acts on it, and how near it has to come.
-
-    Attributes:
-        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
-        robot: arm of the library, in place of the model's.
-        force: force on the TCP in base axes [N], FX,FY,FZ.
-        moment: moment on the TCP in base axes [N m], MX,MY,MZ.
-        force_on: where the force acts: along the whole program, or while the arc burns.
-        inertia: compensate the deflection under sustained acceleration.
-        tolerance: largest distance from the programmed path [mm].
-        template: folder of Jinja templates in place of the shipped ones.
-        effects: Python file with effects of your own; its code is run. May be repeated.
-        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
-    """
-
-    model: ModelFile = None
-    robot: str | None = None
-    force: VectorText = "0,0,0"
-    moment: VectorText = "0,0,0"
-    force_on: Literal["all", "arc"] = "all"
-    inertia: Literal["on", "off"] = "on"
-    tolerance: Tolerance = 0.01
-    template: Path | None = None
-    effects: EffectFiles = ()
-    side_files: SideFiles = ()
-    constant: Names = ()
-
-    @property
-    def inputs(self) -> tuple[str | Path | None, ...]:
-        """Files that are read."""
-        return (self.model, self.robot, *self.effects, *self.side_files)
-
-    def arm(self) -> Model:
-        """The model, with another arm where one is named."""
-        return load_model(self.model, self.robot, self.effects)
-
-    def options(self, entry: str | None = None) -> Options:
-        """What the conversion is asked for; ``entry`` is the routine that runs first."""
-        return Options(
-            tolerance_m=self.tolerance * 1e-3,
-            force=parse_vector("--force", self.force),
-            moment=parse_vector("--moment", self.moment),
-            force_on=self.force_on,
-            inertia=self.inertia == "on",
-            template_dir=self.template,
-            constants=self.constant,
-            entry=entry,
-        )
 
 
 @Parameter(name="*")

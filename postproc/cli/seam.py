@@ -8,8 +8,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from postproc.cli.conversion import ConvertOptions
 from postproc.cli.inputs import read_source
-from postproc.cli.options import ConvertOptions, Distance, Flag, Tolerance
+from postproc.cli.options import Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent
 from postproc.cli.report import print_json, say, show
