@@ -14,9 +14,9 @@ from inline_snapshot import snapshot
 
 from postproc import __version__
 from postproc.cli.app import build
+from postproc.cli.conversion import parse_vector
 from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
-from postproc.cli.options import parse_vector
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, show
 from postproc.cli.run import run
