@@ -85,4 +85,5 @@ def unit_suffix(unit: str) -> str:
 
 def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
     """Spread one number, or numbers along the last axis, over a parameter's shape."""
-    return np.broadcast_to(np.asarray(value, dtype=float), shape)
+    array = np.asarray(value, dtype=float)
+    return array if array.shape == shape else np.broadcast_to(array, shape)

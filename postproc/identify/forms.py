@@ -109,17 +109,21 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
         chunk = max(1, int(4e7 / (len(linear.residual) * width)))
         for at in range(0, len(members), chunk):
             some = members[at : at + chunk]
+            forming = np.array([forms[i].forming for i in some])
+            flexible = np.array([forms[i].effect.roughness() is not None for i in some])
             stacked = np.hstack([forms[i].columns * forms[i].scale for i in some])
-            inside = linear.nuisance.T @ stacked
-            for k, i in enumerate(some):
-                own = slice(k * width, (k + 1) * width)
-                flexible = forms[i].effect.roughness() is not None
-                result[i] = gain(linear, stacked[:, own], inside[:, own], forms[i].forming, flexible)
+            for i, found in zip(some, _gains(linear, stacked, forming, flexible), strict=True):
+                result[i] = found
     return result
 
 
-def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexible: bool = False) -> Gain:
-    """What columns C, each for an ordinary size of its parameter, would bring.
+def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
+    """The gain of (N, m) columns, each for an ordinary size of its parameter."""
+    return _gains(linear, columns, np.array([forming]), np.array([flexible]))[0]
+
+
+def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: NDArray[np.bool_]) -> list[Gain]:
+    """What each of M groups of columns C, side by side in (N, M m), would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
     the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
@@ -127,38 +131,41 @@ def gain(linear: Linear, columns: Array, inside: Array, forming: int = 0, flexib
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
 
     Args:
-        inside: U^T C, what of the columns the fitted parameters do as well; M = I - U U^T.
+        forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function.
     """
-    from scipy.linalg import solve_triangular
-    from scipy.linalg.lapack import dpstrf
-
-    before, freedom = linear.square, float(linear.freedom)
-    G = columns.T @ columns - inside.T @ inside
-    length = np.linalg.norm(columns, axis=0)
-    unit = np.where(length > 0, length, 1.0)
-    normal = G / np.outer(unit, unit)
-    R, pivot, count, _ = dpstrf(normal, tol=DIM)
-    # It does not look at the size of the first pivot.
-    if np.diag(normal).max() <= DIM or freedom - count - forming < 1:
-        return NOTHING
-    b = columns.T @ linear.rest
-    along = solve_triangular(R[:count, :count], (b / unit)[pivot[:count] - 1], trans="T")
-    fall = min(float(along @ along), before)
-    s2 = max(before - fall, 1e-12 * before) / (freedom - count - forming)
+    before, freedom, M = linear.square, float(linear.freedom), len(forming)
+    C = stacked.reshape(len(stacked), M, -1).transpose(1, 0, 2)
+    inside = (linear.nuisance.T @ stacked).reshape(-1, M, C.shape[2]).transpose(1, 0, 2)
+    G = C.transpose(0, 2, 1) @ C
+    length = np.diagonal(G, axis1=1, axis2=2)
+    G = G - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)
-    value, part = np.maximum(value, 0.0), (vector.T @ b) ** 2
-    bayes = -np.inf
+    value = np.maximum(value, 0.0)
+    part = np.einsum("mij,mi->mj", vector, (stacked.T @ linear.rest).reshape(M, -1)) ** 2
+    # How much of each direction the fitted parameters leave, against what it is in columns of length one.
+    seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
+    count = seen.sum(axis=1)
+    fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
+    left = freedom - count - forming
+    s2 = np.maximum(before - fall, 1e-12 * before) / np.maximum(left, 1.0)
+    worth = np.full(M, -np.inf)
     for decade in DECADES:
-        width = (WIDE * decade) ** 2 / s2
-        q = float(np.sum(width * part / (1 + width * value)))
-        gained = freedom * np.log(before / max(before - q, 1e-12 * before)) - float(np.sum(np.log1p(width * value)))
-        bayes = max(bayes, gained - 2 * np.log(decade))
+        width = ((WIDE * decade) ** 2 / s2)[:, None]
+        q = np.sum(width * part / (1 + width * value), axis=1)
+        gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
+        worth = np.maximum(worth, gained - np.sum(np.log1p(width * value), axis=1) - 2 * np.log(decade))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
-    worth = bayes - 0.5 * forming * float(np.log(freedom))
-    if flexible:
+    worth -= 0.5 * forming * np.log(freedom)
+    result = []
+    for m in range(M):
+        if not count[m] or left[m] < 1:
+            result.append(NOTHING)
+            continue
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
-        worth = min(worth, schwarz(before, fall, count, freedom, 1.0))
-    return Gain(fall, count + forming, float(np.sqrt(max(np.trace(G), 0.0))), worth)
+        most = schwarz(before, fall[m], count[m], freedom, 1.0) if flexible[m] else np.inf
+        visible = float(np.sqrt(value[m].sum()))
+        result.append(Gain(float(fall[m]), int(count[m] + forming[m]), visible, float(min(worth[m], most))))
+    return result
 
 
 def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:

@@ -226,7 +226,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         columns = columns_of(screen, linear, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
-        trial = gain(linear, columns, linear.nuisance.T @ columns, forming, flexible)
+        trial = gain(linear, columns, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
         tuned = not same and len(new.vector()) == len(effect.vector())
