@@ -68,7 +68,7 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
-        beside: key of the effect that this one is defined beside: a diagnosis names that one first.
+        beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
 
     What is not given is taken from the class it derives from.
     """

@@ -18,6 +18,7 @@ FLOOR = 0.05
 class BearingTilt(
     Effect,
     reads=("load", "robot"),
+    beside="joint_compliance",
     confused_with={
         "base_compliance": "for joint 1, a second reflector on the base",
         "link_compliance": "measured orientations: a beam bends as well as it turns",

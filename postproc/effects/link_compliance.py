@@ -14,6 +14,7 @@ from postproc.effects.geometry import distal_point, long_bodies
 class LinkCompliance(
     Effect,
     reads=("load", "robot"),
+    beside="joint_compliance",
     confused_with={
         "joint_compliance": "forces across the plane of motion of joints 2 and 3, and measured orientations",
         "bearing_tilt": "measured orientations: a beam turns less than it bends, a bearing only turns",

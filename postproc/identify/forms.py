@@ -43,8 +43,8 @@ class Form:
 
 
 WIDE = 3.0
-DECADES = (1.0, 10.0, 100.0)
-"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large for odds of ten, and so on."""
+DECADES = (0.1, 1.0, 10.0, 100.0)
+"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""
 DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
@@ -127,7 +127,7 @@ def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: 
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
     the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
-    decade more, w = 3 d, for 2 log d. Directions that the data cannot see cost and bring nothing.
+    decade more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
 
     Args:
@@ -153,7 +153,7 @@ def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: 
         width = ((WIDE * decade) ** 2 / s2)[:, None]
         q = np.sum(width * part / (1 + width * value), axis=1)
         gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
-        worth = np.maximum(worth, gained - np.sum(np.log1p(width * value), axis=1) - 2 * np.log(decade))
+        worth = np.maximum(worth, gained - np.sum(np.log1p(width * value), axis=1) - 2 * abs(np.log(decade)))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
     worth -= 0.5 * forming * np.log(freedom)
     result = []

@@ -106,7 +106,7 @@ def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> f
 
     nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
     with S and S' the sums of squares without the effect and with it, C its columns at the fit, a its amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, or a decade more as in `gain`, what only forms
+    how far each parameter scatters: amplitudes by three ordinary sizes, or a decade more or less as in `gains`, what only forms
     the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
     Source: MacKay (2003), Ch. 27.
 
@@ -130,7 +130,7 @@ def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> f
         strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(wide, wide)), 0.0)
         far = s2 * float(np.sum((x[amplitude] / wide[amplitude]) ** 2))
         gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
-        worth = max(worth, float(gained) - 2 * float(np.log(decade)))
+        worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
     return worth
 
 

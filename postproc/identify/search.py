@@ -116,7 +116,10 @@ def _at_a_loss(fit: Fit, best: Candidate) -> bool:
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
-    """What is defined beside another effect that is missing as well is worth nothing before that one is in."""
+    """What stands beside another effect that is missing as well is worth nothing before that one is in.
+
+    Every arm winds up in its joints: what else bends, a model without those springs cannot tell.
+    """
     beside = type(candidate.effect).beside
     first = any(c.key == beside and c.evidence > 0 for c in found)
     return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate

@@ -110,13 +110,14 @@ class Screen:
 
 
 def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
-    """Three lines in the spectrum of one joint, or one more line beside a map, are a map of its errors.
+    """Three lines in the spectrum of one joint, or four orders in all, or one more line beside a map, are a map.
 
-    Not an eccentric gear. Beside a map: on a mapped joint, or on any where three joints or more have one (one kind of
-    gear is in all of them).
+    Not eccentric gears: those have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a
+    mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
     """
-    joint = getattr(effect, "joint", ())
-    return len(mapped) > 2 or bool(np.max(np.bincount(joint, minlength=1)) > 2) or bool(set(joint) & set(mapped))
+    joint, order = getattr(effect, "joint", ()), getattr(effect, "order", ())
+    many = int(np.max(np.bincount(joint, minlength=1))) > 2 or len(set(order)) > 3
+    return many or len(mapped) > 2 or bool(set(joint) & set(mapped))
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
