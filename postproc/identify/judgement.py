@@ -106,7 +106,7 @@ def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> f
 
     nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
     with S and S' the sums of squares without the effect and with it, C its columns at the fit, a its amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, or a decade more or less as in `gains`, what only forms
+    how far each parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms
     the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
     Source: MacKay (2003), Ch. 27.
 
