@@ -134,6 +134,8 @@ def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: 
         forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function.
     """
     before, freedom, M = linear.square, float(linear.freedom), len(forming)
+    if freedom < 2:
+        return [NOTHING] * M
     C = stacked.reshape(len(stacked), M, -1).transpose(1, 0, 2)
     inside = (linear.nuisance.T @ stacked).reshape(-1, M, C.shape[2]).transpose(1, 0, 2)
     G = C.transpose(0, 2, 1) @ C
