@@ -9,6 +9,7 @@ from cyclopts import Parameter
 from postproc.cli.options import Flag, Noise, Output, TableOptions
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.report import print_json, say
+from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect, load_effect_file
 from postproc.identify.add import grown
@@ -40,9 +41,13 @@ def run(
     """
     check_outputs((data, *table.inputs, robot), output)
     arm = load_robot(robot)
+    words = [word.strip() for word in effects.split(",") if word.strip()]
+    if not words:
+        help_ = "write `--effects instrument_frame,tool_frame,joint_offset,joint_compliance`"
+        raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
     classes: list[type[Effect]] = []
-    for word in effects.split(","):
-        classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word.strip(), effect_library())]
+    for word in words:
+        classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     measured = table.read(data, arm)
     sigma = None if noise is None else noise * 1e-3
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
@@ -56,6 +61,6 @@ def run(
     else:
         (say if output is None else print)(fit.text())
         if output is not None:
-            files = "".join(f" --effects {word}" for word in effects.split(",") if word.endswith(".py"))
+            files = "".join(f" --effects {word}" for word in words if word.endswith(".py"))
             say(f"next: `postproc diagnose {output} {data}{table.words}{files}` says whether an effect is missing")
     return 0

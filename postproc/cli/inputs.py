@@ -56,6 +56,8 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     library = effect_library(effects)
     if path is None:
         return default_model(robot or DEFAULT_ROBOT)
+    if path.suffix.lower() == ".csv":
+        raise _error("CLI012", f"`{path}` is a table, not a model", "the model comes first, then the table")
     model = parse_model(read_source(str(path)), library)
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 

@@ -42,6 +42,7 @@ def run(app: App, arguments: Sequence[str]) -> int:
 
 def _call(app: App, arguments: Sequence[str]) -> object:
     from cyclopts import CycloptsError
+    from cyclopts.exceptions import UnusedCliTokensError
 
     try:
         return app(arguments)
@@ -49,6 +50,9 @@ def _call(app: App, arguments: Sequence[str]) -> object:
         text = " ".join(str(error).split())
         command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
         help_ = f"`postproc {command} --help` lists what is allowed"
+        if isinstance(error, UnusedCliTokensError):
+            text = "nothing takes " + ", ".join(f"`{token}`" for token in error.unused_tokens or ())
+            help_ += "; write lists with commas and without spaces"
         raise PostprocError(Diagnostic("CLI001", "error", text, help=help_)) from None
 
 

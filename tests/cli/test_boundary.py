@@ -34,6 +34,28 @@ error[CLI001]: Unknown option: --loud.
 """)
 
 
+def test_what_nothing_takes_is_named(call: Call) -> None:
+    outcome = call("compensate", "weld.mod", "--force", "200", "-200", "-200")
+    assert outcome.code == 2
+    assert outcome.err == snapshot("""\
+error[CLI001]: nothing takes `-200`, `-200`
+  = help: `postproc compensate --help` lists what is allowed; write lists with commas and without spaces
+""")
+
+
+def test_a_table_before_the_model_is_told_so(call: Call, samples: Path) -> None:
+    table = samples / "measurements" / "simulated_backlash.csv"
+    outcome = call("compare", table, "cell.toml")
+    assert (outcome.code, outcome.err.split(":")[0]) == (2, "error[CLI012]")
+
+
+@pytest.mark.parametrize("effects", ["", " , "])
+def test_a_fit_of_nothing_is_refused(call: Call, samples: Path, effects: str) -> None:
+    table = samples / "measurements" / "simulated_backlash.csv"
+    outcome = call("fit", table, "--robot", "ur5", "--effects", effects)
+    assert (outcome.code, outcome.err.split(":")[0]) == (2, "error[CLI011]")
+
+
 def test_unknown_command_names_a_near_one(call: Call) -> None:
     outcome = call("explian", "CLI001")
     assert outcome.code == 2
