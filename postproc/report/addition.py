@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from postproc.identify.add import Addition
-from postproc.identify.wording import FEW, fitted_values
 from postproc.report.charts import bars
 from postproc.report.document import plain
-from postproc.report.page import Section, render_page, table
+from postproc.report.page import Section, render_page
+from postproc.report.parameters import parameter_table
 from postproc.report.residuals import channel_section, workspace_section
 
 EACH = "Rms per axis on rows that the fit has not seen, everything fitted again without the effect: long bars matter."
@@ -37,17 +37,6 @@ def addition_page(name: str, found: Addition) -> str:
         Section("What each effect is worth", bars(without, "mm", floor if noise else None), EACH),
         workspace_section(found.fit, "Where it is off now"),
         channel_section(found.fit, noise, "What the rest follows"),
-        Section("Parameters", table(("effect", "parameter", "value", "± 1 σ", "unit"), _parameters(found))),
+        Section("Parameters", parameter_table(found.fit, [e.key for e in found.fit.model.effects])),
     ]
     return render_page(f"postproc add {name}", found.text().splitlines()[0], sections, document, key)
-
-
-def _parameters(found: Addition) -> list[tuple[object, ...]]:
-    rows: list[tuple[object, ...]] = []
-    for effect in found.fit.model.effects:
-        values = list(fitted_values(found.fit, effect.key))
-        if len(values) > 4 * FEW:
-            rows.append((effect.key, f"{len(values)} numbers, in the model file", None, None, ""))
-        else:
-            rows += [(effect.key, *value) for value in values]
-    return rows

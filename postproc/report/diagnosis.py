@@ -6,10 +6,11 @@ from typing import Any
 
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.fitted import Fit
-from postproc.identify.wording import FREE, p_text, place, values_lines
+from postproc.identify.wording import FREE, p_text, place
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
+from postproc.report.parameters import parameter_table
 from postproc.report.residuals import channel_section, suspect_chart, workspace_section
 
 LOOKS = (
@@ -80,11 +81,10 @@ def _found(document: dict[str, Any], final: Fit) -> Section:
         title = effect.title if effect is not None else ""
         other = ", ".join(m["not_separable_from"]) or "nothing"
         error = m["held_out_rms_mm_after"]
-        values = "; ".join(values_lines(final, m["effect"]))
-        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), error, other, values))
-    columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from", "parameters")
-    note = "Parameters with their standard deviations. `postproc add` with these names writes the model that has them."
-    return Section("What is missing", table(columns, rows), note)
+        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), error, other))
+    columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from")
+    values = parameter_table(final, [m["effect"] for m in document["missing"]])
+    return Section("What is missing", table(columns, rows) + values, "`postproc add` writes the model that has it.")
 
 
 def _ranking(document: dict[str, Any]) -> Section:

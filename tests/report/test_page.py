@@ -167,8 +167,8 @@ def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
     assert "<dt>missing</dt><dd>backlash</dd>" in page
     assert Backlash.title in page
     gap = found.final.model.effect("backlash").vector()  # type: ignore[union-attr]
-    assert f"half_gap[2] {1e3 * gap[1]:.4f} ± " in page
-    assert f"half_gap[4] {1e3 * gap[3]:.4f} ± " in page
+    assert f'<td>half_gap[2]</td><td class="number">{1e3 * gap[1]:.4g}</td>' in page
+    assert f'<td>half_gap[4]</td><td class="number">{1e3 * gap[3]:.4g}</td>' in page
     assert "half_gap[1]" not in page.split('id="document"')[0]
 
 
