@@ -133,7 +133,7 @@ class Comparison:
         lines = [
             f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
-            _without_physics(j["rms_mm"], j["bound_mm"]),
+            _without_physics(j["rms_mm"], j["bound_mm"], j["noise_mm"]),
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
@@ -149,7 +149,9 @@ class Comparison:
         return "\n".join(lines)
 
 
-def _without_physics(rms_mm: float, bound_mm: float) -> str:
+def _without_physics(rms_mm: float, bound_mm: float, noise_mm: float | None) -> str:
+    if noise_mm is not None and rms_mm < 1.2 * noise_mm:
+        return "What is left is of the size of the noise."
     if bound_mm > 0.9 * rms_mm:
         return (
             "No smooth function of the channels does much better; `postproc diagnose` also looks for steps, waves and "

@@ -264,6 +264,9 @@ def test_comparing_shows_where_the_residual_lives():
     assert j["rms_mm"] > j["bound_mm"] > 0.5 * j["noise_mm"]
     assert j["channels"][0]["channel"].startswith("dir") and j["channels"][0]["where"].startswith("joint")
     assert j["worst"][0]["error_mm"] == j["maximum_mm"]
+    assert f"brings it to {j['bound_mm']:.3f} mm" in found.text()
+    clean, _ = cell(seed=101)
+    assert "What is left is of the size of the noise." in compare(base_fit(clean).recorded(), clean).text()
 
 
 def test_predictions_keep_the_rows_and_carry_their_deviation():
