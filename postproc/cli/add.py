@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, Noise, Output, ReportFile, TableOptions
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -20,8 +20,7 @@ def run(
     data: str,
     effects: EffectFiles = (),
     output: Output = None,
-    noise: Noise = None,
-    table: TableOptions = TableOptions(),
+    table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
@@ -35,7 +34,6 @@ def run(
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: model file to write; comments of the model survive.
-        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
         report: HTML page to write.
         json: print the postproc/fit/1 document.
     """
@@ -45,7 +43,7 @@ def run(
     check_outputs((model, data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = add_effects(arm, measured, effect, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    found = add_effects(arm, measured, effect, own_effects(effects), noise=table.sigma)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
         write(report, addition_page(f"{model.name} {Path(data).name}", found).encode())

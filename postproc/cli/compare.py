@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say
 from postproc.identify.compare import compare
@@ -18,8 +18,7 @@ def run(
     /,
     *,
     effects: EffectFiles = (),
-    noise: Noise = None,
-    table: TableOptions = TableOptions(),
+    table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
@@ -29,14 +28,13 @@ def run(
         model: TOML file of the arm.
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
-        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
         report: HTML page to write.
         json: print the postproc/compare/1 document.
     """
     check_outputs((model, data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = compare(arm, measured, noise=None if noise is None else noise * 1e-3)
+    found = compare(arm, measured, noise=table.sigma)
     if report is not None:
         write(report, comparison_page(f"{model.name} {Path(data).name}", found).encode())
     if json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, Noise, ReportFile, TableOptions
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, show
 from postproc.identify.diagnose import diagnose
@@ -18,8 +18,7 @@ def run(
     /,
     *,
     effects: EffectFiles = (),
-    noise: Noise = None,
-    table: TableOptions = TableOptions(),
+    table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:
@@ -31,14 +30,13 @@ def run(
         model: TOML file of the arm.
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own, which take part; its code is run. May be repeated.
-        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
         report: HTML page to write.
         json: print the postproc/diagnose/1 document.
     """
     check_outputs((model, data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = diagnose(arm, measured, own_effects(effects), noise=None if noise is None else noise * 1e-3)
+    found = diagnose(arm, measured, own_effects(effects), noise=table.sigma)
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
         write(report, diagnosis_page(f"{model.name} {Path(data).name}", found).encode())

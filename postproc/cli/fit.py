@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.options import Flag, Noise, Output, TableOptions
+from postproc.cli.options import Flag, MeasuredOptions, Output
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -25,8 +25,7 @@ def run(
     robot: str,
     effects: Annotated[str, Parameter(name="--effects")],
     output: Output = None,
-    noise: Noise = None,
-    table: TableOptions = TableOptions(),
+    table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
     """Fit the model of an arm to measured poses. Without -o the model file goes to stdout.
@@ -36,7 +35,6 @@ def run(
         robot: library name, or a robot TOML or URDF file.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
         output: model file to write.
-        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
         json: print the postproc/fit/1 document.
     """
     check_outputs((data, *table.inputs, robot), output)
@@ -49,12 +47,11 @@ def run(
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     measured = table.read(data, arm)
-    sigma = None if noise is None else noise * 1e-3
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
-    fit = fit_model(Model(arm, robot_name=robot), measured, plain, noise=sigma)
+    fit = fit_model(Model(arm, robot_name=robot), measured, plain, noise=table.sigma)
     for cls in dict.fromkeys(classes):
         if cls.structures():
-            fit = grown(fit, cls, sigma)
+            fit = grown(fit, cls, table.sigma)
     write_model(output, fit.recorded(), silent=json)
     if json:
         print_json(fit.as_json())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,7 +29,6 @@ def _distance(_: object, value: float) -> None:
 Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-Noise = Annotated[float | None, Parameter(name="--noise", validator=_positive)]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
@@ -59,10 +58,25 @@ class TableOptions:
     @property
     def words(self) -> str:
         """The options as they were written, for a command that reads the same table."""
-        return "".join(
-            f" --{name} {value}" for name, value in (("program", self.program), ("columns", self.columns)) if value
-        )
+        return "".join(f" --{f.name} {value}" for f in fields(self) if (value := getattr(self, f.name)) is not None)
 
     def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
         """The table of that name; see ``load_measurements``."""
         return load_measurements(data, robot, self.program, self.columns, measured)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class MeasuredOptions(TableOptions):
+    """How measurements are read and weighed.
+
+    Attributes:
+        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
+    """
+
+    noise: Annotated[float | None, Parameter(validator=_positive)] = None
+
+    @property
+    def sigma(self) -> float | None:
+        """The stated noise [m]."""
+        return None if self.noise is None else self.noise * 1e-3

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, Noise, Output, TableOptions
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -27,8 +27,7 @@ def run(
     output: Output = None,
     rapid: Path | None = None,
     effects: EffectFiles = (),
-    noise: Noise = None,
-    table: TableOptions = TableOptions(),
+    table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
@@ -41,14 +40,12 @@ def run(
         output: CSV file to write, a table whose measured columns are to be filled in. Default: stdout.
         rapid: RAPID program to write that visits the poses, from the stated sides, with waits.
         effects: Python file with effects of your own; its code is run. May be repeated.
-        noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
         json: print the postproc/plan/1 document.
     """
     check_outputs((model, data, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    sigma = None if noise is None else noise * 1e-3
-    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=sigma)
+    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma)
     say(plan.text())
     text = plan.as_csv()
     if rapid is not None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from postproc.cli.options import MeasuredOptions
 from tests.independent import library_effects as hidden
 from tests.independent.hidden_effects import Plan, make_set
 
@@ -147,7 +148,7 @@ def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_pat
         (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "-o", "{data}"), "CLI007"),
         (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0"), "CLI001"),
         (("compare", "none.toml", "{data}"), "CLI002"),
-        (("compare", "{data}", "{data}"), "MOD001"),
+        (("compare", "{data}", "{data}"), "CLI012"),
         (("compare", "{model}", "{program}"), "DAT"),
         (("compare", "{model}", "{model}"), "DAT"),
         (("add", "{model}", "backlsh", "--data", "{data}"), "EFF020"),
@@ -175,3 +176,12 @@ def test_bad_input(call: Call, cell: Path, samples: Path, arguments: tuple[str, 
     assert outcome.out == ""
     assert f"error[{code}" in outcome.err
     assert (cell / "fit.csv").read_bytes() == before
+
+
+def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path, tmp_path: Path) -> None:
+    fitted = call(
+        "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0.03", "-o", tmp_path / "m"
+    )
+    assert f"`postproc diagnose {tmp_path / 'm'} {cell / 'fit.csv'} --noise 0.03`" in fitted.err
+    assert MeasuredOptions(columns="map.toml", program="p.mod").words == " --program p.mod --columns map.toml"
+    assert MeasuredOptions(noise=0.03).sigma == pytest.approx(3e-5)
