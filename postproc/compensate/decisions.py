@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from postproc.compensate.sharing import Users, fully_wished
+from postproc.compensate.sharing import Users, fully_wished, led_elsewhere
 from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
 from postproc.rapid.events import MotionEvent, Origin
 from postproc.rapid.records import Pose, RobTarget
@@ -84,7 +84,8 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
         for place in _places(wish):
             places.setdefault(place, []).append(wish)
         arguments.setdefault((key_of(events[wish.event].statement), wish.role), []).append(wish)
-    complete = fully_wished(events, [w.event for w in wishes])
+    wished = [w.event for w in wishes]
+    complete, astray = fully_wished(events, wished), led_elsewhere(events, wished)
     bases: dict[StatementKey, set[str]] = {}
     for name, use in users.items():
         for key in use.derived:
@@ -92,7 +93,7 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
 
     editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
     while True:
-        refused, following = _refuse(events, arguments, editable, bases, complete)
+        refused, following = _refuse(events, arguments, editable, bases, complete, astray)
         # A declaration stays as it is when a statement that uses it does.
         kept = editable
         if refused:
@@ -142,6 +143,7 @@ def _refuse(
     editable: set[PlaceKey],
     bases: Mapping[StatementKey, set[str]],
     complete: frozenset[StatementKey],
+    astray: frozenset[StatementKey],
 ) -> tuple[dict[StatementKey, str], dict[StatementKey, frozenset[str]]]:
     """Statements for which no text can be found, with the reason, and those that follow what they are derived from."""
     edited: set[str] = set()
@@ -166,7 +168,7 @@ def _refuse(
             refused[key] = LENT
         elif not _agree(group) and (key not in complete or _displaced(events, group) is None):
             refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
-        elif any(events[w.event].elsewhere for w in group):
+        elif key in astray or any(events[w.event].elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from postproc.compensate.outcomes import in_transition
+from postproc.compensate.outcomes import in_transition, own_moves
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.motion.values import Flags
@@ -32,7 +30,7 @@ class Figures:
 
 def figures_of(plan: Plan, events: Sequence[MotionEvent], before: Deviation, after: Deviation) -> Figures:
     """The largest deviations along a program as it was and as it is written."""
-    own = np.array([not events[move.event].statement.source.lent for move in plan.motion.moves])
+    own = own_moves(plan, events)
     mine = own[after.owner]
     passing = in_transition(plan, after)
     return Figures(

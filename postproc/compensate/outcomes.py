@@ -135,6 +135,11 @@ def _for_the_next(plan: Plan) -> Flags:
     return result
 
 
+def own_moves(plan: Plan, events: Sequence[MotionEvent]) -> Flags:
+    """(m,) moves of the files that may change."""
+    return np.array([not events[move.event].statement.source.lent for move in plan.motion.moves])
+
+
 def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     """(n,) samples at which the correction passes over from one state to another."""
     samples = plan.motion.samples
@@ -153,9 +158,10 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
 
 def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diagnostic]:
     largest: dict[StatementKey, Transition] = {}
+    own = own_moves(plan, events)
     for t in plan.transitions:
         key = key_of(events[plan.motion.moves[t.move].event].statement)
-        if t.target not in plan.left and (key not in largest or largest[key].size_m < t.size_m):
+        if own[t.move] and t.target not in plan.left and (key not in largest or largest[key].size_m < t.size_m):
             largest[key] = t
     findings = []
     for t in largest.values():
@@ -174,7 +180,8 @@ def _transient_finding(
     events: Sequence[MotionEvent], plan: Plan, after: Deviation, options: Options
 ) -> list[Diagnostic]:
     """The largest deviation while the arm speeds up or slows down, where that is above the tolerance."""
-    rows = np.flatnonzero(after.space & ~after.steady & ~in_transition(plan, after))
+    mine = own_moves(plan, events)[after.owner]
+    rows = np.flatnonzero(mine & after.space & ~after.steady & ~in_transition(plan, after))
     if not len(rows) or after.distance[rows].max() <= options.tolerance_m:
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]

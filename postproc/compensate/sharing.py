@@ -66,6 +66,17 @@ def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozen
     return frozenset(key for key, all_of_it in complete.items() if all_of_it)
 
 
+def led_elsewhere(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozenset[StatementKey]:
+    """Statements that also run to a place that is not known, or to another one for which no value is asked."""
+    have = set(wished)
+    places = {(key_of(events[i].statement), events[i].target, events[i].via) for i in have}
+    return frozenset(
+        key_of(event.statement)
+        for i, event in enumerate(events)
+        if i not in have and event.again is None and (key_of(event.statement), event.target, event.via) not in places
+    )
+
+
 def shared_middles(counts: Sequence[int], shifts: Array) -> dict[int, Array]:
     """The correction (6,) in the middle of what the runs of a statement ask for, by row, where one can serve them all.
 

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.decisions import WAYS
+from postproc.compensate.decisions import ELSEWHERE, WAYS
 from postproc.compensate.outcomes import SHARED, UNKNOWN_START
 from postproc.effects.backlash import Backlash
 from tests.compensate.build import FORCE, arm, codes, convert, events, module, outcome, target, written
@@ -124,3 +124,17 @@ def test_a_line_that_nobody_drives_is_no_obstacle() -> None:
         f"ELSE\nMoveL {C},v50,fine,tT;\nENDIF\nMoveJ {A},v200,fine,tT;",
     )
     assert convert(text).outputs, [d.message for d in convert(text).diagnostics]
+
+
+def test_a_statement_whose_next_run_leads_nobody_knows_where_keeps_its_argument() -> None:
+    """The first turn is known, the second depends on what is asked for in the first: one place cannot serve both."""
+    text = module(
+        "VAR num n;",
+        f"MoveJ {A},v200,fine,tT;\nn:=0;\nWHILE n<>-1 DO\nMoveL Offs({B},0,-100*n,0),v50,fine,tT;\n"
+        f'MoveL {END},v50,fine,tT;\nTPReadFK n,"?","a","b","","","";\nENDWHILE',
+    )
+    found = convert(text)
+    assert (outcome(found, 1).status, outcome(found, 1).reason) == ("skipped", ELSEWHERE)
+    assert outcome(found, 2).status == "compensated"
+    assert f"Offs({B},0,-100*n,0)" in written(found)
+    assert found.report["added_targets"] == 0  # the way to END begins there
