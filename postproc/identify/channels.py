@@ -71,6 +71,6 @@ def unit_of(channel: str) -> tuple[str, float]:
 
 
 def shown(channel: str, value: float) -> str:
-    """A channel's value with its unit, ``22 deg``."""
-    unit, factor = unit_of(channel)
+    """A channel's value with its unit, ``22 deg``; that of a sum of angles is an angle."""
+    unit, factor = unit_of(channel.split(" ")[0])
     return f"{value * factor:.3g} {unit}".rstrip()

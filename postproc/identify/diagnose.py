@@ -112,51 +112,33 @@ def diagnose(
     final = search.fit if start is base else final_fit(base, search, missing, noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
-    return _conclude(search, base, final, first, missing, untestable, bound)
-
-
-def _conclude(
-    search: Search,
-    base: Fit,
-    final: Fit,
-    first: list[Candidate],
-    missing: list[Missing],
-    untestable: Mapping[str, str],
-    bound: float,
-) -> Diagnosis:
-    linear = search.fit.linear
-    still = [s for s in search.outside if _still(s, search.fit.problem, linear, worth_saying(final))]
-    strongest = search.suspects(search.fit, linear)
-    lacking = _lack_of_fit(final)
-    share = worth_saying(final)
-    shown: list[Suspect] = []
-    verdict: Verdict = "missing" if missing else "complete"
-    if still or lacking or (strongest and clear(strongest[0], linear, share)):
-        verdict = "unknown"
-        shown = by_channel(strongest)
-    if aside := suspects_aside(final):
-        verdict, shown = "unknown", [*shown, *aside]
-    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0}
-    blind.update(untestable)
-    blind = {
-        k: why
-        for k, why in blind.items()
-        if base.model.effect(k) is None and k not in {m.candidate.key for m in missing}
-    }
-    found = (*base.data.diagnostics, *data_findings(final))
+    suspects = _suspects(search, final)
+    verdict: Verdict = "unknown" if suspects or _lack_of_fit(final) else "missing" if missing else "complete"
+    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
+    held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
     return Diagnosis(
-        verdict,
-        base,
-        final,
-        tuple(missing),
-        tuple(first),
-        untestable,
-        blind,
-        tuple(shown),
-        base.noise.position,
-        bound,
-        found,
+        verdict=verdict,
+        base=base,
+        final=final,
+        missing=tuple(missing),
+        candidates=tuple(first),
+        untestable=untestable,
+        blind={key: why for key, why in blind.items() if key not in held},
+        suspects=suspects,
+        floor=base.noise.position,
+        bound=bound,
+        diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
+
+
+def _suspects(search: Search, final: Fit) -> tuple[Suspect, ...]:
+    """What the remaining structure follows; empty where nothing is clearly above the noise."""
+    linear, share = search.fit.linear, worth_saying(final)
+    strongest = search.suspects(search.fit, linear)
+    still = any(_still(s, search.fit.problem, linear, share) for s in search.outside)
+    if not (still or _lack_of_fit(final) or (strongest and clear(strongest[0], linear, share))):
+        strongest = []
+    return (*by_channel(strongest, search.outside[1:]), *suspects_aside(final))
 
 
 def _still(suspect: Suspect, problem: Problem, linear: Linear, share: float) -> bool:

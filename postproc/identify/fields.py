@@ -42,6 +42,9 @@ def fields(problem: Problem) -> Iterator[tuple[str, tuple[str, ...], str, Array]
     tool = problem.sensitivity.matrix[:, :, TOOL : TOOL + 3]
     for what, names, felt in felt_by_tool(state, problem.rest.T_base_tcp[:, :3, 3]):
         bent = np.einsum("nri,nk->nrik", tool, felt / max(float(np.abs(felt).max()), 1e-300))
+        # Most springs are as stiff to one side as to the other; then any.
+        round_ = np.stack([bent[..., 0, 0] + bent[..., 1, 1], bent[..., 2, 2]], axis=-1)
+        yield f"tool, bent alike across its axis by {what}", names, f"{what} in the axes of the tool", round_
         yield f"tool, bent by {what}", names, f"{what} in the axes of the tool", bent.reshape(*tool.shape[:2], 9)
 
 

@@ -4,18 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
-from postproc.identify.channels import varies
-from postproc.identify.shapes import HARMONICS, PHASES, Pattern, edges, knots, of_channel, of_size, unit, wave
+from postproc.identify.channels import shown, varies
+from postproc.identify.shapes import (
+    HARMONICS,
+    PHASES,
+    Pattern,
+    breaks,
+    edges,
+    knots,
+    of_channel,
+    of_size,
+    of_sum,
+    unit,
+    waves,
+)
 
 GATES = 60
 """Places at which what one channel does is switched on by another."""
+WINDOWS = 20
+"""Places between which it is on."""
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array) -> list[Pattern]:
@@ -65,16 +79,19 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
 
 
 def _gates(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    """What the first channel does where the second is on one side of an edge, or more and more from a knot on."""
+    """What the first channel does where the second is on one side of an edge, between two, or more and more so."""
     if len(np.unique(b)) <= 4:
         return
-    label = f"{first} only where {second} is"
+    names, label = (first, second), f"{first} only where {second} is"
     for edge in edges(b, GATES):
         for side, inside in (("high", b > edge), ("low", b <= edge)):
-            yield Pattern((first, second), f"{label} {side}", unit(a * inside))
+            yield Pattern(names, f"{label} {side}", unit(a * inside))
+    for low, high in combinations(edges(b, WINDOWS), 2):
+        text = f"{label} between {shown(second, low)} and {shown(second, high)}"
+        yield Pattern(names, text, unit(a * ((b > low) & (b < high))))
     for knot in knots(b, GATES):
         for side, above in (("high", b - knot), ("low", knot - b)):
-            yield Pattern((first, second), f"{label} {side}, growing", unit(a * np.maximum(above, 0.0)))
+            yield Pattern(names, f"{label} {side}, growing", unit(a * np.maximum(above, 0.0)))
 
 
 def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, phase: float) -> Pattern:
@@ -90,22 +107,23 @@ def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, p
 
 
 def _sums(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    """Waves of what two neighbouring joints turn together: linkages, and angles against gravity."""
-    for k in HARMONICS:
-        for sign in (1, -1):
-            for phase in (0.0, np.pi / 2):
-                yield wave((first, second), a + sign * b, k, phase, f" of {first} {'+' if sign > 0 else '-'} {second}")
+    """Shapes of what two neighbouring joints turn together: linkages, and angles against gravity."""
+    for name, values in ((f"{first} + {second}", a + b), (f"{first} - {second}", a - b)):
+        for pattern in (*breaks(name, values), *waves(name, values)):
+            yield of_sum(pattern, (first, second), name)
 
 
 def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
-    """Where the arm stood in the row before: what hangs behind knows no other approach side than that."""
-    angles = {name: values for name, values in channels.items() if name[0] == "q" and name[1:].isdigit()}
+    """Where the arm stood in the row before, and what it bore: what hangs behind knows no other approach side."""
+    angles = [values for name, values in channels.items() if name[0] == "q" and name[1:].isdigit()]
     if not angles:
         return
-    whole = np.stack(list(angles.values()), axis=1)
+    whole = np.stack(angles, axis=1)
     moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
     last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
-    for name, values in angles.items():
+    for name, values in channels.items():
+        if name.rstrip("0123456789") not in ("q", "load"):
+            continue
         way = values[last] - values[np.maximum(last - 1, 0)]
         yield Pattern((name,), "side on which it stood in the row before", np.sign(way))
         yield Pattern((name,), "way from the row before", unit(way))
@@ -142,20 +160,22 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
 
 
 def _overturning(state: State) -> Iterator[Pattern]:
-    """The moment by which the arm leans on its footing, and that moment to one side only: a footing that lifts."""
+    """The moment by which the arm leans on its footing to one side only, and its side: it lifts, or rocks."""
     if state.body_load is None or state.robot is None:
         return
     force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
     lean = (moment + np.cross(distal_point(state.robot, 0), force))[:, :2]
     for way in np.pi / 2 * np.arange(4):
-        if varies(lean @ [np.cos(way), np.sin(way)]):
-            yield _leaning(lean, float(way))
+        for rocks in (False, True):
+            if varies(lean @ [np.cos(way), np.sin(way)]):
+                yield _leaning(lean, float(way), rocks)
 
 
-def _leaning(lean: Array, way: float) -> Pattern:
+def _leaning(lean: Array, way: float, rocks: bool) -> Pattern:
     def finer() -> list[Pattern]:
-        return [replace(_leaning(lean, float(w)), finer=None) for w in np.pi / 16 * np.arange(32)]
+        return [replace(_leaning(lean, float(w), rocks), finer=None) for w in np.pi / 16 * np.arange(32)]
 
     along = np.asarray(lean @ [np.cos(way), np.sin(way)], dtype=np.float64)
-    text = f"overturning moment to one side only, about {np.degrees(way):.0f} deg from x"
-    return Pattern(("q1", "load2", "y", "x"), text, unit(np.maximum(along, 0.0)), "base", finer)
+    what = "side of the overturning moment" if rocks else "overturning moment to one side only"
+    value = np.sign(along) if rocks else unit(np.maximum(along, 0.0))
+    return Pattern(("q1", "load2", "y", "x"), f"{what}, about {np.degrees(way):.0f} deg from x", value, "base", finer)

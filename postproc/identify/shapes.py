@@ -64,19 +64,9 @@ def of_channel(name: str, values: Array) -> Iterator[Pattern]:
     sides = values.min() < 0 < values.max()
     if sides:
         yield Pattern((name,), "with the square of its size, by its side", unit(values * np.abs(values)))
-    span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
-    across = [0.0] if sides else []
-    for edge in [*span, *across]:
-        if _measured(distinct, float(edge)):
-            yield _step(name, values, float(edge))
-    for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
-        yield _kink(name, values, float(knot))
-        for side in (1, -1):
-            yield _ramp(name, values, float(knot), side)
+    yield from breaks(name, values)
     if name.startswith("q"):
-        for k in HARMONICS:
-            for phase in (0.0, np.pi / 2):
-                yield wave((name,), values, k, phase)
+        yield from waves(name, values)
         for order in FOLDED:
             yield from _folds(name, values, order, PHASES)
         yield from _teeth(name, values)
@@ -87,10 +77,41 @@ def of_channel(name: str, values: Array) -> Iterator[Pattern]:
         for k in range(2, 2 * SWAYS + 1):
             for phase in (0.0, np.pi / 2):
                 yield _sway(values, k / 2, phase)
+    span = _span(values)
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4, 8, 14):
             if k + width < STEPS:
                 yield _window(name, values, float(span[k]), float(span[k + width]))
+
+
+def breaks(name: str, values: Array) -> Iterator[Pattern]:
+    """Steps, kinks, and what grows on one side of a knot."""
+    distinct = np.unique(values)
+    across = [0.0] if values.min() < 0 < values.max() else []
+    for edge in [*_span(values), *across]:
+        if _measured(distinct, float(edge)):
+            yield _step(name, values, float(edge))
+    for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
+        yield _kink(name, values, float(knot))
+        for side in (1, -1):
+            yield _ramp(name, values, float(knot), side)
+
+
+def waves(name: str, values: Array) -> Iterator[Pattern]:
+    """Low waves of an angle."""
+    for k in HARMONICS:
+        for phase in (0.0, np.pi / 2):
+            yield _wave(name, values, k, phase)
+
+
+def _span(values: Array) -> Array:
+    return np.asarray(np.quantile(values, np.linspace(0.04, 0.96, STEPS)))
+
+
+def of_sum(pattern: Pattern, names: tuple[str, ...], label: str) -> Pattern:
+    """A shape of a sum of channels that the label spells out."""
+    finer = None if pattern.finer is None else lambda: [of_sum(p, names, label) for p in sharper(pattern)]
+    return replace(pattern, channels=names, text=f"{pattern.text} of {label}", finer=finer)
 
 
 def of_size(name: str, values: Array) -> Iterator[Pattern]:
@@ -145,15 +166,13 @@ def _ramp(name: str, values: Array, knot: float, side: int) -> Pattern:
     return Pattern((name,), text, unit(np.maximum(side * (values - knot), 0.0)), finer=finer)
 
 
-def wave(names: tuple[str, ...], values: Array, order: float, phase: float, label: str = "") -> Pattern:
-    """A wave of an angle, or of a sum of angles that ``label`` spells out."""
-
+def _wave(name: str, values: Array, order: float, phase: float) -> Pattern:
     def finer() -> list[Pattern]:
         orders = np.arange(0.5, 6.01, 0.25)
-        return [replace(wave(names, values, k, p, label), finer=None) for k in orders for p in PHASES]
+        return [replace(_wave(name, values, k, p), finer=None) for k in orders for p in PHASES]
 
     value = np.asarray(np.cos(order * values - phase), dtype=np.float64)
-    return Pattern(names, f"wave {order:g} times a turn{label}", value, finer=finer)
+    return Pattern((name,), f"wave {order:g} times a turn", value, finer=finer)
 
 
 def _folds(name: str, values: Array, order: float, phases: Iterable[float]) -> Iterator[Pattern]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ class Suspect:
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried; price: what
             that count and having no name cost, 2 log of odds.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
+        channels: all that the pattern follows, this one among them.
     """
 
     channel: str
@@ -44,6 +45,7 @@ class Suspect:
     price: float
     place: Array
     values: Array
+    channels: tuple[str, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside."""
@@ -101,7 +103,8 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
         share, moves = min(1.0, fall / above), tried.moves[where]
         price = ODDS + 2 * float(np.log(tried.count * (RARER if where.startswith("body") else 1)))
         result += [
-            Suspect(c, where, pattern.text, share, fall, worth, price, moves, pattern.values) for c in pattern.channels
+            Suspect(c, where, pattern.text, share, fall, worth, price, moves, pattern.values, pattern.channels)
+            for c in pattern.channels
         ]
     return result
 
@@ -211,16 +214,24 @@ def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tup
     return fall, m
 
 
-def by_channel(suspects: list[Suspect], count: int = 5) -> list[Suspect]:
-    """The strongest suspect of each channel; after the first pattern another place that it cannot be told from."""
+def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:
+    """The strongest suspect of each channel, none of them the same structure in another dress before all others.
+
+    First the strongest pattern, then another place that it cannot be told from, then patterns that were found with it
+    taken.
+    """
     if not suspects:
         return []
     first = suspects[0]
     same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
     close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
     elsewhere = [s for s in close if s.where != first.where][:1]
-    seen: dict[str, Suspect] = {}
-    for suspect in [*same, *suspects]:
-        seen.setdefault(suspect.channel, suspect)
-    rest = [s for s in seen.values() if s not in same]
-    return [*same, *elsewhere, *rest][:count]
+    above = first.fall / max(first.share, 1e-12)
+    others = [replace(s, share=min(1.0, s.fall / above)) for s in beside if s.channel not in first.channels]
+    shown = [*same[:2], *elsewhere, *others, *same[2:]]
+    seen = {s.channel for s in shown}
+    for suspect in suspects:
+        if suspect.channel not in seen:
+            seen.add(suspect.channel)
+            shown.append(suspect)
+    return shown[:count]

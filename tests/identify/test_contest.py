@@ -35,6 +35,26 @@ def gap_when_cold(g, arm) -> Hidden:
     )
 
 
+def worn_sector(g, arm) -> Hidden:
+    """Lost motion of joint 3, but only where its gear is worn."""
+    return Hidden(
+        "worn_sector",
+        "unknown",
+        channels=("dir3", "q3"),
+        joint=lambda s, tau: column(2, -2e-4 * s.approach[:, 2] * ((s.q[:, 2] > -0.7) & (s.q[:, 2] < 0.2))),
+    )
+
+
+def square_wave(g, arm) -> Hidden:
+    """Joint 3 jumps to and fro four times a turn."""
+    return Hidden(
+        "square_wave",
+        "unknown",
+        channels=("q3",),
+        joint=lambda s, tau: column(2, 1e-4 * np.sign(np.sin(4 * s.q[:, 2]))),
+    )
+
+
 def loose_casting(g, arm) -> Hidden:
     """The forearm's housing gives way sideways where joint 3 passes -10 deg."""
 
@@ -52,6 +72,7 @@ def loose_casting(g, arm) -> Hidden:
         (marked_encoder, {"q4"}, "joint 4"),
         (gap_when_cold, {"dir2", "temperature"}, "joint 2"),
         (loose_casting, {"q3"}, "body 3"),
+        (worn_sector, {"dir3", "q3"}, "joint 3"),
     ],
 )
 def test_a_name_that_explains_half_of_it_does_not_stand_beside_a_pattern(kind, channels, where):
@@ -59,6 +80,13 @@ def test_a_name_that_explains_half_of_it_does_not_stand_beside_a_pattern(kind, c
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "unknown" and found.missing == ()
     assert found.suspects[0].channel in channels and found.suspects[0].where == where
+
+
+def test_a_name_stays_beside_a_pattern_of_another_channel():
+    data, _ = cell(library.thermal_joint_drift, square_wave, seed=431, noise=0.02, poses=90)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown" and [m.candidate.key for m in found.missing] == ["thermal_joint_drift"]
+    assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
 
 
 def test_one_bad_reading_is_no_law():
@@ -77,6 +105,20 @@ def test_a_place_that_explains_as_much_is_told_too():
     at = [("joint 6", 90.0), ("joint 6", 80.0), ("tool", 78.0), ("base", 30.0)]
     ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, 40.0, nothing, way) for where, worth in at]
     assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
+
+
+def test_a_second_structure_comes_before_other_dresses_of_the_first():
+    nothing = np.zeros((1, 3, 1))
+
+    def suspect(channel, worth, way, *channels):
+        text, every = "proportional", channels or (channel,)
+        return Suspect(channel, "joint 2", text, worth / 100, worth, worth, 40.0, nothing, way, every)
+
+    first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
+    ranked = [suspect("load2", 90.0, first), suspect("time", 60.0, dress), suspect("x", 55.0, dress)]
+    shown = by_channel(ranked, [suspect("q5", 20.0, second, "q5", "q6")])
+    assert [s.channel for s in shown] == ["load2", "q5", "time", "x"]
+    assert shown[1].share == pytest.approx(0.2)
 
 
 def best(patterns, truth):
