@@ -23,26 +23,37 @@ class BaseCompliance(
 ):
     """The whole arm tilts on its foundation.
 
-    Equation: rotation (c_x M_x, c_y M_y, 0), with M the overturning moment about the pivot: the ``floor`` (base origin)
-    or the pedestal's distal end at ``joint 1``. Source: linear tilt spring; foundation loads in robot manuals.
+    Equation: rotation (c_x M_x + c_xy M_y, c_xy M_x + c_y M_y, 0), with M the overturning moment about the pivot: the
+    ``floor`` (base origin) or the pedestal's distal end at ``joint 1``. The cross term belongs to feet or a plate that
+    are softest about an axis between x and y. Source: linear tilt spring; foundation loads in robot manuals.
     Typical size: 1e-8 to 1e-7 rad/(N m), 0.05 to 0.3 mrad at 3 kN m; more on a stand or a trolley.
     """
 
     pivot: str = structure("floor", choices=("floor", "joint 1"))
     tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(2,), low=-1e-5, high=1e-4, typical=1e-7, labels=("x", "y"))
+    cross_tilt_rad_per_Nm: float = param(unit="rad/(N m)", low=-1e-4, high=1e-4, typical=1e-7)
 
     def displacement(self, state: State) -> Displacement | None:
         if state.body_load is None or state.robot is None:
             return None
         arm = distal_point(state.robot, 0) if self.pivot == "floor" else np.zeros(3)
         force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
-        turn = (moment + np.cross(arm, force)) * np.append(self.tilt_rad_per_Nm, 0.0)
+        along, across = self.tilt_rad_per_Nm
+        cross = self.cross_tilt_rad_per_Nm
+        spring = np.array([[along, cross, 0.0], [cross, across, 0.0], [0.0, 0.0, 0.0]])
+        turn = (moment + np.cross(arm, force)) @ spring
         return Displacement(body={0: np.concatenate([np.cross(turn, arm), turn], axis=1)})
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
+        """About the floor and about joint 1, softest along x and y or anywhere between."""
         if current is not None:
             return (variant(current),)
         same = state.robot is not None and not np.any(distal_point(state.robot, 0))
-        pivots = ("floor",) if same else ("floor", "joint 1")
-        return tuple(variant(cls(pivot=p), f"about the {p}" if p == "floor" else f"about {p}") for p in pivots)
+        straight = np.array([True, True, False])
+        found: list[Variant] = []
+        for pivot in ("floor",) if same else ("floor", "joint 1"):
+            where = "about the floor" if pivot == "floor" else f"about {pivot}"
+            found.append(variant(cls(pivot=pivot), where, straight, straight))
+            found.append(variant(cls(pivot=pivot), f"{where}, turned"))
+        return tuple(found)

@@ -162,8 +162,9 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         if np.any(size == 0.0):
             dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
             help = "remove the parameter, or check the channel and the index that it acts on"
-            # A threshold has no slope, and a channel of the user's own may need other values than the kit's.
-            excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or bool(_own_channels(cls))
+            # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
+            levels = bool(_own_channels(cls)) or "payload" in cls.reads
+            excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels
             message = f"{dead} of `{cls.key}` changes nothing on a rich set of poses"
             yield finding("EFF014", message, cls, help=help, warn=excused)
             if not excused:

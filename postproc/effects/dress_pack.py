@@ -53,29 +53,32 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """From the elbow, the housing behind it, forearm or wrist to places around the flange, with four slacks."""
+        """Every route with four slacks."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
-        around = [np.zeros(3), *(0.1 * way for way in _across(state.robot.axis[5]))]
-        for body, here in _starts(state.T_base_body, state.robot):
-            for there in around:
-                distance = cls(body_from=body, from_m=here, to_m=there)._ends(state)[2]
-                for label, slack in (
-                    ("always taut", 0.5 * distance.min()),
-                    ("just taut", 0.9 * distance.min()),
-                    ("slack at times", np.quantile(distance, 0.3)),
-                    ("mostly slack", np.quantile(distance, 0.6)),
-                ):
-                    effect = cls(body_from=body, from_m=here, to_m=there, slack_m=float(slack))
-                    found.append(variant(effect, f"from body {body}, {label}"))
+        for (body, here), (far, there) in _routes(state.T_base_body, state.robot):
+            distance = cls(body_from=body, body_to=far, from_m=here, to_m=there)._ends(state)[2]
+            for label, slack in (
+                ("always taut", 0.5 * distance.min()),
+                ("just taut", 0.9 * distance.min()),
+                ("slack at times", np.quantile(distance, 0.3)),
+                ("mostly slack", np.quantile(distance, 0.6)),
+            ):
+                effect = cls(body_from=body, body_to=far, from_m=here, to_m=there, slack_m=float(slack))
+                where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
+                found.append(variant(effect, f"{where}, {label}"))
         return tuple(found)
 
 
-def _starts(T_base_body: Array, robot: Robot) -> list[tuple[int, Array]]:
-    """Where a fit begins: the elbow, 0.25 m above the housing behind it and to both sides of that, around the forearm.
+Place = tuple[int, Array]
 
-    The forearm is the last long body; where that is the housing itself, also around the first body of the wrist.
+
+def _routes(T_base_body: Array, robot: Robot) -> list[tuple[Place, Place]]:
+    """Where a fit begins: along the arm to places around the flange, and past the upper arm to the housing.
+
+    From the elbow, 0.25 m above the housing behind it and to both sides of that, around the forearm, which is the last
+    long body, or around the first body of the wrist where that is the housing itself.
     """
     up = T_base_body[:, 3, 2, :3].mean(axis=0)
     up /= max(float(np.linalg.norm(up)), 1e-9)
@@ -86,7 +89,10 @@ def _starts(T_base_body: Array, robot: Robot) -> list[tuple[int, Array]]:
     above = [(3, 0.25 * up + shift * side) for shift in (-0.15, 0.0, 0.15)]
     beside = [(long, 0.3 * forearm + 0.2 * way) for way in _across(forearm)]
     wrist = [(4, 0.1 * way) for way in _across(robot.axis[4])] if long < 4 else []
-    return [(2, distal_point(robot, 2)), *above, *beside, *wrist]
+    around = [(6, np.zeros(3)), *((6, 0.1 * way) for way in _across(robot.axis[5]))]
+    shoulder = [(1, distal_point(robot, 1) + 0.2 * way) for way in _across(robot.axis[1])]
+    along = [(start, end) for start in ((2, distal_point(robot, 2)), *above, *beside, *wrist) for end in around]
+    return [*along, *((start, end) for start in shoulder for end in above)]
 
 
 def _across(axis: Array) -> tuple[Array, ...]:

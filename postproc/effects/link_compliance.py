@@ -55,7 +55,10 @@ class LinkCompliance(
         # The housing that carries the forearm bends as well, short as it is.
         alone = [b for b in range(bodies[0], bodies[-1] + 1) if np.any(distal_point(state.robot, b))]
         every = [*([bodies] if len(bodies) > 1 else []), *((b,) for b in alone)]
-        return tuple(_without_stretch(cls(body=b)) for b in every)
+        length = {b: float(np.linalg.norm(distal_point(state.robot, b))) for b in alone}
+        # A stub is stiff: what seems to bend there more likely tilts in its bearing.
+        odds = [min(length[i] for i in b) / max(length.values()) for b in every]
+        return tuple(_without_stretch(cls(body=b), x) for b, x in zip(every, odds, strict=True))
 
 
 def beam(span: Array, bending: float, torsion: float, stretch: float) -> Array:
@@ -79,7 +82,7 @@ def beam(span: Array, bending: float, torsion: float, stretch: float) -> Array:
     )
 
 
-def _without_stretch(effect: LinkCompliance) -> Variant:
+def _without_stretch(effect: LinkCompliance, odds: float) -> Variant:
     # Stretch of a casting (below 1 micrometre per 100 N) is left to users who have a reason for it.
     free = np.array([not name.startswith("stretch") for name in effect.names()])
-    return variant(effect, "body " + " and ".join(map(str, effect.body)), free, free)
+    return variant(effect, "body " + " and ".join(map(str, effect.body)), free, free, odds)

@@ -9,6 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param, structure, variant
 
+LAWS = ("tanh", "piecewise", "catalogue", "hardening", "cubic")
 SHARES_OF_LOAD = (0.05, 0.1, 0.2, 0.4, 0.8)
 
 
@@ -25,7 +26,8 @@ class NonlinearCompliance(
 
     Equation, with t0 the knee, x = tau / t0, and w = e t0 the wind-up, e being the extra compliance at zero load:
         tanh:      dq = w tanh(x)            soft until the knee, then no more
-        piecewise: dq = w clip(x, -1, 1)     the catalogue form of strain-wave gears (K1 below the torque T1)
+        piecewise: dq = w clip(x, -1, 1)     two rates of strain-wave gears (K1 below the torque T1)
+        catalogue: a quarter of that more    three rates: up to 3 t0, K2 lies between K1 and K3
         hardening: dq = w f(x), f + f^3 = x  the spring tau = t0 (dq/w + (dq/w)^3)
         cubic:     dq = w x^3                softens instead
     beside the linear share, which is `joint_compliance`. Wind-up and knee are better told apart than e and knee.
@@ -33,7 +35,7 @@ class NonlinearCompliance(
     Typical size: 0.05 to 0.3 mrad around zero torque.
     """
 
-    law: str = structure("tanh", choices=("tanh", "piecewise", "hardening", "cubic"))
+    law: str = structure("tanh", choices=LAWS)
     windup_rad: Array = param(unit="rad", shape=(6,), low=-0.05, high=0.05, typical=1e-4)
     knee_Nm: Array = param(unit="N m", shape=(6,), low=1.0, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
@@ -47,13 +49,14 @@ class NonlinearCompliance(
         """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         found: list[Variant] = []
-        for law in ("tanh", "piecewise", "hardening", "cubic"):
+        for law in LAWS:
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
                 start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5)) if current is None else current
                 for form in (*by_joint(start), _joints_2_and_3(start)):
                     # The knee of a cubic only scales its amplitude.
                     refit = form.free if start.law == "cubic" else form.refit
-                    label = f"{start.law}, {form.label}, knee at {share:g} of the load"
+                    knee = "the largest load" if share == 1.0 else f"{share:g} of the largest load"
+                    label = f"{start.law}, {form.label}, knee at {knee}"
                     found.append(Variant(start, form.free, refit, label))
                 if current is not None:
                     return tuple(found)
@@ -66,11 +69,13 @@ def _joints_2_and_3(effect: NonlinearCompliance) -> Variant:
 
 
 def curve(law: str, x: Array) -> Array:
-    """The four laws, with slope 1 at zero (the cubic one: 0)."""
+    """The laws, with slope 1 at zero (the cubic one: 0)."""
     if law == "tanh":
         return np.tanh(x)
     if law == "piecewise":
         return np.clip(x, -1.0, 1.0)
+    if law == "catalogue":
+        return np.clip(x, -1.0, 1.0) + 0.25 * np.sign(x) * np.clip(np.abs(x) - 1.0, 0.0, 2.0)
     if law == "cubic":
         return x**3
     # Real root of f + f^3 = x.

@@ -211,8 +211,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + UNLIKELY.get(form.key, 0.0)
     inner = linear.extended(columns_of(screen, linear, effect, free))
-    while whole.evidence - searched > 0 and len(labels) < DEEPEST:
-        options = screen.forms(form.key, effect)
+    for _ in range(1, DEEPEST):
+        options = screen.forms(form.key, effect) if whole.evidence > searched else []
         if not options:
             break
         measured, prices = gains(inner, options), _prices(options)
@@ -230,7 +230,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         trial = gain(linear, columns, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
-        tuned = not same and len(new.vector()) == len(effect.vector())
+        # A free function in another resolution, or an order a little off, is the same thing better said.
+        tuned = flexible or (not same and len(new.vector()) == len(effect.vector()))
         labels = [*(labels[:-1] if tuned else labels), options[k].label]
         effect, free, whole, inner = new, mask, trial, linear.extended(columns)
         searched += cost

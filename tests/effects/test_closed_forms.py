@@ -98,6 +98,7 @@ def test_joint_compliance():
     [
         ("tanh", 1e-6 * 100 * tanh(0.5), -1e-6 * 100 * tanh(4.0)),
         ("piecewise", 1e-6 * 50, -1e-6 * 100),
+        ("catalogue", 1e-6 * 50, -1e-6 * (100 + 0.25 * 200)),
         ("cubic", 1e-6 * 100 * 0.125, -1e-6 * 100 * 64),
     ],
 )
@@ -278,6 +279,17 @@ def test_base_compliance_about_the_floor_moves_the_pedestal_too():
     assert_allclose(about_floor, [2e-7 * 2800 * 0.3, -1e-7 * 200 * 0.3, 0, 1e-7 * 200, 2e-7 * 2800, 0])
     about_joint = displacement_of(BaseCompliance(pivot="joint 1", **tilt), state).body[0][0]
     assert_allclose(about_joint, [0, 0, 0, 1e-7 * 200, 2e-7 * 2500, 0])
+
+
+def test_base_compliance_of_feet_that_are_softest_between_the_axes():
+    # A spring of 4e-7 about the axis at 30 degrees from x and 1e-7 across it, written out in its own axes.
+    state = loaded(0, (0, 0, 0), (300, -200, 50))
+    soft, firm = np.array([np.cos(np.pi / 6), 0.5]), np.array([-0.5, np.cos(np.pi / 6)])
+    c = 4e-7 * np.outer(soft, soft) + 1e-7 * np.outer(firm, firm)
+    turned = BaseCompliance(pivot="joint 1", tilt_rad_per_Nm=np.diag(c), cross_tilt_rad_per_Nm=c[0, 1])
+    moment = np.array([300.0, -200.0])
+    expected = 4e-7 * (soft @ moment) * soft + 1e-7 * (firm @ moment) * firm
+    assert_allclose(displacement_of(turned, state).body[0][0], [0, 0, 0, *expected, 0])
 
 
 def test_bearing_tilt_turns_across_the_axis_alone():
