@@ -112,25 +112,25 @@ class Slope:
         return Slope(columns * ratio[:, None], self.parameters, self.held, self.penalty, self.anchor, new)
 
     def step(self, problem: Problem) -> tuple[Array, set[Name]]:
-        """(p,) the Gauss-Newton step inside the bounds, and the parameters that stop at one.
+        """(p,) the best step inside the bounds, as the slope has it, and the parameters that stop at one.
 
-        What would leave its bounds is put on them and the rest solved again, until nothing leaves. With C the columns
-        of (A^T A)^-1 for what is put there, x - C (C_put)^-1 (x_put - bound) solves the rest (Nocedal and Wright 2006,
-        Sec. 16.2).
+        Least squares in a box. Of what would leave it, x_B, the rest is eliminated: the cost is (x_B - a_B)^T K^-1
+        (x_B - a_B) more than at the free minimum a, with K the block of (A^T A)^-1. This small problem is solved with
+        bounds (Lawson and Hanson 1974, Ch. 23), again with more in it until nothing else leaves.
         """
         x = self.values(problem)
         lowest, highest = self._over(problem, lambda e: e.bounds()[0]), self._over(problem, lambda e: e.bounds()[1])
         reach = self._over(problem, _reach)
-        low, high = np.maximum(lowest, x - reach), np.minimum(highest, x + reach)
+        low, high = np.maximum(lowest, x - reach) - x, np.minimum(highest, x + reach) - x
         aim = step = self.solved(self.columns.T @ problem.residual - self.anchor**2 * x)
-        put, bound = np.zeros(len(x), dtype=bool), np.zeros(len(x))
-        while (outside := ~put & ((x + step < low) | (x + step > high))).any():
-            put |= outside
-            bound = np.where(outside, np.clip(x + step, low, high) - x, bound)
-            moves = self.solved(np.eye(len(x))[:, put])
-            step = aim - moves @ np.linalg.solve(moves[put], (aim - bound)[put])
-            step[put] = bound[put]
-        stopped = put & ((x + step <= lowest) | (x + step >= highest))
+        boxed = np.zeros(len(x), dtype=bool)
+        while (outside := ~boxed & ((step < low) | (step > high))).any():
+            boxed |= outside
+            moves = self.solved(np.eye(len(x))[:, boxed])
+            inside = _boxed(aim[boxed], moves[boxed], low[boxed], high[boxed])
+            step = aim - moves @ np.linalg.solve(moves[boxed], aim[boxed] - inside)
+            step[boxed] = inside
+        stopped = boxed & ((x + step <= lowest) | (x + step >= highest))
         return step, {p for p, at in zip(self.parameters, stopped, strict=True) if at}
 
     def moved(self, problem: Problem, step: Array) -> Problem:
@@ -224,3 +224,15 @@ def _sizes(problem: Problem, effect: Effect) -> Array:
 def _reach(effect: Effect) -> Array:
     """How far a parameter may go in one step: one that only forms an effect (a knee, a point) by half of itself."""
     return np.where(effect.amplitudes(), np.inf, 0.5 * np.maximum(np.abs(effect.vector()), effect.scale()))
+
+
+def _boxed(aim: Array, covariance: Array, low: Array, high: Array) -> Array:
+    """The point of a box that is nearest to another in the metric of a covariance, min |L^-1 (x - a)|^2 for L L^T."""
+    from scipy.linalg import solve_triangular
+    from scipy.optimize import lsq_linear
+
+    unit = np.sqrt(np.diag(covariance))
+    lower = np.linalg.cholesky(covariance / np.outer(unit, unit))
+    metric = solve_triangular(lower, np.eye(len(aim)), lower=True)
+    best = lsq_linear(metric, metric @ (aim / unit), (low / unit, high / unit), method="bvls")
+    return np.asarray(np.clip(best.x * unit, low, high))
