@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share, serial_share
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
-from postproc.measure.trajectory import GAP_S
+from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
+
+SURE = 100.0
+"""Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,12 @@ class Fit:
 
     @cached_property
     def linear(self) -> Linear:
-        """The fit as a linear problem: residual and a basis of its columns.
+        """The fit as a linear problem: residual and a basis of its columns, in as many numbers as are independent."""
+        return replace(self._linear, serial=self.serial)
+
+    @cached_property
+    def _linear(self) -> Linear:
+        """The same for rows that know nothing of each other.
 
         Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
         """
@@ -69,21 +78,36 @@ class Fit:
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share, self.serial)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share)
 
     @cached_property
     def serial(self) -> float:
         """Share of the rows that count as independent.
 
-        Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off.
+        Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off. What a
+        missing delay or lost motion leaves is no noise, however smooth it is: where both together earn their parameters
+        (Schwarz 1978), the record is looked at without them.
         """
-        state, weights = self.data.state, self.problem.weights
-        if state.v is None or state.time is None or np.median(np.diff(np.sort(state.time))) > GAP_S:
+        state = self.data.state
+        if state.v is None or state.time is None or not is_record(state):
             # Poses one by one: what drifts from each to the next is missing physics, not noise.
             each = np.bincount(self.data.repeats)
             return float(np.sum(each / (1 + (each - 1) * self.noise.shared)) / len(state))
-        order = np.argsort(state.time, kind="stable")
-        return serial_share(np.where(weights.used, self.problem.error * weights.values, np.nan)[order])
+        plain, order = self._linear, np.argsort(state.time, kind="stable")
+
+        def share(linear: Linear) -> float:
+            errors = np.full(self.problem.weights.values.shape, np.nan)
+            errors[self.problem.weights.used] = linear.rest
+            return serial_share(errors[order])
+
+        moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
+        turns = np.tile(self.problem.sensitivity.matrix[:, :, :6], moved.shape[1] // 6)
+        without = plain.extended(self.problem.whiten(turns * moved[:, None, :]))
+        new = share(without)
+        count = without.parameters - plain.parameters
+        freedom = new * len(plain.residual) - count
+        earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
+        return new if earned else share(plain)
 
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}

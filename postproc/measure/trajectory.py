@@ -47,6 +47,14 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     return state.with_(v=v[back], approach=approach), [found]
 
 
+def is_record(state: State) -> bool:
+    """Whether most rows follow each other closely in time while the arm moves; poses at which it stands never do."""
+    if state.v is None or state.time is None or not len(state):
+        return False
+    close = np.median(np.diff(np.sort(state.time), prepend=-np.inf)) <= GAP_S
+    return bool(close and np.median(np.abs(state.v).max(axis=1)) > STILL)
+
+
 def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
     """(n, 6) speeds of rows in the order of time, 0 where a row has no neighbour; (n,) which have one."""
     slope = np.diff(q, axis=0) / np.where(joined, np.diff(time), 1.0)[:, None]

@@ -9,6 +9,7 @@ from postproc.diagnostics import Source
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
 from postproc.measure.table import read_measurements
+from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import BASE, effect_library
@@ -36,11 +37,15 @@ def record(delay: float, seed: int, rows: int = 300, rate: float = 10.0, kept: f
     return Source("record.csv", f"{HEADER},time_s\n{body}".encode())
 
 
-def diagnosis(source: Source):
+def base(source: Source):
     arm = load_robot("irb4600_60_205")
     data = read_measurements(source, arm)
-    base = fit_model(Model(arm), data, [effect_library()[key].null() for key in BASE])
-    return diagnose(base.model, data)
+    return fit_model(Model(arm), data, [effect_library()[key].null() for key in BASE])
+
+
+def diagnosis(source: Source):
+    fit = base(source)
+    return diagnose(fit.model, fit.data)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -55,3 +60,23 @@ def test_noise_that_repeats_itself_is_no_effect(seed):
     found = diagnosis(record(0.0, seed))
     assert found.missing == ()
     assert found.verdict == "complete"
+
+
+def test_what_a_delay_leaves_of_a_fast_record_is_no_noise():
+    late, clean = (base(record(delay, 5, rows=1500, rate=125.0)) for delay in (DELAY_S / 2, 0.0))
+    assert late.rms > 2 * clean.rms
+    assert clean.serial == pytest.approx(0.1 / 1.9, rel=0.4)
+    assert late.serial == pytest.approx(clean.serial, rel=0.4)
+
+
+def test_rows_of_an_arm_that_stands_are_no_record():
+    g = np.random.default_rng(6)
+    q = np.cumsum(np.where(np.arange(200) % 20 == 0, 1.0, 0.0))[:, None] * np.array([3, 2, -1, 5, 2, 4.0])
+    table = np.hstack(
+        [q, points(q) + 0.03 * g.normal(size=(200, 3)), np.zeros((200, 6)), 0.1 * np.arange(200)[:, None]]
+    )
+    head = ",".join([HEADER, *(f"v{j}_deg_s" for j in range(1, 7)), "time_s"])
+    body = "".join(f"P{i}," + ",".join(f"{x:.6f}" for x in row) + "\n" for i, row in enumerate(table))
+    state = read_measurements(Source("record.csv", f"{head}\n{body}".encode()), load_robot("irb4600_60_205")).state
+    assert state.v is not None and not is_record(state)
+    assert is_record(read_measurements(record(0.0, 5), load_robot("irb4600_60_205")).state)
