@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -49,49 +50,11 @@ def space_view(position: Array, vector: Array, times: float, label: Sequence[str
         label: what is said at the tip of each arrow when it is pointed at.
     """
     try:
-        from plotly import graph_objects
+        from plotly.graph_objects import Figure
     except ImportError:
         return ""
     tip = position + times * vector
-    size = np.linalg.norm(vector, axis=1) * 1e3
-    line = np.stack([position, tip, np.full_like(position, np.nan)], axis=1).reshape(-1, 3).astype(np.float32)
-    largest = float(size.max()) or 1.0
-    scale = [[0, GREY], [1, RED]]
-    head = (0.25 * times * vector).astype(np.float32)
-    shafts = graph_objects.Scatter3d(
-        x=line[:, 0],
-        y=line[:, 1],
-        z=line[:, 2],
-        mode="lines",
-        hoverinfo="skip",
-        line={"color": np.repeat(size, 3), "colorscale": scale, "cmin": 0, "cmax": largest, "width": 3},
-    )
-    heads = graph_objects.Cone(
-        **dict(zip("xyz", tip.astype(np.float32).T, strict=True)),
-        **dict(zip("uvw", head.T, strict=True)),
-        sizemode="raw",
-        anchor="tip",
-        colorscale=scale,
-        cmin=0,
-        cmax=0.25e-3 * times * largest,
-        showscale=False,
-        hoverinfo="skip",
-    )
-    points = graph_objects.Scatter3d(
-        **dict(zip("xyz", position.astype(np.float32).T, strict=True)),
-        mode="markers",
-        marker={
-            "size": 3,
-            "color": size.astype(np.float32),
-            "colorscale": scale,
-            "cmin": 0,
-            "cmax": largest,
-            "colorbar": {"title": {"text": "mm"}, "thickness": 14, "len": 0.6},
-        },
-        text=list(label),
-        hovertemplate="%{text}<extra></extra>",
-    )
-    figure = graph_objects.Figure([shafts, heads, points])
+    figure = Figure(_arrows(position, tip, vector, times, label))
     both = np.vstack([position, tip])
     margin = 0.03 * np.ptp(both, axis=0).max()
     axes = {
@@ -107,3 +70,43 @@ def space_view(position: Array, vector: Array, times: float, label: Sequence[str
     # "</" would end the script element.
     text = figure.to_json().replace("</", "<\\/")
     return f'<div class="space"><script type="application/json">{text}</script></div>'
+
+
+def _arrows(position: Array, tip: Array, vector: Array, times: float, label: Sequence[str]) -> list[Any]:
+    """Shafts, heads and points of arrows, coloured by the length of the vector [mm]; float32 halves the page."""
+    from plotly.graph_objects import Cone, Scatter3d
+
+    size = np.linalg.norm(vector, axis=1) * 1e3
+    largest = float(size.max()) or 1.0
+    scale = [[0, GREY], [1, RED]]
+    line = np.stack([position, tip, np.full_like(position, np.nan)], axis=1).reshape(-1, 3)
+    shafts = Scatter3d(
+        **_axes("xyz", line),
+        mode="lines",
+        hoverinfo="skip",
+        line={"color": np.repeat(size, 3), "colorscale": scale, "cmin": 0, "cmax": largest, "width": 3},
+    )
+    heads = Cone(
+        **_axes("xyz", tip),
+        **_axes("uvw", 0.25 * times * vector),
+        sizemode="raw",
+        anchor="tip",
+        colorscale=scale,
+        cmin=0,
+        cmax=0.25e-3 * times * largest,
+        showscale=False,
+        hoverinfo="skip",
+    )
+    colors = {"size": 3, "color": size.astype(np.float32), "colorscale": scale, "cmin": 0, "cmax": largest}
+    points = Scatter3d(
+        **_axes("xyz", position),
+        mode="markers",
+        marker={**colors, "colorbar": {"title": {"text": "mm"}, "thickness": 14, "len": 0.6}},
+        text=list(label),
+        hovertemplate="%{text}<extra></extra>",
+    )
+    return [shafts, heads, points]
+
+
+def _axes(names: str, values: Array) -> dict[str, Array]:
+    return dict(zip(names, values.astype(np.float32).T, strict=True))
