@@ -61,6 +61,24 @@ class Inspection:
         return replace(self, rows=tuple(_decided(row, known.get(key_of(row.statement))) for row in self.rows))
 
 
+@dataclass(frozen=True, slots=True)
+class _Postures:
+    """The arm at the goals of n moves.
+
+    Args:
+        q: (n, 6) [rad]; position: (n, 3) of the TCP in base axes [m].
+        singular: (n, 2) of `singular_postures`; stationary: (n,) whether the tool stands still.
+    """
+
+    q: Array
+    position: Array
+    singular: NDArray[np.bool_]
+    stationary: NDArray[np.bool_]
+
+    def __getitem__(self, rows: list[int]) -> _Postures:
+        return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
+
+
 def inspect_program(sources: Sequence[Source] | Source, robot: Robot, constants: Sequence[str] = ()) -> Inspection:
     """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
 
@@ -72,17 +90,17 @@ def inspect_program(sources: Sequence[Source] | Source, robot: Robot, constants:
     followed = walk_program(program)
     moves, unreachable = read_moves(robot, followed.events)
     _, on_the_way = sample_path(robot, moves, followed.events)
-    by_event = {move.event: move for move in moves}
-    q = np.array([move.q for move in moves]).reshape(-1, 6)
-    tight = dict(zip((move.event for move in moves), singular_postures(robot, q), strict=True))
+    at = {move.event: i for i, move in enumerate(moves)}
+    seen = _postures(robot, moves)
     grouped: dict[StatementKey, list[int]] = {}
     for index, event in enumerate(followed.events):
         if event.again is None:
             grouped.setdefault(key_of(event.statement), []).append(index)
     rows = [
-        _row(statement, followed.events, grouped.get(key_of(statement), []), by_event, tight, robot)
+        _row(statement, followed.events, executions, seen[[at[i] for i in executions if i in at]], robot)
         for statement in program.statements
         if not statement.source.lent
+        for executions in [grouped.get(key_of(statement), [])]
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
 
@@ -94,42 +112,35 @@ def _decided(row: Row, outcome: Outcome | None) -> Row:
     return replace(row, edited=outcome.edited, reason=row.reason or (outcome.reason if left else None))
 
 
+def _postures(robot: Robot, moves: Sequence[Move]) -> _Postures:
+    q = np.array([move.q for move in moves]).reshape(-1, 6)
+    if not moves:
+        return _Postures(q, np.zeros((0, 3)), np.zeros((0, 2), dtype=bool), np.zeros(0, dtype=bool))
+    mounts = mounts_of(moves)
+    position = mounts.base_tcp(mounts.work(forward(robot, q)))[:, :3, 3]
+    return _Postures(q, position, singular_postures(robot, q), mounts.stationary)
+
+
 def _row(
-    statement: MotionStatement,
-    events: Sequence[MotionEvent],
-    executions: Sequence[int],
-    moves: dict[int, Move],
-    tight: dict[int, NDArray[np.bool_]],
-    robot: Robot,
+    statement: MotionStatement, events: Sequence[MotionEvent], executions: Sequence[int], seen: _Postures, robot: Robot
 ) -> Row:
     if not executions:
         return Row(statement, 0, "", "", 0.0, None, None, (), "no known way of running the program comes here")
-    event = events[executions[0]]
-    known = [moves[i] for i in executions if i in moves]
-    mass = event.tool.tload.mass + event.gripload.mass
-    position = q = None
-    notes: tuple[str, ...] = ()
-    if known:
-        first = known[0]
-        q = np.degrees(first.q)
-        mount = mounts_of([first])
-        position = mount.base_tcp(mount.work(forward(robot, first.q[None])))[0, :3, 3] * 1e3
-        singular = np.array([tight[move.event] for move in known])
-        notes = (STATIONARY,) * first.stationary + posture_notes(robot, np.array([move.q for move in known]), singular)
+    event, known = events[executions[0]], len(seen.q) > 0
     return Row(
         statement,
         sum(events[i].way == 0 for i in executions),
         event.tool.name,
         event.wobj.name,
-        mass,
-        position,
-        q,
-        notes,
+        event.tool.tload.mass + event.gripload.mass,
+        seen.position[0] * 1e3 if known else None,
+        np.degrees(seen.q[0]) if known else None,
+        (STATIONARY,) * bool(seen.stationary[:1].any()) + posture_notes(robot, seen.q, seen.singular) if known else (),
         _reason(event, known),
     )
 
 
-def _reason(event: MotionEvent, known: Sequence[Move]) -> str | None:
+def _reason(event: MotionEvent, known: bool) -> str | None:
     if event.reason is not None:
         return event.reason
     if event.statement.interpolation == "absjoint":
