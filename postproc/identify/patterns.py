@@ -30,6 +30,8 @@ GATES = 60
 """Places at which what one channel does is switched on by another."""
 WINDOWS = 20
 """Places between which it is on."""
+LINES = 12
+"""Highest order of a gear's line whose size is another channel."""
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array) -> list[Pattern]:
@@ -69,9 +71,11 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
                 for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
                     yield Pattern(names, f"product of {k} {first} and {j} {second} waves", f(k * a) * g(j * b))
     elif first[0] == "q" and second not in ("x", "y", "z"):
-        for k in HARMONICS:
+        # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
+        for k in range(1, LINES + 1):
             for phase in (0.0, np.pi / 2):
-                yield _swelling(names, a, b, k, phase)
+                for size in (b, b - b.mean()):
+                    yield _swelling(names, a, size, k, phase, None if k in HARMONICS else f"joint {first[1:]}")
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = unit(np.sign(sign) * np.abs(size))
@@ -94,16 +98,18 @@ def _gates(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
             yield Pattern(names, f"{label} {side}, growing", unit(a * np.maximum(above, 0.0)))
 
 
-def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, phase: float) -> Pattern:
+def _swelling(
+    names: tuple[str, str], angle: Array, size: Array, order: float, phase: float, where: str | None
+) -> Pattern:
     """A wave of an angle whose size is another channel."""
 
     def finer() -> list[Pattern]:
         # Less than a wave a turn is hardly more than the other channel alone.
-        orders = np.arange(1.0, 4.01, 0.25)
-        return [replace(_swelling(names, angle, size, k, p), finer=None) for k in orders for p in PHASES]
+        orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
+        return [replace(_swelling(names, angle, size, k, p, where), finer=None) for k in orders for p in PHASES]
 
     text = f"product of {order:g} {names[0]} waves and {names[1]}"
-    return Pattern(names, text, unit(np.cos(order * angle - phase) * size), finer=finer)
+    return Pattern(names, text, unit(np.cos(order * angle - phase) * size), where, finer)
 
 
 def _sums(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
@@ -122,11 +128,16 @@ def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
     moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
     last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
     for name, values in channels.items():
-        if name.rstrip("0123456789") not in ("q", "load"):
+        if name.rstrip("0123456789") not in ("q", "load", "payload"):
             continue
-        way = values[last] - values[np.maximum(last - 1, 0)]
+        before = values[np.maximum(last - 1, 0)]
+        way = values[last] - before
         yield Pattern((name,), "side on which it stood in the row before", np.sign(way))
         yield Pattern((name,), "way from the row before", unit(way))
+        yield Pattern((name,), "way from the row before, of its size", unit(np.abs(way)))
+        if name == "payload":
+            for pattern in of_channel(name, before):
+                yield replace(pattern, text=f"{pattern.text} in the row before", finer=None)
 
 
 def _pulls(state: State, position: Array) -> Iterator[Pattern]:

@@ -215,23 +215,22 @@ def _falls(problem: Problem, linear: Linear, place: Array, values: Array) -> tup
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:
-    """The strongest suspect of each channel, none of them the same structure in another dress before all others.
+    """The strongest suspect of each channel, and other structures.
 
     First the strongest pattern, then another place that it cannot be told from, then patterns that were found with it
-    taken.
+    taken, before the third dress of the first. What could be chance is left out.
     """
     if not suspects:
         return []
     first = suspects[0]
+    suspects = [s for s in suspects if s.evidence > min(0.0, first.evidence - ODDS)]
     same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
     close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
     elsewhere = [s for s in close if s.where != first.where][:1]
     above = first.fall / max(first.share, 1e-12)
-    others = [replace(s, share=min(1.0, s.fall / above)) for s in beside if s.channel not in first.channels]
-    shown = [*same[:2], *elsewhere, *others, *same[2:]]
-    seen = {s.channel for s in shown}
-    for suspect in suspects:
-        if suspect.channel not in seen:
-            seen.add(suspect.channel)
-            shown.append(suspect)
-    return shown[:count]
+    mine = {s.channel for s in same}
+    others = [replace(s, share=min(1.0, s.fall / above)) for s in beside if s.channel not in mine]
+    best = {s.channel: s for s in reversed(suspects)}
+    dresses = [best[c] for c in dict.fromkeys(s.channel for s in suspects) if c not in mine]
+    early = max(0, 2 - len(same))
+    return [*same[:2], *elsewhere, *dresses[:early], *others, *same[2:], *dresses[early:]][:count]

@@ -107,7 +107,7 @@ def test_a_place_that_explains_as_much_is_told_too():
     assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
 
 
-def test_a_second_structure_comes_before_other_dresses_of_the_first():
+def test_a_second_structure_comes_before_the_third_dress_of_the_first():
     nothing = np.zeros((1, 3, 1))
 
     def suspect(channel, worth, way, *channels):
@@ -117,8 +117,8 @@ def test_a_second_structure_comes_before_other_dresses_of_the_first():
     first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
     ranked = [suspect("load2", 90.0, first), suspect("time", 60.0, dress), suspect("x", 55.0, dress)]
     shown = by_channel(ranked, [suspect("q5", 20.0, second, "q5", "q6")])
-    assert [s.channel for s in shown] == ["load2", "q5", "time", "x"]
-    assert shown[1].share == pytest.approx(0.2)
+    assert [s.channel for s in shown] == ["load2", "time", "q5", "x"]
+    assert shown[2].share == pytest.approx(0.2)
 
 
 def best(patterns, truth):
