@@ -27,7 +27,7 @@ class Form:
             entries they are.
         forming: how many parameters beyond the screened ones a full fit would move.
         along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
-        odds: how ordinary the form is beside the others.
+        odds: how ordinary the form is beside the others. sign: 1 for a single amplitude that can only be positive.
     """
 
     key: str
@@ -40,6 +40,7 @@ class Form:
     forming: int = 0
     along: Array | None = None
     odds: float = 1.0
+    sign: int = 0
 
 
 WIDE = 3.0
@@ -73,7 +74,9 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     extra = v.refit & v.effect.amplitudes() & ~v.free
     along = problem.columns(v.effect, extra) if fresh and extra.any() else None
     size = ordinary(problem.model, v.effect, v.free)
-    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, size, v.free, forming, along, v.odds)
+    low, null = v.effect.bounds()[0][v.free], v.effect.null_vector()[v.free]
+    sign = int(len(low) == 1 and low[0] == null[0])
+    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, size, v.free, forming, along, v.odds, sign)
 
 
 @dataclass(frozen=True)
@@ -112,8 +115,11 @@ def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
             forming = np.array([forms[i].forming for i in some])
             flexible = np.array([forms[i].effect.roughness() is not None for i in some])
             stacked = np.hstack([forms[i].columns * forms[i].scale for i in some])
-            for i, found in zip(some, _gains(linear, stacked, forming, flexible), strict=True):
-                result[i] = found
+            along = stacked.T @ linear.rest
+            for k, (i, found) in enumerate(zip(some, _gains(linear, stacked, forming, flexible), strict=True)):
+                # A hose only pulls: what it would have to push explains nothing.
+                pushes = forms[i].sign and along[k] < 0
+                result[i] = replace(found, fall=0.0, evidence=-np.inf) if pushes else found
     return result
 
 

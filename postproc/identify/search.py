@@ -48,23 +48,23 @@ class Search:
     classes: Mapping[str, type[Effect]]
     patterns: list[Pattern]
     outside: list[Suspect]
-    cache: dict[bytes, dict[str, list[Form]]] = field(default_factory=dict)
+    cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
     seen: list[tuple[Linear, list[Suspect]]] = field(default_factory=list)
 
     def screen(self) -> Screen:
-        """Forms are made once for the whole search.
-
-        Refits move their columns by no more than a few parts in a thousand.
-        """
-        used = self.fit.problem.weights.used.tobytes()
-        made = self.cache.setdefault(used, {})
-        fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
-        screen = Screen(self.fit.problem, self.classes, fresh, self.fit.free)
-        return screen
+        fresh = {k: forms for k, forms in self._made().items() if self.fit.model.effect(k) is None}
+        return Screen(self.fit.problem, self.classes, fresh, self.fit.free)
 
     def remember(self, screen: Screen) -> None:
-        made = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), {})
-        made.update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
+        self._made().update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
+
+    def _made(self) -> dict[str, list[Form]]:
+        """Forms are made once for the rows in use and the springs that loads act on.
+
+        Other refits move their columns by no more than a few parts in a thousand.
+        """
+        springs = tuple(e.key for e in self.fit.model.effects if "load" in e.reads)
+        return self.cache.setdefault((self.fit.problem.weights.used.tobytes(), springs), {})
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
