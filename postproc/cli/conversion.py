@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, ModelFile, Names, SideFiles, Tolerance
+from postproc.cli.options import EffectFiles, FreeAxes, ModelFile, Names, SideFiles, Tolerance
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -54,6 +54,7 @@ class ConvertOptions:
         effects: Python file with effects of your own; its code is run. May be repeated.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
     """
 
     model: ModelFile = None
@@ -67,6 +68,7 @@ class ConvertOptions:
     effects: EffectFiles = ()
     side_files: SideFiles = ()
     constant: Names = ()
+    free_axes: FreeAxes = ""
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:
@@ -86,6 +88,7 @@ class ConvertOptions:
             force_on=self.force_on,
             inertia=self.inertia == "on",
             template_dir=self.template,
+            free_axes=self.free_axes.lower(),
             constants=self.constant,
             entry=entry,
         )

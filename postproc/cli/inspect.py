@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, Flag, ModelFile, Names, SideFiles
+from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles
 from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
 from postproc.cli.run import BAD_INPUT
@@ -39,6 +39,7 @@ def run(
     effects: EffectFiles = (),
     side_files: SideFiles = (),
     constant: Names = (),
+    free_axes: FreeAxes = "",
     json: Flag = False,
 ) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
@@ -52,13 +53,15 @@ def run(
         effects: Python file with effects of your own; its code is run. May be repeated.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
         json: print the postproc/inspect/1 document.
     """
     sources = [read_program_file(program), *read_lent(side_files)]
     arm = _arm(model, robot, effects)
-    found = inspect_program(sources, arm.robot, constant)
+    options = Options(constants=constant, free_axes=free_axes.lower())
+    found = inspect_program(sources, arm.robot, options)
     if not has_errors(found.diagnostics):
-        found = found.decided(compensate_program(sources, arm, Options(constants=constant)).outcomes)
+        found = found.decided(compensate_program(sources, arm, options).outcomes)
     show(named_files(found.diagnostics))
     if json:
         findings = [d.as_json() for d in found.diagnostics]

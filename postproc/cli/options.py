@@ -26,6 +26,11 @@ def _distance(_: object, value: float) -> None:
         raise ValueError("Must be zero or a positive number.")
 
 
+def _axes(_: object, value: str) -> None:
+    if not set(value.lower()) <= set("abcdef"):
+        raise ValueError("Must be letters a to f.")
+
+
 Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
@@ -33,6 +38,7 @@ Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
+FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 

@@ -19,6 +19,7 @@ class Options:
         force_on: ``all`` along the whole program, ``arc`` while the arc burns.
         inertia: compensate the deflection under sustained acceleration.
         template_dir: a folder whose templates replace the shipped ones of the same name.
+        free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
         constants: names of data that keep the value in the text, whatever the program writes to them.
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
@@ -29,5 +30,6 @@ class Options:
     force_on: Literal["all", "arc"] = "all"
     inertia: bool = True
     template_dir: Path | None = None
+    free_axes: str = ""
     constants: tuple[str, ...] = ()
     entry: str | None = None

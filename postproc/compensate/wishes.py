@@ -16,8 +16,9 @@ from postproc.compensate.reading import Motion
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.motion.moves import any_configuration
+from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import Pose, RobTarget
+from postproc.rapid.records import NO_AXIS, Ax6, Pose, RobTarget
 from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata, within
@@ -112,9 +113,21 @@ class Wishes:
         goals = list(part.goals)
         confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
         to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+        shares = self.motion.samples.u[goals].tolist()
+        to = [replace(value, extax=self._axes(i, share)) for value, share in zip(to, shares, strict=True)]
         vias = self.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
-        zone, shares = zone_name(event), np.diff(self.motion.samples.u[goals], prepend=0.0).tolist()
-        return [insertion_of(event, t, vias[k] if vias else None, zone, shares[k]) for k, t in enumerate(to)]
+        zone, parts = zone_name(event), np.diff(shares, prepend=0.0).tolist()
+        return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
+
+    def _axes(self, i: int, share: float) -> Ax6:
+        """Where the external axes are after a share of a move: they move evenly with it."""
+        before, target = (self.events[self.motion.moves[j].event].target for j in (max(i - 1, 0), i))
+        assert before is not None and target is not None
+        a, b, c, d, e, f = (
+            end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
+            for begin, end in zip(before.extax, target.extax, strict=True)
+        )
+        return a, b, c, d, e, f
 
     def insertions(
         self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str], tolerance: float
@@ -162,6 +175,8 @@ def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion], within_mm: 
         return False
     for x, y in zip(a, b, strict=True):
         if not same_value(x.to, y.to, within_mm) or (x.via is None) != (y.via is None) or x.duration != y.duration:
+            return False
+        if np.abs(np.subtract(x.to.extax, y.to.extax)).max() > STILL:
             return False
         if x.via is not None and y.via is not None and not same_value(x.via, y.via, within_mm):
             return False

@@ -35,10 +35,13 @@ class _Held:
     center: Array
 
 
-def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move], list[Diagnostic]]:
+def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "") -> tuple[list[Move], list[Diagnostic]]:
     """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
 
     An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
+
+    Args:
+        free_axes: see ``refuse_events``.
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
@@ -55,7 +58,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent]) -> tuple[list[Move],
             held[key] = _on_flange(*key)
         loads.append(held[key])
     q, T_work_tcp, failures, supposed = _solve(robot, events, known, loads)
-    findings = refuse_events(events)
+    findings = refuse_events(events, free_axes)
     findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
     findings += [_supposed(*place(events[known[row]])) for row in supposed]
     bad = {failure.index for failure in failures}

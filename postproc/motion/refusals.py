@@ -11,16 +11,20 @@ from postproc.rapid.records import NO_AXIS
 
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.
-_STILL = 0.1
+STILL = 0.1
 
 
-def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
+def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[Diagnostic]:
     """Findings about motions that cannot be compensated for the arm alone.
+
+    Args:
+        free_axes: letters of external axes that carry neither the robot nor its work: they may move.
 
     Returns:
         MOT007 tool and work object that do not fit together, MOT008 external axes that move.
     """
     findings: list[Diagnostic] = []
+    carrying = [k for k in range(6) if "abcdef"[k] not in free_axes]
     station: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
     for event in events:
         if event.reason is not None or event.target is None:
@@ -28,11 +32,13 @@ def refuse_events(events: Sequence[MotionEvent]) -> list[Diagnostic]:
         if event.tool.robhold == event.wobj.robhold:
             findings.append(_unfit(event))
         axes = event.target.extax
-        moving = [k for k in range(6) if max(station[k], axes[k]) < NO_AXIS and abs(axes[k] - station[k]) > _STILL]
+        both = [k for k in carrying if max(station[k], axes[k]) < NO_AXIS]
+        moving = [k for k in both if abs(axes[k] - station[k]) > STILL]
         if moving:
             names = ", ".join(f"eax_{'abcdef'[k]}" for k in moving)
             text = f"external axes move ({names}): where they carry the robot or the work piece is not known"
-            help_ = "compensate programs whose external axes stand still, or split the program where they move"
+            letters = "".join("abcdef"[k] for k in moving)
+            help_ = f"if they carry neither, say `--free-axes {letters}`; else split the program where they move"
             findings.append(Diagnostic("MOT008", "error", text, *place(event), help_))
         for k, axis in enumerate(axes):
             if axis < NO_AXIS and (k in moving or station[k] >= NO_AXIS):

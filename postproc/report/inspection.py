@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.compensate.options import Options
 from postproc.compensate.values import Outcome, Place, StatementKey, key_of
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
@@ -79,16 +80,16 @@ class _Postures:
         return _Postures(self.q[rows], self.position[rows], self.singular[rows], self.stationary[rows])
 
 
-def inspect_program(sources: Sequence[Source] | Source, robot: Robot, constants: Sequence[str] = ()) -> Inspection:
+def inspect_program(sources: Sequence[Source] | Source, robot: Robot, options: Options = Options()) -> Inspection:
     """Read a program, follow it as it runs, and find the posture of the arm at every target and between them.
 
     Args:
         sources: the files of the task; those that are lent get no rows.
-        constants: names of data that count as constant.
+        options: those that say how the program is read.
     """
-    program = read_program(sources, constants)
+    program = read_program(sources, options.constants)
     followed = walk_program(program)
-    moves, unreachable = read_moves(robot, followed.events)
+    moves, unreachable = read_moves(robot, followed.events, options.free_axes)
     _, on_the_way = sample_path(robot, moves, followed.events)
     at = {move.event: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from decimal import Decimal
 from itertools import pairwise
 
@@ -13,7 +14,19 @@ from postproc.compensate.insertions import added_instruction
 from postproc.convert import Conversion
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import RobTarget
-from tests.compensate.build import body_of, convert, events, independent, module, outcome, target, timed, written
+from tests.compensate.build import (
+    AXES,
+    body_of,
+    codes,
+    convert,
+    events,
+    independent,
+    module,
+    outcome,
+    target,
+    timed,
+    written,
+)
 
 SEAM = "v100,sm,wd\\Weave:=wv,{zone},tT\\Track:=tr"
 
@@ -308,3 +321,18 @@ def test_the_old_form_of_the_arc_statements() -> None:
     assert {s.split()[0] for s in steps[1:lit]} == {"MoveL"}
     assert {s.split()[0] for s in steps[lit + 1 : out]} == {"ArcL"}
     assert out == len(steps) - 1
+
+
+def test_added_targets_have_the_external_axes_of_their_place_on_the_way() -> None:
+    """A table that carries nothing of this turns from 10 to 130 degrees during the seam, evenly along it."""
+    first, last = (
+        target(1350, y).replace(AXES, f"[{axis},9E9,9E9,9E9,9E9,9E9]") for y, axis in ((-700, "10"), (-20, "130"))
+    )
+    text = module("", f"MoveJ {first},v200,fine,tT;\nMoveL {last},v20,fine,tT;")
+    assert "MOT008" in codes(convert(text))
+    found = convert(text, free_axes="a")
+    assert found.report["max_error_after_mm"] <= 0.01 and found.report["added_targets"] >= 2
+    lines = re.findall(r"MoveL \[\[[-\d.]+,([-\d.]+),.*?\],\[([-\d.]+),9E9", written(found))
+    y, axis = np.array(lines, dtype=float).T
+    np.testing.assert_allclose(axis, 10 + 120 * (y - y[-1] + 680) / 680, atol=0.3)  # corrected places: 2 mm in 680
+    assert axis[-1] == 130

@@ -169,6 +169,18 @@ def test_external_axes_that_move_are_refused_where_they_do(stations: list[str], 
     assert [d.source.position(d.span[0])[0] - first for d in findings if d.source and d.span] == moving
 
 
+def test_axes_that_carry_nothing_may_move() -> None:
+    lines = [f"MoveL {P1[: -len(E) - 1]}[{a},{b},9E9,9E9,9E9,9E9]],v50,fine,t1;" for a, b in (("0", "0"), ("90", "5"))]
+    text = f"MODULE M\n{DATA}PROC main()\n{' '.join(lines)}\nENDPROC\nENDMODULE\n"
+    events = walk(read_program([Source("m.mod", text.encode())]))
+    found = {free: read_moves(ROBOT, events, free)[1] for free in ("", "a", "ab")}
+    assert {free: [d.code for d in findings] for free, findings in found.items()} == {
+        "": ["MOT008"], "a": ["MOT008"], "ab": []
+    }  # fmt: skip
+    assert "(eax_a, eax_b)" in found[""][0].message and "(eax_b)" in found["a"][0].message
+    assert found["a"][0].help.startswith("if they carry neither, say `--free-axes b`")
+
+
 def test_standing_still_is_no_speed() -> None:
     _, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL {P2},[0,500,5000,1000],fine,t1;")
     assert [d.code for d in findings] == ["MOT006"]
