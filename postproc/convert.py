@@ -39,6 +39,7 @@ from postproc.render.templates import environment
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
+WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
 
@@ -143,7 +144,12 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     findings += more
     if after is None:
         return _failed(findings, 1)
-    return _conclude(program, events, model, options, plan, before, after, edits, findings)
+    figures = figures_of(plan, events, before, after)
+    if figures.after > max(options.tolerance_m, WORSE * figures.before):
+        text = f"the corrected program would be {_mm(figures.after)} mm off, the original is {_mm(figures.before)} mm"
+        help_ = "nothing is written; please report this program"
+        return _failed([*findings, Diagnostic("CMP013", "error", text, sources[0], help=help_)], 1)
+    return _conclude(program, events, model, options, plan, before, after, figures, edits, findings)
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
@@ -203,11 +209,11 @@ def _conclude(
     plan: Plan,
     before: Deviation,
     after: Deviation,
+    figures: Figures,
     edits: Mapping[str, list[Edit]],
     findings: Sequence[Diagnostic],
 ) -> Conversion:
     first = program.sources[0]
-    figures = figures_of(plan, events, before, after)
     outcomes, unlike = judge_statements(program, events, plan, after, options)
     accuracy, doubts = expect_accuracy(model, plan.motion.states, first)
     motion = plan.motion

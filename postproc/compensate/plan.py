@@ -118,17 +118,17 @@ def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisi
         if key in decisions.refused or (key in decisions.following and event.target_origin.base is not None):
             runs.setdefault(key, []).append(i)
     runs = {key: rows for key, rows in runs.items() if key in decisions.refused or _one_text(events, motion, rows)}
-    alike = [rows for rows in runs.values() if all(events[motion.moves[i].event].via is None for i in rows)
-             or _one_text(events, motion, rows)]  # fmt: skip
-    chosen = [i for rows in alike for i in rows]
+    chosen = [i for rows in runs.values() for i in rows]
     if not chosen:
         return {}
     T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
     turn = object_matrices([events[motion.moves[i].event] for i in chosen])[:, :3, :3]
     shifts = (pose_error(T_goal[chosen], T_corrected[chosen]).reshape(-1, 2, 3) @ turn).reshape(-1, 6)
-    turned = np.repeat([_one_text(events, motion, rows) for rows in alike], [len(rows) for rows in alike])
+    turned = np.repeat(
+        [_one_text(events, motion, rows) for rows in runs.values()], [len(rows) for rows in runs.values()]
+    )
     shifts[~turned, 3:] = 0.0  # other targets can be displaced, not turned
-    middles = shared_middles([len(rows) for rows in alike], shifts)
+    middles = shared_middles([len(rows) for rows in runs.values()], shifts)
     return {chosen[k]: (turn[k] @ shift.reshape(2, 3, 1)).ravel() for k, shift in middles.items()}
 
 

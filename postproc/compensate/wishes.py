@@ -59,9 +59,10 @@ class Wishes:
             if role == "via" and i in shared:
                 vias.setdefault(key_of(self.events[self.motion.moves[i].event].statement), []).append(row)
         for rows in vias.values():
-            middle = middle_value([values[row] for row in rows])
-            for row in rows:
-                values[row] = middle
+            taught = [self.events[self.motion.moves[asked[row][0]].event].via for row in rows]
+            points = [via for via in taught if via is not None]
+            for row, value in zip(rows, _alike([values[row] for row in rows], points), strict=True):
+                values[row] = value
         found = []
         for (i, role, _, _), value in zip(asked, values, strict=True):
             event = self.events[self.motion.moves[i].event]
@@ -164,6 +165,19 @@ def middle_value(values: Sequence[TargetValue]) -> TargetValue:
     x, y, z, *rot = ((numbers.min(axis=0) + numbers.max(axis=0)) / 2).tolist()
     q1, q2, q3, q4 = (np.array(rot) / np.linalg.norm(rot)).tolist()
     return replace(values[0], pose=Pose((x, y, z), (q1, q2, q3, q4)))
+
+
+def _alike(values: Sequence[TargetValue], taught: Sequence[RobTarget]) -> list[TargetValue]:
+    """One value for one circle point; other points, another one in each run, are displaced alike and not turned."""
+    if all(via == taught[0] for via in taught):
+        return [middle_value(values)] * len(values)
+    shifts = np.array([np.subtract(v.pose.trans, via.trans) for v, via in zip(values, taught, strict=True)])
+    middle = (shifts.min(axis=0) + shifts.max(axis=0)) / 2
+    found = []
+    for value, via in zip(values, taught, strict=True):
+        x, y, z = np.add(via.trans, middle).tolist()
+        found.append(replace(value, pose=Pose((x, y, z), via.rot)))
+    return found
 
 
 def _conf(row: Array) -> Conf:

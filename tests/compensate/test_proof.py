@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from postproc.compensate.proof import distance_to_curves
+from postproc.compensate.values import TargetValue
+from postproc.compensate.wishes import Wishes
 from postproc.motion.curves import build_curves
+from postproc.rapid.records import Pose
 from tests.compensate.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
 
@@ -100,3 +105,17 @@ def test_distance_from_lines_and_arcs() -> None:
     distance, u = distance_to_curves(curves, np.array([1, 1, 2, 2, 2]), points)
     assert distance == pytest.approx([0.005, 0.03, 0.01, 0.007, 0.02], abs=1e-9)
     assert u == pytest.approx([0.5, 0.0, 0.5 / (np.pi / 2), 1.0 / (np.pi / 2), 1.0], abs=1e-9)
+
+
+def test_what_would_be_worse_than_before_is_not_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing that the planning gets wrong reaches a file: here every target is written 10 mm too far out."""
+    values = Wishes.values
+
+    def wrong(self: Wishes, asked: Any) -> list[TargetValue]:
+        found = values(self, asked)
+        return [replace(v, pose=Pose((v.pose.trans[0] + 10.0, *v.pose.trans[1:]), v.pose.rot)) for v in found]
+
+    monkeypatch.setattr(Wishes, "values", wrong)
+    found = convert(module("", f"MoveJ {target(1300, -500)},v300,fine,tT;\nMoveL {target(1350, -430)},v100,fine,tT;"))
+    assert not found.outputs
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == ["CMP013"]

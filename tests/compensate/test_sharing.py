@@ -34,6 +34,40 @@ def test_a_routine_on_displaced_work_shares_the_middle_in_the_axes_of_the_work(s
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
 
 
+LAYERS = """MoveJ Offs(a,0,0,60),v300,fine,tT;
+FOR i FROM 1 TO 3 DO
+  MoveL Offs(a,0,0,i*4),v100,fine,tT;
+  MoveC Offs(b,0,0,i*4),Offs(c,0,0,i*4),v100,fine,tT;
+  MoveL Offs(c,0,0,60),v100,fine,tT;
+  MoveL Offs(a,0,0,60),v100,fine,tT;
+ENDFOR"""
+RINGS = """  PROC ring(robtarget m,num r)
+    MoveL Offs(m,r,0,30),v100,fine,tT;
+    MoveL Offs(m,r,0,0),v100,fine,tT;
+    MoveC Offs(m,r*0.7071068,r*0.7071068,0),Offs(m,0,r,0),v100,fine,tT;
+    MoveL Offs(m,0,r,30),v100,fine,tT;
+  ENDPROC
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "most"),
+    [(LAYERS, 0.05), (f"MoveJ {A},v300,fine,tT;\nring {B},25;\nring {target(1290, -420, 690)},18;", 0.1)],
+)
+def test_arcs_at_another_place_in_each_run_are_displaced_whole(body: str, most: float) -> None:
+    """Goal and circle point of every run move together: layers of an arc, a ring at other places and of other sizes."""
+    data = "".join(f"CONST robtarget {n}:={p};\n" for n, p in zip("abc", (A, B, C), strict=True))
+    text = module(data, body, RINGS if "ring" in body else "")
+    found = convert(text)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    assert found.report["max_error_before_mm"] > 1.0
+    assert found.report["max_error_after_mm"] < most
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.before == pytest.approx(found.report["max_error_before_mm"], abs=0.002)
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
 SPOTS = f"""RECORD spot
 robtarget at;
 num force;
