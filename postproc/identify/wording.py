@@ -20,7 +20,7 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     """Name, value, standard deviation and unit of every parameter of an effect that was fitted.
 
     Names as ``half_gap[2]`` or ``mass[body 3]``; lengths, angles and times in thousandths, what is derived from them
-    (rad/(N m), m/s) in millionths.
+    (rad/(N m), m/s, 1/K) in millionths.
     """
     effect = fit.model.effect(key)
     if effect is None:
@@ -94,6 +94,8 @@ def _readable(unit: str) -> tuple[float, str]:
         return 1e3, f"m{unit}"
     if unit.startswith(("m/", "rad/")):
         return 1e6, f"\N{MICRO SIGN}{unit}"
+    if unit.startswith("1/"):
+        return 1e6, f"1e-6/{unit[2:]}"
     return 1.0, "" if unit == "1" else unit
 
 

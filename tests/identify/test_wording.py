@@ -10,6 +10,7 @@ import pytest
 
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.joint_error_map import JointErrorMap
+from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.record import fit_json, parameters_json
@@ -62,6 +63,16 @@ def test_values_are_told_in_shop_units_with_the_digits_that_are_known() -> None:
     assert [v[0] for v in fitted_values(fit, "arm_load")][:2] == ["mass[body 3]", "moment[body 3, x]"]
     assert values_lines(fit, "joint_offset", most=2) == ["4 numbers, in the model file"]
     assert list(fitted_values(fit, "backlash")) == []
+
+
+def test_what_has_no_unit_above_the_line_is_told_in_millionths() -> None:
+    data, _ = cell(seed=101)
+    fit = fit_model(base_fit(data).model, data, [LinkCompliance(body=(3,))])
+    [(name, value, sigma, unit), *_] = fitted_values(fit, "link_compliance")
+    assert (name, unit) == ("bending[body 3]", "1e-6/(N m^2)")
+    assert value == pytest.approx(1e6 * fit.model.effect("link_compliance").vector()[0])
+    at = fit.parameters.index(("link_compliance", 0))
+    assert sigma == pytest.approx(1e6 * math.sqrt(fit.covariance[at, at]))
 
 
 def test_a_gear_error_is_named_by_its_joint_and_order() -> None:

@@ -220,6 +220,14 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         "2 of 3 programs are corrected; 1 failed and have no output; at most 0.200 mm remain, in <code>c.mod</code>."
         in page
     )
+    for label, figure in (
+        ("corrected", "2"),
+        ("worst before", "2.000 mm"),
+        ("worst after", "0.200 mm"),
+        ("failed", "1"),
+    ):
+        assert f"<dt>{label}</dt><dd>{figure}</dd>" in page
+    assert "nothing to correct" not in page
     every = page[page.index("Every program") :]
     assert [every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")] == sorted(
         every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")
