@@ -57,6 +57,8 @@ def run(
         say(result.summary)
         names = (source.path, str(target or "compensated"))
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+    else:
+        say("nothing was written")
     if json:  # files first: who reads stdout may go away
         print_json(result.report)
     return code
