@@ -230,7 +230,10 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     above = first.fall / max(first.share, 1e-12)
     mine = {s.channel for s in same}
     others = [replace(s, share=min(1.0, s.fall / above)) for s in beside if s.channel not in mine]
-    best = {s.channel: s for s in reversed(suspects)}
-    dresses = [best[c] for c in dict.fromkeys(s.channel for s in suspects) if c not in mine]
+    # What else the same place follows comes before other places.
+    best: dict[str, Suspect] = {}
+    for suspect in sorted(suspects, key=lambda s: s.where != first.where):
+        best.setdefault(suspect.channel, suspect)
+    dresses = [s for channel, s in best.items() if channel not in mine]
     early = max(0, 2 - len(same))
     return [*same[:2], *elsewhere, *dresses[:early], *others, *same[2:], *dresses[early:]][:count]
