@@ -47,9 +47,12 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> li
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
             found += _of_two(first, channels[first], second, channels[second])
-    for a, b in pairwise(names):
-        if a[0] == b[0] == "q":
-            found += _sums(a, channels[a], b, channels[b])
+    angles = [name for name in names if name[0] == "q" and name[1:].isdigit()]
+    for a, b in pairwise(angles):
+        found += _of_sum((a, b), f"{a} + {b}", channels[a] + channels[b])
+        found += _of_sum((a, b), f"{a} - {b}", channels[a] - channels[b])
+    for a, b, c in zip(angles, angles[1:], angles[2:], strict=False):
+        found += _of_sum((a, b, c), f"{a} + {b} + {c}", channels[a] + channels[b] + channels[c])
     if {"x", "y"} <= set(names):
         x, y = channels["x"], channels["y"]
         found.append(Pattern(("x", "y"), "grows with the square of the distance from joint 1", unit(x**2 + y**2)))
@@ -112,11 +115,10 @@ def _swelling(
     return Pattern(names, text, unit(np.cos(order * angle - phase) * size), where, finer)
 
 
-def _sums(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    """Shapes of what two neighbouring joints turn together: linkages, and angles against gravity."""
-    for name, values in ((f"{first} + {second}", a + b), (f"{first} - {second}", a - b)):
-        for pattern in (*breaks(name, values), *waves(name, values)):
-            yield of_sum(pattern, (first, second), name)
+def _of_sum(names: tuple[str, ...], label: str, values: Array) -> Iterator[Pattern]:
+    """Shapes of what neighbouring joints turn together: linkages, and angles against gravity."""
+    for pattern in (*breaks(label, values), *waves(label, values)):
+        yield of_sum(pattern, names, label)
 
 
 def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
