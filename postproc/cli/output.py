@@ -77,7 +77,7 @@ def write_model(target: Path | None, model: Model, like: Path | None = None, sil
     Args:
         target: None for stdout, where it goes unless stdout is taken (``silent``).
     """
-    from postproc.model.file import render_model
+    from postproc.model.rewrite import render_model
     from postproc.tomlfile import parse_toml, read_source
 
     if target is None and silent:

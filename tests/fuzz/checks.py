@@ -18,7 +18,8 @@ from postproc.convert import compensate_program
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
-from postproc.model.file import default_model, parse_model, render_model
+from postproc.model.file import default_model, parse_model
+from postproc.model.rewrite import render_model
 from postproc.rapid.edits import Edit, apply_edits
 from postproc.rapid.program import read_program
 from postproc.rapid.tokens import tokenize

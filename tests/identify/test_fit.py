@@ -17,7 +17,8 @@ from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
-from postproc.model.file import parse_model, render_model
+from postproc.model.file import parse_model
+from postproc.model.rewrite import render_model
 from postproc.model.uncertainty import predict_sigma
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error

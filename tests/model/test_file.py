@@ -11,7 +11,8 @@ import pytest
 from postproc.cli.output import write_model
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.backlash import Backlash
-from postproc.model.file import default_model, parse_model, read_model, render_model
+from postproc.model.file import default_model, parse_model, read_model
+from postproc.model.rewrite import render_model
 
 MODEL = """# our cell
 robot = "irb4600_60_205"            # the big one

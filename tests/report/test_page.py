@@ -32,6 +32,7 @@ from postproc.report.diagnosis import diagnosis_page
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid, render_page, table
 from postproc.report.residuals import suspect_chart
+from postproc.report.svg import arrows
 from postproc.resources import resource
 
 BASE = (InstrumentFrame, ToolFrame, JointOffset)
@@ -139,6 +140,16 @@ def test_arrows_point_from_start_to_end() -> None:
     assert x1 > x0
     assert y1 < y0  # up on the page
     assert x1 - x0 == pytest.approx(y0 - y1)
+
+
+def test_the_head_of_an_arrow_stands_across_it() -> None:
+    drawn = arrows(np.array([[0.0, 0.0]]), np.array([[6.0, 8.0]]), "red")
+    at = np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", drawn), dtype=float)
+    assert at[1].tolist() == at[3].tolist() == [6.0, 8.0]
+    # 4 long and 1.6 to each side of a direction (0.6, 0.8).
+    assert at[[2, 4]] == pytest.approx(
+        np.array([[6 - 2.4 - 1.28, 8 - 3.2 + 0.96], [6 - 2.4 + 1.28, 8 - 3.2 - 0.96]]), abs=0.06
+    )
 
 
 def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:

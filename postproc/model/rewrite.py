@@ -1,0 +1,82 @@
+"""The text of a model file: comments and order of the text it replaces are kept."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.model.arm import Model
+from postproc.robot.pose import rpy
+
+TIGHT = re.compile(r"^([^#\n].*\n)(?=\[fit\]$)", re.MULTILINE)
+"""A header against the line before it, which is how tomlkit leaves it when a table is added there."""
+LONG = 100  # characters
+
+
+def render_model(model: Model, before: str = "") -> str:
+    """The text of a model file; comments and order of the text it replaces are kept.
+
+    Args:
+        before: the file as the user wrote it, if there is one.
+    """
+    import tomlkit
+
+    document = tomlkit.parse(before) if before else tomlkit.document()
+    content = {"robot": model.robot_name or model.robot.name, **_frames(model, document)}
+    content["effects"] = {e.key: e.to_file() for e in model.effects}
+    if model.fit:
+        content["fit"] = dict(model.fit)
+    _merge(document, content, prune=("effects", "fit"))
+    text = tomlkit.dumps(document)
+    return text if TIGHT.search(before) else TIGHT.sub(r"\1\n", text)
+
+
+def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of mounting and tool; angles that say the same rotation in another way are left as the user wrote them."""
+    from scipy.spatial.transform import Rotation
+
+    def angles(table: str, R: Array) -> list[float]:
+        before: list[float] = list(_unwrapped(document.get(table, {})).get("rpy_deg", [0.0, 0.0, 0.0]))
+        if np.allclose(rpy(np.radians(np.array(before, float))), R, atol=1e-12):
+            return before
+        return [round(float(a), 9) + 0.0 for a in np.degrees(Rotation.from_matrix(R).as_euler("xyz"))]
+
+    tool: dict[str, Any] = {"xyz_mm": [round(float(x) * 1e3, 9) + 0.0 for x in model.T_flange_tcp[:3, 3]]}
+    turn = angles("tool", model.T_flange_tcp[:3, :3])
+    if any(turn) or "rpy_deg" in document.get("tool", {}):
+        tool["rpy_deg"] = turn
+    return {"mounting": {"rpy_deg": angles("mounting", model.R_world_base)}, "tool": tool}
+
+
+def _merge(table: Any, content: Mapping[str, Any], prune: tuple[str, ...] = ()) -> None:
+    """Put values into a tomlkit table: unchanged ones stay as the user wrote them, changed ones keep their comment."""
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            if key not in table:
+                import tomlkit
+
+                table[key] = tomlkit.table(is_super_table=key == "effects")
+            for old in [k for k in table[key] if k not in value] if key in prune or not prune else []:
+                del table[key][old]
+            _merge(table[key], value)
+        elif key not in table or _unwrapped(table[key]) != value:
+            table[key] = _in_lines(value)
+
+
+def _in_lines(value: Any) -> Any:
+    """A long list of texts with a line for each."""
+    if not isinstance(value, list) or not all(isinstance(x, str) for x in value) or sum(map(len, value)) < LONG:
+        return value
+    import tomlkit
+
+    found = tomlkit.array()
+    found.extend(value)
+    return found.multiline(True)
+
+
+def _unwrapped(item: Any) -> Any:
+    return item.unwrap() if hasattr(item, "unwrap") else item
