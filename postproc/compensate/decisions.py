@@ -94,10 +94,15 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
     editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
     while True:
         refused, following = _refuse(events, arguments, editable, bases, complete, astray)
-        # A declaration stays as it is when a statement that uses it does.
+        # A declaration stays as it is when a statement that uses it does, or one that is derived from it.
         kept = editable
         if refused:
-            kept = {k for k in editable if not any(key_of(events[w.event].statement) in refused for w in places[k])}
+            fixed = {name for name, use in users.items() if not use.derived.isdisjoint(refused)}
+            kept = {
+                k
+                for k in editable
+                if not any(key_of(events[w.event].statement) in refused or names_of(w) & fixed for w in places[k])
+            }
         if kept == editable:
             break
         editable = kept
@@ -147,10 +152,12 @@ def _refuse(
 ) -> tuple[dict[StatementKey, str], dict[StatementKey, frozenset[str]]]:
     """Statements for which no text can be found, with the reason, and those that follow what they are derived from."""
     edited: set[str] = set()
+    moved: set[RobTarget] = set()  # targets that have new numbers where they stand
     for group in arguments.values():
         for wish in group:
             if _text_of(wish, editable) is not None:
                 edited |= names_of(wish)
+                moved.add(_target_of(events, wish))
     refused: dict[StatementKey, str] = {}
     following: dict[StatementKey, frozenset[str]] = {}
     for (key, _), group in arguments.items():
@@ -161,6 +168,10 @@ def _refuse(
         if replaced and not _agree(group) and _displaced(events, group) is not None:
             continue
         followed = edited & bases.get(key, set())
+        stays = any(w.origin.base is not None and w.origin.base.target not in moved for w in group)
+        if followed and stays and not _agree(group):
+            refused[key] = DIFFERENT  # it would follow in some of its runs only
+            continue
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
         if followed and (lent or not _agree(group) or any("%" in name for name in followed)):
             following[key] = frozenset(followed)
@@ -181,8 +192,7 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Change |
     base = group[0].origin.base if _one_base(group) else None
     shifts = []
     for wish in group:
-        target = events[wish.event].target if wish.role == "to" else events[wish.event].via
-        assert isinstance(target, RobTarget)
+        target = _target_of(events, wish)
         x, y, z = np.subtract(wish.value.pose.trans, target.trans).tolist()
         shifts.append(replace(wish.value, pose=Pose((x, y, z), wish.value.pose.rot)))
         kept = TargetValue(Pose((x, y, z), target.rot), target.robconf, target.extax)
@@ -196,6 +206,12 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Change |
         return None
     x, y, z = np.add(base.target.trans, shift).tolist()
     return Change(base.source, base.span, replace(shifts[0], pose=Pose((x, y, z), shifts[0].pose.rot)))
+
+
+def _target_of(events: Sequence[MotionEvent], wish: Wish) -> RobTarget:
+    target = events[wish.event].target if wish.role == "to" else events[wish.event].via
+    assert isinstance(target, RobTarget)
+    return target
 
 
 def _one_base(group: Sequence[Wish]) -> bool:

@@ -100,3 +100,20 @@ def test_targets_in_records_that_serve_otherwise_too_keep_their_numbers(statemen
     found = convert(text)
     assert [o.edited for o in found.outcomes] == ["aggregate", "argument"]
     assert SPOTS.splitlines()[4] in lines_of(written(found))
+
+
+def test_what_is_derived_follows_in_all_of_its_runs_or_in_none() -> None:
+    """`Offs(q,..)` of a routine: in one run q is a declaration that serves elsewhere too, in the other a derived place."""
+    more = "  PROC over(robtarget q)\n    MoveL Offs(q,0,-20,30),v100,fine,tT;\n  ENDPROC\n"
+    text = module(
+        f"CONST robtarget a:={A};",
+        f"MoveJ a,v300,fine,tT;\nover a;\nover Offs({B},0,0,10);\nMoveL a,v100,fine,tT;",
+        more,
+    )
+    found = convert(text)
+    assert {o.status for o in found.outcomes} == {"compensated"}
+    assert next(o for o in found.outcomes if o.statement.routine == "over").reason == SHARED
+    assert found.report["max_error_before_mm"] > 1.0
+    assert found.report["max_error_after_mm"] < 0.06
+    assert "MoveL Offs(Offs(q,0,-20,30)," in written(found)
+    assert independent(text, found).after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
