@@ -43,7 +43,7 @@ def suspects_aside(fit: Fit, most: int = 3) -> list[Suspect]:
         # Of two channels that single these poses out, that of the joint itself is the likelier.
         order = held if name.endswith(str(j + 1)) else 2 * held
         text = f"the rows left out, between {shown(name, low)} and {shown(name, high)}"
-        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, 0.0, 0.0, nothing, nothing[0, 0])))
+        found.append((order, Suspect(name, f"joint {j + 1}", text, share, 0.0, 0.0, nothing, nothing[0, 0])))
     found.sort(key=lambda item: item[0])
     return [suspect for _, suspect in found[:most]]
 

@@ -30,8 +30,8 @@ class Suspect:
 
     Args:
         channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
-        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried; price: what
-            that count and having no name cost, 2 log of odds.
+        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
+            of having no name.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
         channels: all that the pattern follows, this one among them.
     """
@@ -42,7 +42,6 @@ class Suspect:
     share: float
     fall: float
     evidence: float
-    price: float
     place: Array
     values: Array
     channels: tuple[str, ...] = ()
@@ -101,9 +100,8 @@ def find_suspects(problem: Problem, linear: Linear, every: Sequence[Pattern], to
     result: list[Suspect] = []
     for worth, fall, where, pattern in tried.found[:top]:
         share, moves = min(1.0, fall / above), tried.moves[where]
-        price = ODDS + 2 * float(np.log(tried.count * (RARER if where.startswith("body") else 1)))
         result += [
-            Suspect(c, where, pattern.text, share, fall, worth, price, moves, pattern.values, pattern.channels)
+            Suspect(c, where, pattern.text, share, fall, worth, moves, pattern.values, pattern.channels)
             for c in pattern.channels
         ]
     return result

@@ -103,7 +103,7 @@ def test_a_place_that_explains_as_much_is_told_too():
     """A shift of the tool across its axis and a turn of joint 6 are the same for positions alone."""
     nothing, way = np.zeros((1, 3, 1)), np.ones(1)
     at = [("joint 6", 90.0), ("joint 6", 80.0), ("tool", 78.0), ("base", 30.0)]
-    ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, 40.0, nothing, way) for where, worth in at]
+    ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, nothing, way) for where, worth in at]
     assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
 
 
@@ -112,7 +112,7 @@ def test_a_second_structure_comes_before_the_third_dress_of_the_first():
 
     def suspect(channel, worth, way, *channels):
         text, every = "proportional", channels or (channel,)
-        return Suspect(channel, "joint 2", text, worth / 100, worth, worth, 40.0, nothing, way, every)
+        return Suspect(channel, "joint 2", text, worth / 100, worth, worth, nothing, way, every)
 
     first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
     ranked = [suspect("load2", 90.0, first), suspect("time", 60.0, dress), suspect("x", 55.0, dress)]
