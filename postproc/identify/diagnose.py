@@ -15,7 +15,7 @@ from postproc.identify.aside import suspects_aside
 from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.contest import contested
-from postproc.identify.findings import data_findings, standing_out
+from postproc.identify.findings import MANY, data_findings, larger_noise, standing_out
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
@@ -155,8 +155,8 @@ def _lack_of_fit(fit: Fit) -> bool:
     Residual variance against that of the repeats (F test), and by a margin that matters. A few rows that stand out by
     themselves are findings about those rows.
     """
-    noise = fit.noise
-    if noise.position is None or fit.freedom <= 0:
+    noise, stated = larger_noise(fit), fit.noise
+    if noise.position is None or stated.position is None or fit.freedom <= 0:
         return False
     from scipy.special import fdtrc
 
@@ -164,9 +164,8 @@ def _lack_of_fit(fit: Fit) -> bool:
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = fit.freedom - int(alone.sum())
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
-    ratio = square / max(freedom, 1)
-    dof = noise.dof if np.isfinite(noise.dof) else 1e6
-    return bool(ratio > 1.5 and fdtrc(freedom, dof, ratio) < 1e-6)
+    ratio = square / max(freedom, 1) * (stated.position / noise.position) ** 2
+    return bool(ratio > 1.5 and fdtrc(freedom, min(noise.dof, MANY), ratio) < 1e-6)
 
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:

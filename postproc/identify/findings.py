@@ -1,4 +1,4 @@
-"""Findings about the data that a fit brings to light: rows that stand out."""
+"""Findings about the data that a fit brings to light: rows that stand out, a stated noise that repeats contradict."""
 
 from __future__ import annotations
 
@@ -7,14 +7,28 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic, Span
 from postproc.identify.fitted import Fit
+from postproc.measure.repeat import Noise, estimate_noise
 
 RARE = 1e-3
 """Chance that any row of clean data stands out as much."""
+DOUBTFUL = 0.01
+"""Chance that repeats scatter as much beyond a noise that was stated rightly."""
+MANY = 1e6
+"""Degrees of freedom of a noise that was stated."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Rows that were set aside, and rows that stand out of the residual of the rest."""
+    """Repeats beyond the stated noise, rows that were set aside, rows that stand out of the residual of the rest."""
+    from scipy.special import fdtrc
+
     found = []
+    own, stated = larger_noise(fit), fit.noise
+    if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
+        message = (
+            f"the repeats scatter by {1e3 * (own.position or 0):.3f} mm per axis, more than the stated noise "
+            f"of {1e3 * (stated.position or 0):.3f} mm"
+        )
+        found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
     size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
     for i in fit.set_aside:
         message = (
@@ -27,6 +41,16 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
         found.append(Diagnostic("DAT025", "warning", message, fit.data.source, _span(fit, int(i)), help_))
     return found
+
+
+def larger_noise(fit: Fit) -> Noise:
+    """The noise of a fit, or that of the repeats where these scatter more than was stated."""
+    own = estimate_noise(fit.data)
+    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
+
+
+def _ratio(own: Noise, stated: Noise) -> float:
+    return ((own.position or 0.0) / max(stated.position or 0.0, 1e-300)) ** 2
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:

@@ -41,6 +41,14 @@ def test_typing_errors_are_findings_about_the_data(seed):
     assert (found.verdict, found.suspects) == ("complete", ())
 
 
+def test_repeats_speak_against_a_noise_that_was_stated_too_small():
+    data, _ = cell(seed=101)
+    low = diagnose(base_fit(data).model, data, noise=2.0e-5)
+    assert low.verdict == "complete" and "DAT027" in [d.code for d in low.diagnostics]
+    right = diagnose(base_fit(data).model, data, noise=3.0e-5)
+    assert right.verdict == "complete" and "DAT027" not in [d.code for d in right.diagnostics]
+
+
 def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     """A suspect found on one fit stands beside the next one, whose rows may be fewer."""
     data, _ = cell(worn_tooth, seed=912, poses=80, noise=0.01)
