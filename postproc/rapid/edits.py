@@ -15,8 +15,8 @@ class Edit:
     text: bytes
 
 
-def apply_edits(data: bytes, edits: Iterable[Edit]) -> bytes:
-    """The bytes with all edits made; several insertions at one place keep the order in which they are given.
+def edited(data: bytes, edits: Iterable[Edit]) -> list[bytes]:
+    """The text with all edits made, in parts; several insertions at one place keep the order in which they are given.
 
     Raises:
         ValueError: edits overlap or reach outside the data.
@@ -29,4 +29,4 @@ def apply_edits(data: bytes, edits: Iterable[Edit]) -> bytes:
         parts += [data[at : edit.start], edit.text]
         at = edit.end
     parts.append(data[at:])
-    return b"".join(parts)
+    return parts

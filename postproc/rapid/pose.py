@@ -6,8 +6,6 @@ import math
 
 from postproc.rapid.records import Pose, Quat, Vec3
 
-IDENTITY: Quat = (1.0, 0.0, 0.0, 0.0)
-
 
 def quat_mult(a: Quat, b: Quat) -> Quat:
     """Hamilton product: rotation ``b`` first, then ``a``, both in fixed axes."""

@@ -124,16 +124,11 @@ def object_matrices(events: Sequence[MotionEvent]) -> Array:
     return np.stack([object_matrix(wobj, displacement) for wobj, displacement in frames])[rows]
 
 
-def target_pose(event: MotionEvent, T_base_tcp: Array) -> Pose:
-    """The pose to write as the event's target so that the TCP is commanded to ``T_base_tcp`` (4, 4) [m].
-
-    Inverse of ``target_matrix``; in the object frame, before the program displacement.
-    """
-    return matrix_pose(inverse(object_matrix(event.wobj, event.displacement)) @ T_base_tcp)
-
-
 def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]:
-    """``target_pose`` of many events at once, (n, 4, 4) [m]; quaternions on the side of the target they replace.
+    """The poses to write as the targets of events so that the TCP is commanded to ``T_base_tcp`` (n, 4, 4) [m].
+
+    Inverse of ``target_matrices``: in the object frame, before the program displacement; quaternions on the side of the
+    target they replace.
 
     Raises:
         ValueError: an event has no robtarget.
@@ -165,13 +160,3 @@ def flange_matrix(event: MotionEvent) -> Array:
     if event.tool.robhold:
         return target_matrix(event) @ inverse(tool_matrix(event.tool))
     return tool_matrix(event.tool) @ inverse(target_matrix(event))
-
-
-def flange_pose(event: MotionEvent, T_base_tool0: Array) -> Pose:
-    """The pose to write as the event's target so that the flange is commanded to ``T_base_tool0`` (4, 4) [m].
-
-    Inverse of ``flange_matrix``.
-    """
-    if event.tool.robhold:
-        return target_pose(event, T_base_tool0 @ tool_matrix(event.tool))
-    return target_pose(event, inverse(T_base_tool0) @ tool_matrix(event.tool))

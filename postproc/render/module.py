@@ -10,7 +10,7 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
-from postproc.rapid.edits import Edit
+from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like
 from postproc.render.templates import fill, load_template
@@ -165,10 +165,5 @@ def indent_after(data: bytes, offset: int) -> str:
 
 def render_text(env: SandboxedEnvironment, data: bytes, edits: Sequence[Edit]) -> bytes:
     """The module through ``module.j2``: parts of the original and what replaces them, in order."""
-    parts: list[str] = []
-    at = 0
-    for edit in sorted(edits, key=lambda e: (e.start, e.end)):
-        parts += [data[at : edit.start].decode("latin-1"), edit.text.decode("latin-1")]
-        at = edit.end
-    parts.append(data[at:].decode("latin-1"))
+    parts = [part.decode("latin-1") for part in edited(data, edits)]
     return fill(load_template(env, "module.j2"), {"parts": parts}).encode("latin-1", "replace")

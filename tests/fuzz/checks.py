@@ -20,7 +20,7 @@ from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model
-from postproc.rapid.edits import Edit, apply_edits
+from postproc.rapid.edits import Edit, edited
 from postproc.rapid.program import read_program
 from postproc.rapid.tokens import tokenize
 from postproc.rapid.walk import walk_program
@@ -60,9 +60,9 @@ def check_program(data: bytes) -> bool:
     program = read_program(Source("fuzz.mod", data))
     walk = walk_program(program)
     assert {s.span for s in program.statements} == {e.statement.span for e in walk.events}, "a statement without event"
-    assert apply_edits(data, []) == data
+    assert b"".join(edited(data, [])) == data
     same = [Edit(*s.span, data[slice(*s.span)]) for s in program.statements]
-    assert apply_edits(data, same) == data, "statements are not where they say"
+    assert b"".join(edited(data, same)) == data, "statements are not where they say"
     findings = [*program.diagnostics, *walk.diagnostics]
     _read_out(findings)
     return not any(d.severity == "error" for d in findings)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from postproc import rapid
 from postproc.diagnostics import Source
-from postproc.rapid.edits import Edit, apply_edits
+from postproc.rapid.edits import Edit, edited
 from postproc.rapid.program import read_program
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.tokens import tokenize
@@ -63,7 +63,7 @@ def test_edits_change_their_spans_only(data: bytes, draw: st.DataObject) -> None
     cuts = sorted(draw.draw(st.lists(st.integers(0, len(data)), max_size=8)))
     spans = list(zip(cuts[::2], cuts[1::2], strict=False))
     edits = [Edit(start, end, b"<%d>" % number) for number, (start, end) in enumerate(spans)]
-    result = apply_edits(data, draw.draw(st.permutations(edits)))
+    result = b"".join(edited(data, draw.draw(st.permutations(edits))))
     rest = result
     for number in range(len(edits)):
         rest = rest.replace(b"<%d>" % number, b"", 1)
@@ -71,18 +71,18 @@ def test_edits_change_their_spans_only(data: bytes, draw: st.DataObject) -> None
     for start, end in reversed(spans):
         kept = kept[:start] + kept[end:]
     assert len(rest) == len(kept)
-    assert apply_edits(data, []) == data
+    assert b"".join(edited(data, [])) == data
 
 
 def test_overlapping_edits_are_refused() -> None:
     with pytest.raises(ValueError, match="overlaps"):
-        apply_edits(b"abcdef", [Edit(0, 3, b""), Edit(2, 4, b"")])
+        edited(b"abcdef", [Edit(0, 3, b""), Edit(2, 4, b"")])
     with pytest.raises(ValueError, match="outside"):
-        apply_edits(b"abc", [Edit(2, 9, b"")])
+        edited(b"abc", [Edit(2, 9, b"")])
 
 
 def test_insertions_at_one_place_keep_their_order() -> None:
-    assert apply_edits(b"ab", [Edit(1, 1, b"1"), Edit(1, 1, b"2"), Edit(1, 2, b"3")]) == b"a123"
+    assert b"".join(edited(b"ab", [Edit(1, 1, b"1"), Edit(1, 1, b"2"), Edit(1, 2, b"3")])) == b"a123"
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r\r\n"])
@@ -98,7 +98,7 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
     assert event.target_origin.spans is not None
     start, stop = event.target_origin.spans.trans[1]
     assert data[start:stop] == b"-2.25"
-    changed = apply_edits(data, [Edit(start, stop, b"-2.361")])
+    changed = b"".join(edited(data, [Edit(start, stop, b"-2.361")]))
     assert changed == data.replace(b"-2.25", b"-2.361")
     again = walk_program(read_program(Source("a.mod", changed))).events[0]
     assert again.target is not None

@@ -49,11 +49,9 @@ def test_many_at_once() -> None:
 def test_poses_are_written_back_in_the_object_frame(numbers: list[float]) -> None:
     goal = np.eye(4)
     goal[:3, :3], goal[:3, 3] = Rotation.from_rotvec(np.array(numbers[:3]) * 3).as_matrix(), numbers[3:]
-    pose = units.target_pose(EVENT, goal)
+    (pose,) = units.target_poses([EVENT], goal[None])
     np.testing.assert_allclose(U @ O_ @ D @ units.pose_matrix(pose.trans, pose.rot), goal, atol=1e-9)
-    assert pose.rot[0] >= 0
-    flange = units.flange_pose(EVENT, goal)
-    np.testing.assert_allclose(U @ O_ @ D @ units.pose_matrix(flange.trans, flange.rot), goal @ TOOL, atol=1e-9)
+    assert EVENT.target is not None and np.dot(pose.rot, EVENT.target.rot) >= 0  # type: ignore[union-attr]
 
 
 def test_stationary_tool_holds_still_and_the_robot_carries_the_object() -> None:
@@ -61,8 +59,6 @@ def test_stationary_tool_holds_still_and_the_robot_carries_the_object() -> None:
     event = events(f"MoveL {POINT},v5,z0,t\\WObj:=w;", data)[0]
     flange = units.flange_matrix(event)
     np.testing.assert_allclose(flange @ U @ O_ @ X, TOOL, atol=1e-12)
-    pose = units.flange_pose(event, flange)
-    assert pose.trans == pytest.approx((400, -50, 80), abs=1e-9)
 
 
 def test_inverse_of_many() -> None:
