@@ -235,11 +235,17 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
 
 
 def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:
+    """The base with some of the effects that a fit has found, all from where that fit has them.
+
+    The springs too: those that the base has found without a load do not suit it, down to their sign.
+    """
     keys = {c.key for c in candidates}
-    effects = [e for e in fitted.model.effects if e.key in keys]
-    free = {**base.free, **{c.key: fitted.free[c.key] for c in candidates}}
-    strength = {k: v for k, v in fitted.strength.items() if base.model.effect(k) is not None or k in keys}
-    return fit_model(base.model, base.data, effects, free=free, noise=noise, penalty=strength)
+    same = {k for k, mask in base.free.items() if np.array_equal(mask, fitted.free.get(k, ()))}
+    start = {e.key: e for e in base.model.effects}
+    start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
+    free = {**base.free, **{key: fitted.free[key] for key in keys}}
+    strength = {k: v for k, v in fitted.strength.items() if k in start}
+    return fit_model(base.model.with_effects(*start.values()), base.data, free=free, noise=noise, penalty=strength)
 
 
 def thinned(base: Fit, noise: float | None) -> Fit:
