@@ -9,6 +9,7 @@ import sys
 from cyclopts import App, Group, Parameter
 
 from postproc import __version__
+from postproc.batch.work import THREADS
 from postproc.cli.run import run
 
 CONVERT = Group("Convert programs", sort_key=1)
@@ -78,7 +79,7 @@ def main() -> None:
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     # Threads of the linear algebra ruin small problems on a busy machine (10 times slower); who sets them keeps them.
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    for name in THREADS:
         os.environ.setdefault(name, "1")
     # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of time.
     gc.set_threshold(200_000, 20, 20)
