@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -185,3 +186,21 @@ def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path
     assert f"`postproc diagnose {tmp_path / 'm'} {cell / 'fit.csv'} --noise 0.03`" in fitted.err
     assert MeasuredOptions(columns="map.toml", program="p.mod").words == " --program p.mod --columns map.toml"
     assert MeasuredOptions(noise=0.03).sigma == pytest.approx(3e-5)
+
+
+def test_a_diagnosis_ends_with_the_commands_that_follow(
+    call: Call, cell: Path, samples: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = SimpleNamespace(candidate=SimpleNamespace(key="arm_load"), not_separable=("payload_error", "dress_pack"))
+    second = SimpleNamespace(candidate=SimpleNamespace(key="backlash"), not_separable=())
+    found = SimpleNamespace(diagnostics=(), missing=(first, second), text=lambda: "The model lacks ..")
+    monkeypatch.setattr("postproc.cli.diagnose.diagnose", lambda *_, **__: found)
+    model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
+    outcome = call("diagnose", model, data, "--noise", "0.05")
+    assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
+    assert outcome.err.splitlines() == [
+        f"next: `postproc add {model} arm_load backlash --data {data} --noise 0.05 -o BETTER.toml` writes the model that "
+        "has it",
+        f"or: `postproc plan {model} {data} --between arm_load,payload_error --noise 0.05 -o POSES.csv` chooses poses that "
+        "tell them apart",
+    ]
