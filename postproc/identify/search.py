@@ -22,6 +22,8 @@ MOST = 6
 """Effects that are added one after another at most."""
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+TOLD = 0.9
+"""Share of what is left above the noise that a pattern tells better than an effect far from all its starts would."""
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
 
@@ -97,7 +99,7 @@ def ranking(search: Search) -> list[Candidate]:
         best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
         return candidate if best is None else best[0]
 
-    far = -np.inf if _at_a_loss(search.fit, found[0]) else max(0.0, 0.2 * found[0].evidence)
+    far = -np.inf if _at_a_loss(search, found[0]) else max(0.0, 0.2 * found[0].evidence)
     found = [settled(c) if c.starts and c.evidence > far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     rivals = [c for c in found if c.evidence > near]
@@ -106,13 +108,17 @@ def ranking(search: Search) -> list[Candidate]:
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
 
 
-def _at_a_loss(fit: Fit, best: Candidate) -> bool:
-    """Whether the best effect explains less than half of what is left above the noise.
+def _at_a_loss(search: Search, best: Candidate) -> bool:
+    """Whether the best effect explains less than half of what is left above the noise, and no pattern most of it.
 
     Then effects that stand far from all their starts may still be what is missing.
     """
+    fit = search.fit
     above = fit.linear.square - fit.linear.freedom
-    return fit.noise.position is not None and above > 0.5 * fit.linear.freedom and best.fall < 0.5 * above
+    if fit.noise.position is None or above < 0.5 * fit.linear.freedom or best.fall > 0.5 * above:
+        return False
+    suspects = search.suspects(fit, search.linear())
+    return not suspects or suspects[0].fall < TOLD * above
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
@@ -128,16 +134,16 @@ def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.
 
-    Where a pattern beat a named effect on the way, the search is run once more with the pattern taken, and the whole
-    that is worth more is kept: early on, a pattern may only look better because other effects are still missing.
+    Where a pattern beat a named effect on the way, the search goes on from there once more with the pattern taken, and
+    the whole that is worth more is kept: early on, a pattern may only look better because other effects are missing.
     """
+    forks: list[_Fork] = []
     named = replace(search, outside=[])
-    missing, contested = _select(named, first, False)
-    if contested:
-        free = replace(search, outside=[])
-        other, _ = _select(free, first, True)
-        if _worth(search.fit.linear, free, other) > _worth(search.fit.linear, named, missing):
-            named, missing = free, other
+    missing = _select(named, first, [], forks)
+    for fork in forks[:1]:
+        other = _select(fork.search, fork.ranked, fork.missing, None)
+        if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
+            named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
 
@@ -154,16 +160,31 @@ def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:
     return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
 
 
-def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[Missing], bool]:
-    missing: list[Missing] = []
-    ranked, contested = first, False
+@dataclass(frozen=True)
+class _Fork:
+    """A search where a pattern is worth more than the best named effect."""
+
+    search: Search
+    ranked: list[Candidate]
+    missing: list[Missing]
+
+
+def _select(
+    search: Search, ranked: list[Candidate], missing: list[Missing], forks: list[_Fork] | None
+) -> list[Missing]:
+    """One effect or pattern after another.
+
+    Args:
+        forks: where names go before patterns that beat them, and the places are kept; None where patterns go before.
+    """
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
         suspects = search.suspects(search.fit, search.linear())
         outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
         beaten = best is not None and outside is not None and outside.evidence > best.evidence
-        contested |= beaten
-        if best is not None and not (beaten and rivals):
+        if beaten and forks is not None:
+            forks.append(_Fork(replace(search), ranked, missing))
+        if best is not None and not (beaten and forks is None):
             taken = _take(search, best, ranked)
             if taken is None:
                 search.classes = {k: c for k, c in search.classes.items() if k != best.key}
@@ -174,7 +195,7 @@ def _select(search: Search, first: list[Candidate], rivals: bool) -> tuple[list[
         else:
             break
         ranked = ranking(search)
-    return missing, contested
+    return missing
 
 
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
