@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations, pairwise
 
@@ -78,7 +78,7 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
         for k in range(1, LINES + 1):
             for phase in (0.0, np.pi / 2):
                 for size in (b, b - b.mean()):
-                    yield _swelling(names, a, size, k, phase, None if k in HARMONICS else f"joint {first[1:]}")
+                    yield _swelling(names, a, size, k, phase, gated if k in HARMONICS else None)
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = unit(np.sign(sign) * np.abs(size))
@@ -102,14 +102,21 @@ def _gates(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
 
 
 def _swelling(
-    names: tuple[str, str], angle: Array, size: Array, order: float, phase: float, where: str | None
+    names: tuple[str, str],
+    angle: Array,
+    size: Array,
+    order: float,
+    phase: float,
+    gated: Callable[[], list[Pattern]] | None,
 ) -> Pattern:
-    """A wave of an angle whose size is another channel."""
+    """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
+    where = None if gated else f"joint {names[0][1:]}"
 
     def finer() -> list[Pattern]:
         # Less than a wave a turn is hardly more than the other channel alone.
-        orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
-        return [replace(_swelling(names, angle, size, k, p, where), finer=None) for k in orders for p in PHASES]
+        orders = np.arange(1.0, 4.01, 0.25) if gated else order + 0.25 * np.arange(-2, 3)
+        waves_ = [_swelling(names, angle, size, k, p, gated) for k in orders for p in PHASES]
+        return [replace(p, finer=None) for p in waves_] + (gated() if gated else [])
 
     text = f"product of {order:g} {names[0]} waves and {names[1]}"
     return Pattern(names, text, unit(np.cos(order * angle - phase) * size), where, finer)

@@ -58,3 +58,18 @@ def test_a_sway_is_found_at_its_own_period_and_phase():
     fine = best(sharper(best(coarse)))
     assert abs(np.corrcoef(fine.values, truth)[0, 1]) > 0.9
     assert 1500 < float(fine.text.split()[-2]) < 1760
+
+
+def test_lost_motion_in_a_worn_sector_is_told_by_its_ends():
+    g = np.random.default_rng(8)
+    q5, dir5 = g.uniform(-1.6, 1.7, 160), g.choice([-1.0, 1.0], 160)
+    truth = dir5 * ((q5 > -0.3) & (q5 < 0.9))
+
+    def best(some):
+        return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
+
+    coarse = patterns({"q5": q5, "dir5": dir5}, state(np.zeros((160, 6))), np.zeros((160, 3)))
+    fine = best(sharper(best(coarse)))
+    assert (
+        fine.text.startswith("dir5 only where q5 is between -1") and abs(np.corrcoef(fine.values, truth)[0, 1]) > 0.95
+    )
