@@ -24,6 +24,8 @@ NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
 TOLD = 0.9
 """Share of what is left above the noise that a pattern tells better than an effect far from all its starts would."""
+WAVES = ("transmission_error", "joint_error_map")
+"""Effects that tell a joint's angle by itself, as many a force of the arm's pose can be told in part."""
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
 
@@ -111,11 +113,13 @@ def ranking(search: Search) -> list[Candidate]:
 def _at_a_loss(search: Search, best: Candidate) -> bool:
     """Whether the best effect explains less than half of what is left above the noise, and no pattern most of it.
 
-    Then effects that stand far from all their starts may still be what is missing.
+    Then effects that stand far from all their starts may still be what is missing. Waves of a joint's own angle must
+    explain most of it: a hose that pulls at the wrist is half told by a wave of the wrist.
     """
     fit = search.fit
     above = fit.linear.square - fit.linear.freedom
-    if fit.noise.position is None or above < 0.5 * fit.linear.freedom or best.fall > 0.5 * above:
+    enough = TOLD if best.key in WAVES else 0.5
+    if fit.noise.position is None or above < 0.5 * fit.linear.freedom or best.fall > enough * above:
         return False
     suspects = search.suspects(fit, search.linear())
     return not suspects or suspects[0].fall < TOLD * above
