@@ -133,7 +133,8 @@ def _without_title(
     if first == 0 or len(numbered) - first < 2:
         return numbered
     start = source.line_starts[numbered[0][0] - 1]
-    message = f"{first} lines before the column names are taken for a title"
+    lines = "1 line before the column names is" if first == 1 else f"{first} lines before the column names are"
+    message = f"{lines} taken for a title"
     help_ = "start them with `#` if they are, or remove them"
     diagnostics.append(Diagnostic("DAT004", "info", message, source, (start, start + 1), help_))
     return numbered[first:]

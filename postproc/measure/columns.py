@@ -29,6 +29,7 @@ UNITS: Mapping[str, float] = {
     "deg_s2": math.pi / 180,
     "rad_s2": 1.0,
     "kg": 1.0,
+    "lb": 0.45359237,
     "N": 1.0,
     "Nm": 1.0,
     "C": 1.0,
