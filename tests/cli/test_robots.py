@@ -24,6 +24,8 @@ def test_show_gives_every_number_with_its_source(call: Call) -> None:
     document = json.loads(call("robots", "show", "irb4600_60_205", "--json").out)
     assert document["schema"] == "postproc/robot/1"
     assert document["limits_deg"][1] == [-90.0, 150.0]
+    assert document["closed_form_inverse"] is True
+    assert json.loads(call("robots", "show", "ur10", "--json").out)["closed_form_inverse"] is False
     assert "Table 2" in document["sources"]["joints.stiffness_Nm_per_rad"]
 
 
