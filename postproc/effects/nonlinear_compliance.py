@@ -37,7 +37,7 @@ class NonlinearCompliance(
 
     law: str = structure("tanh", choices=LAWS)
     windup_rad: Array = param(unit="rad", shape=(6,), low=-0.05, high=0.05, typical=1e-4)
-    knee_Nm: Array = param(unit="N m", shape=(6,), low=1.0, high=1e5, typical=100.0, null=100.0, amplitude=False)
+    knee_Nm: Array = param(unit="N m", shape=(6,), low=1e-3, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
     def displacement(self, state: State) -> Array | None:
         if state.joint_load is None:
@@ -51,7 +51,7 @@ class NonlinearCompliance(
         found: list[Variant] = []
         for law in LAWS:
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
-                start = cls(law=law, knee_Nm=np.clip(share * largest, 1.0, 1e5)) if current is None else current
+                start = cls(law=law, knee_Nm=np.clip(share * largest, 1e-3, 1e5)) if current is None else current
                 for form in (*by_joint(start), _joints_2_and_3(start)):
                     # The knee of a cubic only scales its amplitude.
                     refit = form.free if start.law == "cubic" else form.refit
