@@ -122,9 +122,8 @@ class Iso9283:
     Args:
         accuracy: AP, distance of the mean of the attained positions from the commanded one: mean and maximum over the
             poses.
-        repeatability: RP = mean distance from the barycentre + 3 standard deviations of that distance, None without
-            repeats:
-            median and maximum over the poses measured at least three times.
+        repeatability: RP = mean distance from the barycentre + 3 standard deviations of that distance: median and
+            maximum over the poses measured at least three times, None without repeats.
         poses: number of poses behind the repeatability.
     """
 
@@ -136,10 +135,7 @@ class Iso9283:
 
 
 def iso9283(error: Array, groups: NDArray[np.int_]) -> Iso9283:
-    """ISO 9283 figures from (n.
-
-    3) position errors (measured minus commanded) [m] and the group of repeats of each row.
-    """
+    """ISO 9283 figures from position errors (n, 3), measured minus commanded [m], and groups of repeats (n,)."""
     good = np.isfinite(error).all(axis=1)
     accuracy, repeatability = [], []
     for group in np.unique(groups[good]):

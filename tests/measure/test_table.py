@@ -181,6 +181,10 @@ def test_noise_and_iso_figures_from_repeats():
     assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
     spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
     assert spread.accuracy_mean == pytest.approx(0.0) and spread.repeatability_max == pytest.approx(1.0)
+    # Distances 1, 1, 2 mm from the barycentre: 4/3 + 3 sqrt(1/3).
+    uneven = iso9283(np.array([[0, 0, 0], [0, 0, 0], [3, 0, 0]]) * 1e-3, np.zeros(3, dtype=int))
+    assert uneven.repeatability_median == pytest.approx(4 / 3 + 3 * np.sqrt(1 / 3))
+    assert uneven.accuracy_max == pytest.approx(1.0)
 
 
 def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
