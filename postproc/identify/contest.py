@@ -85,7 +85,12 @@ def _explained(
 
 
 def _akin(suspect: Suspect, others: Sequence[Suspect]) -> bool:
-    return any(set(suspect.channels) & set(other.channels) for other in others)
+    """Whether a pattern follows a channel of another one, and not at another joint."""
+
+    def elsewhere(other: Suspect) -> bool:
+        return suspect.where != other.where and suspect.where.startswith("joint") and other.where.startswith("joint")
+
+    return any(set(suspect.channels) & set(other.channels) and not elsewhere(other) for other in others)
 
 
 def _without(fit: Fit, dropped: set[str]) -> Linear:
