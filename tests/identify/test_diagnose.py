@@ -265,6 +265,13 @@ def test_comparing_shows_where_the_residual_lives():
     assert j["channels"][0]["channel"].startswith("dir") and j["channels"][0]["where"].startswith("joint")
     assert j["worst"][0]["error_mm"] == j["maximum_mm"]
     assert f"brings it to {j['bound_mm']:.3f} mm" in found.text()
+    distance = 1e3 * np.linalg.norm(found.error, axis=1)
+    assert list(j["percentiles_mm"].values()) == pytest.approx(np.percentile(distance, [50, 95, 99]), abs=1e-5)
+    [told] = [t["share"] for t in j["channels"] if (t["channel"], t["where"]) == ("dir2", "joint 2")]
+    off, side = found.joint_error[:, 1] - found.joint_error[:, 1].mean(), found.fit.data.state.approach[:, 1]
+    explained = sum((side == s).sum() * off[side == s].mean() ** 2 for s in np.unique(side)) / (off @ off)
+    chance = (len(np.unique(side)) - 1) / (len(off) - 1)
+    assert told == pytest.approx((explained - chance) / (1 - chance), abs=1e-4)
     clean, _ = cell(seed=101)
     assert "What is left is of the size of the noise." in compare(base_fit(clean).recorded(), clean).text()
 

@@ -59,6 +59,7 @@ def test_values_are_told_in_shop_units_with_the_digits_that_are_known() -> None:
     assert abs(float(value) - 1e3 * shift) <= 0.5 * 10 ** -len(value.partition(".")[2])
     assert float(deviation) == pytest.approx(1e3 * sigma["tool_frame", 0], rel=0.05)
     assert len(value.partition(".")[2]) == len(deviation.partition(".")[2])
+    assert len(deviation.replace(".", "").lstrip("0")) == 2
     assert re.match(r"compliance\[2\] \S+ ± \S+ µrad/\(N m\)$", values_lines(fit, "joint_compliance")[0])
     assert [v[0] for v in fitted_values(fit, "arm_load")][:2] == ["mass[body 3]", "moment[body 3, x]"]
     assert values_lines(fit, "joint_offset", most=2) == ["4 numbers, in the model file"]
