@@ -171,7 +171,7 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
             action = (
                 "start and end the seam with a stop, or let the force act on the whole program"
                 if t.where in (BEFORE_TARGET, FROM_START)
-                else "lost motion is not undone by targets: turn the torch or the work so that the joint goes on one way"
+                else "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
             )
             text += ", while the arc burns"
             findings.append(_finding("CMP008", "warning", events[move.event].statement, text, action))
