@@ -69,7 +69,8 @@ def solve(problem: Problem, terms: Terms, fresh: frozenset[str] = frozenset()) -
                 at, good = None if at is None else at.reweighted(weights), False
         if at is None:
             at, place, good = slope(problem, terms.free, set(), terms.strength), problem, True
-            _enough(problem, len(at.parameters))
+            # Coefficients of a free function are told by its smoothness where the data is silent.
+            _enough(problem, int(np.sum(at.penalty == 0.0)))
             problem, fresh = _null_where_held(problem, at.held, fresh), frozenset()
             if problem is not place:
                 at = None

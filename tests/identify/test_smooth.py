@@ -77,3 +77,11 @@ def test_a_map_on_three_joints_is_tried_on_all_that_move():
     narrow = JointErrorMap(joint=(2,), order=8).resolutions(data.state)
     assert {e.joint for e in narrow} == {(2,)}
     assert max(e.order for e in narrow) <= 25
+
+
+def test_a_model_with_more_coefficients_than_numbers_is_fitted_again_on_its_own_data():
+    data, true = cell(broadband, seed=5, noise=0.02, poses=60)
+    more = everywhere(25)
+    assert len(more.vector()) > 3 * len(data)
+    fit = fit_model(base_fit(data).model, data, [more], penalty={"joint_error_map": 1.0})
+    assert fit.freedom > 0 and true_error(fit, true) < true_error(base_fit(data), true)
