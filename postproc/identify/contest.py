@@ -9,7 +9,8 @@ import numpy as np
 
 from postproc.identify.fitted import Fit
 from postproc.identify.linear import Linear, basis_of, independent_share
-from postproc.identify.search import Missing, Search, clear, refit_all, worth_saying
+from postproc.identify.refits import refit_all
+from postproc.identify.search import Missing, Search, clear, worth_saying
 from postproc.identify.suspects import Suspect
 
 MOST = 3

@@ -22,17 +22,8 @@ from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import patterns
 from postproc.identify.problem import Problem
-from postproc.identify.search import (
-    Missing,
-    Search,
-    check_backward,
-    clear,
-    final_fit,
-    ranking,
-    select_forward,
-    thinned,
-    worth_saying,
-)
+from postproc.identify.refits import final_fit, thinned
+from postproc.identify.search import Missing, Search, check_backward, clear, ranking, select_forward, worth_saying
 from postproc.identify.selection import Candidate
 from postproc.identify.suspects import ODDS, Suspect, by_channel
 from postproc.measure.measurements import Measurements
@@ -109,7 +100,7 @@ def diagnose(
     missing = select_forward(search, first)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
     bound = min(nonparametric_bound(search.fit, named), search.fit.held_out_rms)
-    final = search.fit if start is base else final_fit(base, search, missing, noise)
+    final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
     suspects = _suspects(search, final)

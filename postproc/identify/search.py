@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import Form, schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
-from postproc.identify.selection import Candidate, Screen, compose, grown
+from postproc.identify.refits import refit_all
+from postproc.identify.selection import Candidate, Screen, compose
 from postproc.identify.shapes import Pattern
 from postproc.identify.solve import ROUGHLY
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
@@ -26,8 +26,6 @@ TOLD = 0.9
 """Share of what is left above the noise that a pattern tells better than an effect far from all its starts would."""
 WAVES = ("transmission_error", "joint_error_map")
 """Effects that tell a joint's angle by itself, as many a force of the arm's pose can be told in part."""
-ENOUGH = 3000
-"""Measured numbers beyond which the search takes every second, third .. pose."""
 
 
 @dataclass(frozen=True)
@@ -257,43 +255,3 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
         missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without.linear))
         at += 1
     return missing
-
-
-def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:
-    """The base with some of the effects that a fit has found, all from where that fit has them.
-
-    The springs too: those that the base has found without a load do not suit it, down to their sign.
-    """
-    keys = {c.key for c in candidates}
-    same = {k for k, mask in base.free.items() if np.array_equal(mask, fitted.free.get(k, ()))}
-    start = {e.key: e for e in base.model.effects}
-    start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
-    free = {**base.free, **{key: fitted.free[key] for key in keys}}
-    strength = {k: v for k, v in fitted.strength.items() if k in start}
-    return fit_model(base.model.with_effects(*start.values()), base.data, free=free, noise=noise, penalty=strength)
-
-
-def thinned(base: Fit, noise: float | None) -> Fit:
-    """The base on every k-th pose where there are more than the search needs.
-
-    The full data then gives the final fit.
-    """
-    step = int(base.problem.weights.used.sum() // ENOUGH)
-    if step < 2:
-        return base
-    groups = base.data.repeats
-    kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
-    return fit_model(base.model, base.data.rows(kept), free=base.free, noise=noise, penalty=base.strength)
-
-
-def final_fit(base: Fit, search: Search, missing: list[Missing], noise: float | None) -> Fit:
-    """The missing effects fitted on the whole data; free functions get the order and smoothness that it can carry."""
-    rough = [m.candidate for m in missing if m.candidate.effect.roughness() is not None]
-    firm = [m.candidate for m in missing if m.candidate.effect.roughness() is None]
-    fit = refit_all(base, search.fit, firm, noise)
-    for candidate in rough:
-        screen = Screen(fit.problem, {candidate.key: search.classes[candidate.key]})
-        best = grown(screen, fit.linear, candidate)
-        after = None if best is None else refit(fit, screen, fit.linear, best)
-        fit = fit if after is None else after
-    return fit
