@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.base import Effect
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out, independent_share, serial_share
 from postproc.identify.problem import Problem
@@ -102,12 +103,19 @@ class Fit:
 
         moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
         turns = np.tile(self.problem.sensitivity.matrix[:, :, :6], moved.shape[1] // 6)
-        without = plain.extended(self.problem.whiten(turns * moved[:, None, :]))
+        # What stopped at a bound did so for the same reason.
+        stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
+        without = plain.extended(np.hstack([self.problem.whiten(turns * moved[:, None, :]), *stopped]))
         new = share(without)
         count = without.parameters - plain.parameters
         freedom = new * len(plain.residual) - count
         earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
         return new if earned else share(plain)
+
+    def _stopped(self, effect: Effect) -> Array:
+        mask = np.zeros(len(effect.vector()), dtype=bool)
+        mask[[i for key, i in self.at_bound if key == effect.key]] = True
+        return self.problem.columns(effect, mask)
 
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
