@@ -57,7 +57,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
             else:
                 fit, linear = full, _without(full, {c.key for c in dropped})
             rivals.append(_explained(search, fit, linear, named, best.outside))
-        alike = (r for r in rivals if all(_akin(s, r.outside) for s in best.outside))
+        alike = (r for r in rivals if all(akin(s, r.outside) for s in best.outside))
         rival = min(alike, key=lambda r: r.square, default=best)
         if rival is best or rival.square - best.square > MENDS * (bare - noise_left):
             break
@@ -78,14 +78,14 @@ def _explained(
         found = search.suspects(fit, linear)
         if not found or not clear(found[0], linear, worth_saying(fit)):
             break
-        if like is not None and not _akin(found[0], like):
+        if like is not None and not akin(found[0], like):
             break
         outside.append(found[0])
         linear = _counted(fit, linear.extended(found[0].columns(fit.problem)))
     return _Whole(named, tuple(outside), linear.square)
 
 
-def _akin(suspect: Suspect, others: Sequence[Suspect]) -> bool:
+def akin(suspect: Suspect, others: Sequence[Suspect]) -> bool:
     """Whether a pattern follows a channel of another one, and not at another joint."""
 
     def elsewhere(other: Suspect) -> bool:

@@ -142,7 +142,7 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     forks: list[_Fork] = []
     named = replace(search, outside=[])
     missing = _select(named, first, [], forks)
-    for fork in forks[:1]:
+    for fork in forks:
         other = _select(fork.search, fork.ranked, fork.missing, None)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
             named, missing = fork.search, other
@@ -177,14 +177,15 @@ def _select(
     """One effect or pattern after another.
 
     Args:
-        forks: where names go before patterns that beat them, and the places are kept; None where patterns go before.
+        forks: where names go before patterns that beat them, and the first such place is kept; None where patterns go
+            before.
     """
     for _ in range(MOST):
         best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
         suspects = search.suspects(search.fit, search.linear())
         outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
         beaten = best is not None and outside is not None and outside.evidence > best.evidence
-        if beaten and forks is not None:
+        if beaten and forks == []:
             forks.append(_Fork(replace(search), ranked, missing))
         if best is not None and not (beaten and forks is None):
             taken = _take(search, best, ranked)

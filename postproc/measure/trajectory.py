@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view as windows
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
@@ -89,10 +90,14 @@ def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float
         if some < 3:
             continue
         # Rows near the ends of a record have the parabola of its first or last full window.
-        rows = np.lib.stride_tricks.sliding_window_view(np.arange(first, end), some)
-        t = time[rows] - time[rows].mean(axis=1, keepdims=True)
-        parabola = np.linalg.pinv(np.stack([np.ones_like(t), t, t**2], axis=2))[:, 2]
-        middle = 2 * np.einsum("wk,wkj->wj", parabola, q[rows])
+        t = windows(time[first:end], some)
+        t = t - t.mean(axis=1, keepdims=True)
+        square = t**2
+        # What is left of t^2 beside a constant and t: the weights of the parabola's curvature.
+        share = np.sum(square * t, axis=1, keepdims=True) / np.sum(square, axis=1, keepdims=True)
+        bend = square - square.mean(axis=1, keepdims=True) - share * t
+        along = np.einsum("wk,wjk->wj", bend, windows(q[first:end], some, axis=0))
+        middle = 2 * along / np.sum(bend**2, axis=1, keepdims=True)
         a[first:end] = middle[np.clip(np.arange(end - first) - some // 2, 0, len(middle) - 1)]
     return a
 

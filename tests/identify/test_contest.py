@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.identify.contest import akin
 from postproc.identify.diagnose import diagnose
 from postproc.identify.shapes import of_channel, of_size, sharper
 from postproc.identify.suspects import Suspect, by_channel
@@ -87,6 +88,19 @@ def test_a_name_stays_beside_a_pattern_of_another_channel():
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "unknown" and [m.candidate.key for m in found.missing] == ["thermal_joint_drift"]
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
+
+
+@pytest.mark.parametrize(
+    ("channel", "where", "same"),
+    [("temperature", "joint 3", True), ("temperature", "body 2", True), ("temperature", "joint 2", False),
+     ("time", "joint 3", False)],
+)  # fmt: skip
+def test_what_another_joint_or_another_channel_does_is_no_mending(channel, where, same):
+    """A drift of joint 2 with temperature tells nothing of a wave of joint 3 that grows with temperature."""
+    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
+    wave = Suspect("q3", "joint 3", "product", 0.6, 9.0, 9.0, nothing, way, ("q3", "temperature"))
+    other = Suspect(channel, where, "proportional", 0.6, 9.0, 9.0, nothing, way, (channel,))
+    assert akin(other, [wave]) is same
 
 
 def test_one_bad_reading_is_no_law():
