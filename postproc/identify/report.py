@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from postproc.identify.fitted import Fit
-from postproc.identify.record import not_identifiable, parameters_json, structure_json, unphysical
+from postproc.identify.record import parameters_json, structure_json, unphysical
 from postproc.identify.selection import Candidate
-from postproc.identify.wording import FEW, FREE, grouped, joined, p_text, place, values_lines
+from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis
@@ -171,8 +171,7 @@ def _ladder(d: Diagnosis) -> list[str]:
 
 
 def _held(fit: Fit) -> list[str]:
-    held = not_identifiable(fit)
-    return ["", f"Not determined by this data and held: {grouped(held)}"] if held else []
+    return ["", f"Not determined by this data and held: {held_text(fit)}"] if fit.held else []
 
 
 def fit_text(fit: Fit) -> str:

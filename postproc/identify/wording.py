@@ -14,6 +14,7 @@ from postproc.identify.fitted import Fit
 
 FREE = "any smooth function of the channels"
 FEW = 12  # parameters of one effect that are told one by one
+BODIES = 7  # an array with one entry for each body counts them from the pedestal, 0
 
 
 def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]:
@@ -55,13 +56,20 @@ def place(label: str) -> str:
     return f"{plural} {joined(sorted(m[2] for m in numbers if m))}"
 
 
+def held_text(fit: Fit) -> str:
+    """Parameters that the data does not determine: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``."""
+    names = {e.key: [name for name, _ in _entries(e)] for e in fit.model.effects}
+    return grouped(f"{key} {names[key][i]}" for key, i in fit.held)
+
+
 def grouped(names: Iterable[str]) -> str:
-    """Entries of the same array together: ``tool_frame.turn_rad[x y z], joint_offset.offset_rad[1 6]``."""
+    """Entries of the same array together: ``turn[x y z], shift[body 2, z; body 3, x]``."""
     found: dict[str, list[str]] = {}
     for name in names:
         array, _, index = name.partition("[")
         found.setdefault(array, []).append(index.rstrip("]"))
-    return ", ".join(f"{array}[{' '.join(entries)}]" if entries[0] else array for array, entries in found.items())
+    between = {array: "; " if any(", " in e for e in entries) else " " for array, entries in found.items()}
+    return ", ".join(f"{a}[{between[a].join(entries)}]" if entries[0] else a for a, entries in found.items())
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:
@@ -75,18 +83,23 @@ def p_text(p: float) -> str:
 
 
 def _entries(effect: Effect) -> Iterator[tuple[str, str]]:
-    """Name and unit of every entry of the effect's vector, with the joint or body that the entry stands for."""
+    """Name and unit of every entry of the effect's vector, with the joint, body or session that it stands for."""
     chosen = {name: getattr(effect, name) for name in effect.structures()}
     for name, meta in effect.parameters().items():
         axes = []
         for word, length in zip(meta.shape, effect.shape(name), strict=True):
             tied = {} if isinstance(word, int) else {k: v for k, v in chosen.items() if isinstance(v, tuple)}
             tied = {k: v for k, v in tied.items() if word in tied and len(v) == length}
-            axes.append([", ".join(f"{k} {v[i]:g}" for k, v in tied.items()) or str(i + 1) for i in range(length)])
+            plain = [f"body {i}" if length == BODIES else str(i + 1) for i in range(length)]
+            axes.append([", ".join(f"{k} {_choice(v[i])}" for k, v in tied.items()) or plain[i] for i in range(length)])
         if meta.labels and axes:
             axes[-1] = list(meta.labels)
         for index in product(*axes):
             yield name.replace(unit_suffix(meta.unit), "") + (f"[{', '.join(index)}]" if index else ""), meta.unit
+
+
+def _choice(value: object) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _readable(unit: str) -> tuple[float, str]:

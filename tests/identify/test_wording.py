@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,12 @@ import pytest
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.link_compliance import LinkCompliance
+from postproc.effects.link_geometry import LinkGeometry
+from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.record import fit_json, parameters_json
-from postproc.identify.wording import fitted_values, grouped, joined, p_text, place, values_lines
+from postproc.identify.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from tests.identify.cells import base_fit, cell
 
 
@@ -38,8 +41,8 @@ def test_words_are_joined_as_people_write_them() -> None:
 
 
 def test_entries_of_an_array_stand_together() -> None:
-    names = ["tool_frame.turn_rad[x]", "tool_frame.turn_rad[z]", "link_geometry.shift_m[2,z]", "payload_error.mass_kg"]
-    assert grouped(names) == "tool_frame.turn_rad[x z], link_geometry.shift_m[2,z], payload_error.mass_kg"
+    names = ["turn[x]", "turn[z]", "shift[body 2, z]", "shift[body 3, x]", "mass"]
+    assert grouped(names) == "turn[x z], shift[body 2, z; body 3, x], mass"
     assert grouped([]) == ""
 
 
@@ -83,6 +86,22 @@ def test_a_gear_error_is_named_by_its_joint_and_order() -> None:
     assert "sine[joint 3, order 12]" in names
     assert "cosine[joint 2, order 1]" in names
     assert fit_json(fit)["structure"] == {"transmission_error": {"joint": [2, 3], "order": [1.0, 12.0]}}
+
+
+def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
+    data, _ = cell(seed=101)
+    second = np.arange(len(data)) % 2
+    data = replace(data, state=replace(data.state, session=second, session_names=("mon", "tue")))
+    moved = fit_model(base_fit(data).model, data, [LinkGeometry(), Session(session=("tue",))])
+    assert "shift[session tue, x]" in [name for name, *_ in fitted_values(moved, "session")]
+    shown = [name for name, *_ in fitted_values(moved, "link_geometry")]
+    held = held_text(moved)
+    assert "tool_frame turn[x y z]" in held
+    for key, i in moved.held:
+        if key == "link_geometry":  # shift_m (7, 3), then turn_rad (7, 3)
+            part, body, axis = ("shift", "turn")[i // 21], i % 21 // 3, "xyz"[i % 3]
+            assert re.search(rf"link_geometry {part}\[[^\]]*body {body}, {axis}", held)
+            assert f"{part}[body {body}, {axis}]" not in shown
 
 
 def test_deviations_in_json_are_standard_deviations() -> None:
