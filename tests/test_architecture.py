@@ -78,6 +78,18 @@ def test_the_command_line_starts_without_heavy_libraries() -> None:
     assert not HEAVY & set(loaded.stdout.split())
 
 
+@pytest.mark.parametrize("command", ["--help", "compensate", "inspect", "diff", "fit", "diagnose", "add", "plan"])
+def test_help_needs_no_heavy_library(command: str) -> None:
+    arguments = ["--help"] if command == "--help" else [command, "--help"]
+    code = (
+        "import sys; from postproc.cli.app import build; from postproc.cli.run import run; "
+        f"run(build(), {arguments}); print('LOADED', *{{m.split('.')[0] for m in sys.modules}})"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    assert "Exit codes: 0 done" in shown
+    assert not HEAVY & set(shown.partition("LOADED")[2].split())
+
+
 def test_every_diagnostic_is_explained() -> None:
     """A code used in the package has a section in docs/diagnostics and the other way round, each code once."""
     code = re.compile(r"[\"']([A-Z]{3}\d{3})[\"']")

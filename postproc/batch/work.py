@@ -11,6 +11,7 @@ import traceback
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from postproc.batch.threads import THREADS
 from postproc.batch.values import Job, Result, failed
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 FIGURES = ("max_error_before_mm", "max_error_after_mm", "added_targets", "cycle_time_s")
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def prepare_worker() -> None:

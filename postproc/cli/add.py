@@ -7,10 +7,8 @@ from pathlib import Path
 from postproc.cli.inputs import load_model, own_effects
 from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
-from postproc.cli.report import print_json, say
+from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.identify.add import add_effects
-from postproc.report.addition import addition_page
 
 
 def run(
@@ -26,17 +24,18 @@ def run(
 ) -> int:
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.
 
-    Without -o the model file goes to stdout.
-
     Args:
         model: TOML file of the arm.
         effect: keys of the effects to add, one after another.
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
-        output: model file to write; comments of the model survive.
+        output: model file to write; comments of the model survive. Default: stdout, and nowhere with --json.
         report: HTML page to write.
         json: print the postproc/fit/1 document.
     """
+    from postproc.identify.add import add_effects
+    from postproc.report.addition import addition_page
+
     if not effect:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
@@ -51,4 +50,8 @@ def run(
         print_json(found.as_json())
     else:
         (say if output is None else print)(found.text())
+        if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
+            own = [word for file in effects for word in ("--effects", file)]
+            say_next("says whether more is missing", "diagnose", output, data, *table.words(effects))
+            say_next("corrects a program with it", "compensate", "PROGRAM", "-m", output, *own, "-o", "OUT", lead="or")
     return 0

@@ -9,12 +9,17 @@ import sys
 from cyclopts import App, Group, Parameter
 
 from postproc import __version__
-from postproc.batch.work import THREADS
+from postproc.batch.threads import THREADS
 from postproc.cli.run import run
 
 CONVERT = Group("Convert programs", sort_key=1)
 IMPROVE = Group("Improve the model", sort_key=2)
 LOOK_UP = Group("Look up", sort_key=3)
+
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 findings, would change or not safe to compensate; 2 bad usage or bad input; "
+    "70 internal error."
+)
 
 COMMANDS = (
     ("compensate", CONVERT, "Correct a program so that the real arm goes where the program says."),
@@ -53,6 +58,9 @@ def build() -> App:
         name="postproc",
         help="Correct ABB RAPID programs with a model of the real robot, and improve that model from measurements.",
         version=f"postproc {__version__}",
+        version_format="plaintext",
+        help_format="plaintext",
+        help_epilogue=EXIT_CODES,
         default_parameter=Parameter(negative=()),
         group_commands=LOOK_UP,
         print_error=False,

@@ -7,9 +7,7 @@ from pathlib import Path
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say
-from postproc.identify.compare import compare
-from postproc.report.comparison import comparison_page
+from postproc.cli.report import print_json, say_next
 
 
 def run(
@@ -31,6 +29,9 @@ def run(
         report: HTML page to write.
         json: print the postproc/compare/1 document.
     """
+    from postproc.identify.compare import compare
+    from postproc.report.comparison import comparison_page
+
     check_outputs((model, data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
@@ -41,6 +42,5 @@ def run(
         print_json(found.as_json())
     else:
         print(found.text())
-        own = table.words + "".join(f" --effects {file}" for file in effects)
-        say(f"next: `postproc diagnose {model} {data}{own}` says whether an effect is missing")
+        say_next("says whether an effect is missing", "diagnose", model, data, *table.words(effects))
     return 0

@@ -27,11 +27,9 @@ def run(
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
 
-    Without -o the corrected program goes to stdout; with --json the document does, and the program only to -o.
-
     Args:
         program: RAPID module; - reads stdin.
-        output: where to write the corrected program.
+        output: where to write the corrected program. Default: stdout, and nowhere with --json.
         report: HTML page to write.
         in_place: write over the program itself.
         check: write nothing; exit 1 if the output (the program, without -o) would change.

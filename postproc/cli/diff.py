@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag
 from postproc.cli.report import print_json, show
 from postproc.diagnostics import PostprocError, has_errors
-from postproc.rapid.diff import compare_programs
-from postproc.rapid.program import Program, read_program
+
+if TYPE_CHECKING:
+    from postproc.rapid.program import Program
 
 
 def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: Flag = False) -> int:
@@ -19,6 +22,8 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: Flag = False) -
         tolerance: distance between targets that is still the same [mm].
         json: print the postproc/diff/1 document.
     """
+    from postproc.rapid.diff import compare_programs
+
     found = compare_programs(_read(a), _read(b), tolerance)
     if json:
         print_json(found.as_json())
@@ -28,6 +33,8 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: Flag = False) -
 
 
 def _read(name: str) -> Program:
+    from postproc.rapid.program import read_program
+
     program = read_program(read_source(name))
     if has_errors(program.diagnostics):
         raise PostprocError(program.diagnostics)

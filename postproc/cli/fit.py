@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from postproc.cli.options import Flag, MeasuredOptions, Output
 from postproc.cli.output import check_outputs, write_model
-from postproc.cli.report import print_json, say
+from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.effects.base import Effect
-from postproc.effects.registry import effect_library, find_effect, load_effect_file
-from postproc.identify.add import grown
-from postproc.identify.fit import fit_model
-from postproc.model.arm import Model
-from postproc.robot.catalogue import load_robot
+
+if TYPE_CHECKING:
+    from postproc.effects.base import Effect
 
 
 def run(
@@ -28,15 +25,21 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
 ) -> int:
-    """Fit the model of an arm to measured poses. Without -o the model file goes to stdout.
+    """Fit the model of an arm to measured poses.
 
     Args:
         data: table of measured poses (CSV); - reads stdin.
         robot: library name, or a robot TOML or URDF file.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
-        output: model file to write.
+        output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
+    from postproc.effects.registry import effect_library, find_effect, load_effect_file
+    from postproc.identify.add import grown
+    from postproc.identify.fit import fit_model
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+
     check_outputs((data, *table.inputs, robot), output)
     arm = load_robot(robot)
     words = [word.strip() for word in effects.split(",") if word.strip()]
@@ -58,6 +61,6 @@ def run(
     else:
         (say if output is None else print)(fit.text())
         if output is not None:
-            files = "".join(f" --effects {word}" for word in words if word.endswith(".py"))
-            say(f"next: `postproc diagnose {output} {data}{table.words}{files}` says whether an effect is missing")
+            own = table.words([word for word in words if word.endswith(".py")])
+            say_next("says whether an effect is missing", "diagnose", output, data, *own)
     return 0

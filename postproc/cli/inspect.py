@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles
@@ -11,12 +12,12 @@ from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.compensate.options import Options
-from postproc.compensate.values import Place
-from postproc.convert import UNREADABLE, compensate_program
 from postproc.diagnostics import has_errors
-from postproc.model.arm import Model
-from postproc.report.inspection import Row, inspect_program
-from postproc.robot.catalogue import load_robot
+
+if TYPE_CHECKING:
+    from postproc.compensate.values import Place
+    from postproc.model.arm import Model
+    from postproc.report.inspection import Row
 
 EDITED: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",
@@ -56,6 +57,9 @@ def run(
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
         json: print the postproc/inspect/1 document.
     """
+    from postproc.convert import UNREADABLE, compensate_program
+    from postproc.report.inspection import inspect_program
+
     sources = [read_program_file(program), *read_lent(side_files)]
     arm = _arm(model, robot, effects)
     options = Options(constants=constant, free_axes=free_axes.lower())
@@ -80,6 +84,9 @@ def run(
 
 def _arm(model: Path | None, robot: str | None, effects: Sequence[Path]) -> Model:
     """The model that decides; an arm whose stiffness nobody knows is looked at as it is."""
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+
     if model is None and robot is not None and (bare := load_robot(robot)).joint_compliance is None:
         return Model(bare, robot_name=robot)
     return load_model(model, robot, effects)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -61,10 +62,10 @@ class TableOptions:
         """Files that are read."""
         return (self.program, self.columns)
 
-    @property
-    def words(self) -> str:
-        """The options as they were written, for a command that reads the same table."""
-        return "".join(f" --{f.name} {value}" for f in fields(self) if (value := getattr(self, f.name)) is not None)
+    def words(self, effects: Sequence[Path | str] = ()) -> list[str]:
+        """The options as they were written, for a command that reads the same table with the same effects."""
+        given = [(f.name, getattr(self, f.name)) for f in fields(self)] + [("effects", file) for file in effects]
+        return [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
 
     def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
         """The table of that name; see ``load_measurements``."""

@@ -13,8 +13,6 @@ from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.identify.plan import plan_poses
-from postproc.render.measuring import measuring_module
 
 
 def run(
@@ -42,6 +40,9 @@ def run(
         effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/plan/1 document.
     """
+    from postproc.identify.plan import plan_poses
+    from postproc.render.measuring import measuring_module
+
     check_outputs((model, data, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
@@ -57,6 +58,8 @@ def run(
         write(output, text.encode())
     if json:
         print_json(plan.as_json())
+    elif output is not None:
+        say("next: measure them, fill in x_mm, y_mm, z_mm, and fit again on the rows of both tables")
     return 0
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, Output, TableOptions
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import say, show
-from postproc.identify.predict import predict_rows
 
 
 def run(
@@ -22,14 +19,19 @@ def run(
     output: Output = None,
     table: TableOptions = TableOptions(),
 ) -> int:
-    """Predict the TCP in the instrument's frame for every row of a table. Without -o the table goes to stdout.
+    """Predict the TCP in the instrument's frame for every row of a table.
 
     Args:
         model: TOML file of the arm.
         data: table with commanded poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm, one row per input row, same order.
+            Default: stdout.
     """
+    import numpy as np
+
+    from postproc.identify.predict import predict_rows
+
     check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
     found = predict_rows(arm, table.read(data, arm.robot, measured=False))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -45,6 +46,11 @@ def say(text: str) -> None:
     """A line for people, on stderr; characters that the terminal cannot show are escaped."""
     encoding = sys.stderr.encoding or "utf-8"
     print(text.encode(encoding, "backslashreplace").decode(encoding), file=sys.stderr)
+
+
+def say_next(what: str, *words: object, lead: str = "next") -> None:
+    """The command that follows, as it can be copied, and what it does."""
+    say(f"{lead}: `postproc {shlex.join(map(str, words))}` {what}")
 
 
 def print_json(document: Mapping[str, Any]) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
 
-from postproc.arrays import Array
 from postproc.cli.options import Flag
 from postproc.cli.report import print_json
-from postproc.robot.arm import Robot
-from postproc.robot.catalogue import list_robots, load_robot
+
+if TYPE_CHECKING:
+    from postproc.arrays import Array
+    from postproc.robot.arm import Robot
 
 
 def list_(*, json: Flag = False) -> int:
@@ -17,6 +18,8 @@ def list_(*, json: Flag = False) -> int:
     Args:
         json: print the postproc/robots/1 document.
     """
+    from postproc.robot.catalogue import list_robots, load_robot
+
     robots = [load_robot(name) for name in list_robots()]
     if json:
         print_json({"schema": "postproc/robots/1", "robots": [_summary(robot) for robot in robots]})
@@ -35,6 +38,10 @@ def show(name: str, /, *, json: Flag = False) -> int:
         name: library name, or a robot TOML or URDF file.
         json: print the postproc/robot/1 document.
     """
+    import numpy as np
+
+    from postproc.robot.catalogue import load_robot
+
     robot = load_robot(name)
     if json:
         print_json({"schema": "postproc/robot/1", **_summary(robot), "sources": dict(robot.sources)})
@@ -59,6 +66,8 @@ def show(name: str, /, *, json: Flag = False) -> int:
 
 
 def _summary(robot: Robot) -> dict[str, object]:
+    import numpy as np
+
     return {
         "name": robot.name,
         "payload_kg": robot.payload,

@@ -20,8 +20,9 @@ import pytest
 from postproc.batch.executors import Pool, cluster_pool, local_pool, open_pool
 from postproc.batch.jobsfile import read_plan
 from postproc.batch.run import run_batch
+from postproc.batch.threads import THREADS
 from postproc.batch.values import Shard
-from postproc.batch.work import THREADS, prepare_worker
+from postproc.batch.work import prepare_worker
 from postproc.diagnostics import PostprocError
 
 from .folders import ROUGH, codes, convert, programs, statuses, tree, write

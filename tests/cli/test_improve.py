@@ -184,7 +184,8 @@ def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path
         "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0.03", "-o", tmp_path / "m"
     )
     assert f"`postproc diagnose {tmp_path / 'm'} {cell / 'fit.csv'} --noise 0.03`" in fitted.err
-    assert MeasuredOptions(columns="map.toml", program="p.mod").words == " --program p.mod --columns map.toml"
+    read = MeasuredOptions(columns="my map.toml", program="p.mod").words([Path("own.py")])
+    assert read == ["--program", "p.mod", "--columns", "my map.toml", "--effects", "own.py"]
     assert MeasuredOptions(noise=0.03).sigma == pytest.approx(3e-5)
 
 
@@ -193,14 +194,44 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
 ) -> None:
     first = SimpleNamespace(candidate=SimpleNamespace(key="arm_load"), not_separable=("payload_error", "dress_pack"))
     second = SimpleNamespace(candidate=SimpleNamespace(key="backlash"), not_separable=())
-    found = SimpleNamespace(diagnostics=(), missing=(first, second), text=lambda: "The model lacks ..")
-    monkeypatch.setattr("postproc.cli.diagnose.diagnose", lambda *_, **__: found)
+    found = SimpleNamespace(
+        diagnostics=(), missing=(first, second), verdict="missing", text=lambda: "The model lacks .."
+    )
+    monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
     assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
     assert outcome.err.splitlines() == [
         f"next: `postproc add {model} arm_load backlash --data {data} --noise 0.05 -o BETTER.toml` writes the model that "
-        "has it",
+        "has them",
         f"or: `postproc plan {model} {data} --between arm_load,payload_error --noise 0.05 -o POSES.csv` chooses poses that "
         "tell them apart",
     ]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        ("complete", "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model"),
+        (
+            "unknown",
+            "next: `postproc add 'my cell.toml' YOUR_KEY --data {data} --effects YOURS.py -o BETTER.toml` once you have "
+            "written what remains as an effect",
+        ),
+    ],
+)
+def test_what_follows_can_be_copied_into_a_shell(
+    call: Call,
+    cell: Path,
+    samples: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    verdict: str,
+    said: str,
+) -> None:
+    found = SimpleNamespace(diagnostics=(), missing=(), verdict=verdict, text=lambda: "..")
+    monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
+    outcome = call("diagnose", "my cell.toml", cell / "fit.csv")
+    assert outcome.err == said.format(data=cell / "fit.csv") + "\n"
