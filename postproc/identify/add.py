@@ -11,8 +11,6 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
-from postproc.identify.bound import nonparametric_bound
-from postproc.identify.channels import channels
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
@@ -182,10 +180,7 @@ def _without(final: Fit, key: str, noise: float | None) -> Fit:
 
 
 def _floor(fit: Fit) -> float:
-    if fit.noise.position is not None:
-        return fit.noise.position
-    named = channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
-    return min(fit.held_out_rms, nonparametric_bound(fit, named))
+    return fit.leftover.held_out if fit.noise.position is None else fit.noise.position
 
 
 def _mm(value: float) -> float:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels, unit_of
 from postproc.identify.fit import evaluate
 from postproc.identify.fitted import Fit, rms
@@ -154,11 +153,11 @@ def _without_physics(rms_mm: float, bound_mm: float, noise_mm: float | None) -> 
         return "What is left is of the size of the noise."
     if bound_mm > 0.9 * rms_mm:
         return (
-            "No smooth function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
+            "No free function of the channels does much better; `postproc diagnose` also looks for steps, waves and "
             "lost motion."
         )
     return (
-        f"Any smooth function of the channels, without physics, brings it to {bound_mm:.3f} mm per axis on rows that "
+        f"A free function of the channels, without physics, brings it to {bound_mm:.3f} mm per axis on rows that "
         "it has not seen."
     )
 
@@ -173,8 +172,9 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     figures = estimate_noise(fit.data, noise)
     error = fit.problem.error[:, :3]
     joint = joint_errors(fit)
-    bound = nonparametric_bound(fit, fit_channels(fit))
-    return Comparison(fit, error, joint, figures, iso9283(error, fit.data.repeats), residual_trends(fit), bound)
+    return Comparison(
+        fit, error, joint, figures, iso9283(error, fit.data.repeats), residual_trends(fit), fit.leftover.held_out
+    )
 
 
 def fit_channels(fit: Fit) -> dict[str, Array]:

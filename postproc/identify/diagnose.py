@@ -12,7 +12,6 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.identify.aside import suspects_aside
-from postproc.identify.bound import nonparametric_bound
 from postproc.identify.channels import channels
 from postproc.identify.contest import contested
 from postproc.identify.findings import MANY, data_findings, larger_noise, standing_out
@@ -99,7 +98,6 @@ def diagnose(
     first = ranking(search)
     missing = select_forward(search, first)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
-    bound = min(nonparametric_bound(search.fit, named), search.fit.held_out_rms)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
@@ -117,7 +115,7 @@ def diagnose(
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         floor=base.noise.position,
-        bound=bound,
+        bound=search.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 

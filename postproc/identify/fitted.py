@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
+
+if TYPE_CHECKING:
+    from postproc.identify.leftover import Leftover
 
 SURE = 100.0
 """Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
@@ -180,6 +183,32 @@ class Fit:
     @cached_property
     def held_out_rms(self) -> float:
         return rms(self.held_out_error)
+
+    @cached_property
+    def leftover(self) -> Leftover:
+        """How much of the residual is noise, and how far free functions of the channels would bring it."""
+        from postproc.identify.leftover import leftover
+
+        return leftover(self)
+
+    @cached_property
+    def unexplained(self) -> float:
+        """Standard deviation per axis [m] of what the model leaves of the true pose.
+
+        The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
+        follows no channel where the noise is not known.
+        """
+        square = self.problem.error[self.problem.weights.used[:, 0], :3] ** 2
+        own = float(np.nanmean(square)) * len(self.problem.residual) / max(self.freedom, 1.0)
+        noise = self.noise.position
+        if noise is None:
+            return float(np.sqrt(own * (1 - self.leftover.noise)))
+        from scipy.special import fdtrc
+
+        dof = self.noise.dof if np.isfinite(self.noise.dof) else 1e6
+        if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
+            return 0.0
+        return float(np.sqrt(own - noise**2))
 
     def recorded(self) -> Model:
         """The fitted model with its table [fit], ready to be written."""

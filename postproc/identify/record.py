@@ -15,29 +15,10 @@ from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
 
-def unexplained(fit: Fit) -> float:
-    """Standard deviation per axis [m] of what the model leaves of the true pose.
-
-    The residual variance less that of the noise, where the difference is significant (F test, 1 %); all of the
-    residual where the noise is not known.
-    """
-    total = fit.problem.error[fit.problem.weights.used[:, 0], :3]
-    own = float(np.nanmean(total**2)) * fit.problem.weights.used.sum() / max(fit.freedom, 1.0)
-    noise = fit.noise.position
-    if noise is None:
-        return float(np.sqrt(own))
-    from scipy.special import fdtrc
-
-    dof = fit.noise.dof if np.isfinite(fit.noise.dof) else 1e6
-    if own <= noise**2 or fdtrc(max(fit.freedom, 1.0), dof, own / noise**2) > 0.01:
-        return 0.0
-    return float(np.sqrt(own - noise**2))
-
-
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
-    known = Uncertainty(fit.parameters, fit.covariance, unexplained(fit))
+    known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained)
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         "rms_mm": _mm(fit.rms),
@@ -88,7 +69,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
         "not_identifiable": not_identifiable(fit),
         "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
-        "unexplained_mm": _mm(unexplained(fit)),
+        "unexplained_mm": _mm(fit.unexplained),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *unphysical(fit))],
     }
 

@@ -26,19 +26,24 @@ def cell(
     *kinds, seed: int, noise: float = 0.03, poses: int = 120, robot: str = "irb4600_60_205", outliers: int = 0
 ) -> tuple[Measurements, Measurements]:
     """Measured rows, and other poses with their true places, of a cell with hidden effects."""
-    return _cell(tuple(kinds), seed, noise, poses, robot, outliers)
+    return _cell(tuple(kinds), seed, noise, poses, robot, outliers)[:2]
+
+
+def true_compliance(*kinds, seed: int, noise: float = 0.03, poses: int = 120, robot: str = "irb4600_60_205"):
+    """(6,) of the same cell's joints [rad/(N m)]."""
+    return np.array(_cell(tuple(kinds), seed, noise, poses, robot, 0)[2]["compliance_rad_per_Nm"])
 
 
 @cache
 def _cell(kinds, seed, noise, poses, robot, outliers):
     arm = load_robot(robot)
     with TemporaryDirectory() as folder:
-        make_set(Path(folder), seed, Plan(list(kinds), robot, outliers), noise, poses)
+        answer = make_set(Path(folder), seed, Plan(list(kinds), robot, outliers), noise, poses)
         read = [
             read_measurements(Source(name, (Path(folder) / name).read_bytes()), arm)
             for name in ("fit.csv", "validate_true.csv")
         ]
-    return tuple(read)
+    return (*read, answer)
 
 
 def base_fit(data: Measurements, robot: str = "irb4600_60_205", more: tuple[str, ...] = ()) -> Fit:

@@ -117,9 +117,9 @@ def pick(g: np.random.Generator, joints: list[int], most: int) -> list[int]:
 def draw_states(
     g: np.random.Generator, n: int, arm: A.Arm, moving: bool, session: bool, span: float = 21600.0
 ) -> States:
-    if arm.name == "ur10":
+    if arm.name.startswith("ur"):
         low, high = np.radians([-150, -120, -120, -170, -150, -170]), np.radians([150, -30, 120, 170, 150, 170])
-        masses = [1.0, 5.0, 10.0]
+        masses = [1.0, 5.0, 10.0] if arm.name == "ur10" else [1.0, 2.5, 5.0]
     else:
         low, high = np.radians([-100, -40, -60, -170, -105, -180]), np.radians([100, 70, 45, 170, 105, 180])
         masses = [5.0, 30.0, 60.0] if "205" in arm.name else [2.0, 10.0, 20.0]
@@ -142,7 +142,7 @@ def draw_states(
 
 
 def draw_cell(g: np.random.Generator, arm: A.Arm, hidden: tuple[Hidden, ...]) -> Cell:
-    nominal = A.TABLE_2 if arm.name != "ur10" else np.array([3e-5, 3e-5, 3e-5, 8e-5, 8e-5, 8e-5])
+    nominal = A.TABLE_2 if not arm.name.startswith("ur") else np.array([3e-5, 3e-5, 3e-5, 8e-5, 8e-5, 8e-5])
     turn = g.normal(0, 1e-3 / np.sqrt(3), 3)
     return Cell(
         arm, g.normal(0, 0.03, 6) * DEG, nominal * g.uniform(0.7, 1.4, 6), A.shift(*(np.array([0.02, -0.01, 0.35]) + g.normal(0, 0.5e-3, 3))),

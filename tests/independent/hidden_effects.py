@@ -139,6 +139,7 @@ def make_set(
         "notes": [h.note for h in hidden],
         "outlier_rows": [i + 2 for i in bad],
         "noise_mm": noise,
+        "compliance_rad_per_Nm": cell.compliance.tolist(),
         "poses": n,
         "structure_mm": round(structure, 4),
         "structure_over_noise": round(structure / noise, 2),
