@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import ConvertOptions
+from postproc.cli.conversion import UNMEASURED, ConvertOptions
 from postproc.cli.finish import finish
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
@@ -49,10 +49,12 @@ def run(
     result = compensate_program([source, *read_lent(convert.side_files)], convert.arm(), options)
     show(named_files(result.diagnostics))
     if report is not None:
-        write(report, compensation_page(Path(source.path).name, result).encode())
+        write(report, compensation_page(Path(source.path).name, result, convert.told()).encode())
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
+        if result.report["expected_accuracy"] is None:
+            say(UNMEASURED)
         names = (source.path, str(target or "compensated"))
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
     else:

@@ -17,6 +17,10 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.model.arm import Model
 
+UNMEASURED = (
+    "the model was not fitted to measurements of this arm: these are deviations in the model, and how near the real "
+    "torch comes is not known (`postproc fit`)"
+)
 Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 
@@ -74,6 +78,20 @@ class ConvertOptions:
     def inputs(self) -> tuple[str | Path | None, ...]:
         """Files that are read."""
         return (self.model, self.robot, *self.effects, *self.side_files)
+
+    def told(self) -> dict[str, str]:
+        """What a page says about how its result was made."""
+        shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
+        beside = {"effects": self.effects, "read along": self.side_files, "constant": self.constant}
+        return {
+            "model": str(self.model) if self.model else shipped,
+            "force on the TCP [N]": self.force,
+            "moment on the TCP [N m]": self.moment,
+            "they act": "along the whole program" if self.force_on == "all" else "while the arc burns",
+            "inertia": self.inertia,
+            "tolerance [mm]": f"{self.tolerance:g}",
+            **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
+        }
 
     def arm(self) -> Model:
         """The model, with another arm where one is named."""

@@ -14,13 +14,15 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
 
+BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
+
 
 def run(
     data: str,
     /,
     *,
     robot: str,
-    effects: Annotated[str, Parameter(name="--effects")],
+    effects: Annotated[str, Parameter(name="--effects")] = BASE,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -44,7 +46,7 @@ def run(
     arm = load_robot(robot)
     words = [word.strip() for word in effects.split(",") if word.strip()]
     if not words:
-        help_ = "write `--effects instrument_frame,tool_frame,joint_offset,joint_compliance`"
+        help_ = f"write `--effects {BASE}`"
         raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
     classes: list[type[Effect]] = []
     for word in words:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tempfile
 import traceback
@@ -15,6 +16,12 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from cyclopts import App
 
+MISTAKES = {
+    r'"-?\d+,\d+" into float': "numbers have a decimal point: 0.01",
+    r"(nothing takes `|Unknown option: )-?\d": "a list has commas and no spaces: 200,-200,-200",
+    r"(?i)nothing takes .*\.(prg|modx?|sysx?)`": "`--with FILE` reads a second module, `postproc batch` takes several",
+}
+"""What is commonly meant by words that no command takes."""
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
@@ -48,11 +55,11 @@ def _call(app: App, arguments: Sequence[str]) -> object:
         return app(arguments)
     except CycloptsError as error:
         text = " ".join(str(error).split())
-        command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
-        help_ = f"`postproc {command} --help` lists what is allowed"
         if isinstance(error, UnusedCliTokensError):
             text = "nothing takes " + ", ".join(f"`{token}`" for token in error.unused_tokens or ())
-            help_ += "; write lists with commas and without spaces"
+        command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
+        usage = f"`postproc {command} --help` lists what is allowed"
+        help_ = next((said for mistake, said in MISTAKES.items() if re.search(mistake, text)), usage)
         raise PostprocError(Diagnostic("CLI001", "error", text, help=help_)) from None
 
 

@@ -104,7 +104,7 @@ def course(x: Array, y: Array, x_label: str, y_label: str, *, limit: float, colo
         f'<line x1="{frame.left}" x2="{frame.left + frame.width}" y1="{at:.1f}" y2="{at:.1f}" stroke="#444" '
         'stroke-dasharray="4 3"/>',
     ]
-    return frame.draw(parts, x_label, y_label)
+    return f'<div class="course">{frame.draw(parts, x_label, y_label)}</div>'
 
 
 def bars(levels: Mapping[str, float | None], unit: str, floor: float | None = None, aside: str = "") -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from postproc import __version__
 from postproc.arrays import Array
 from postproc.compensate.proof import Deviation
 from postproc.convert import Conversion
@@ -18,8 +19,12 @@ MOST_ROWS = 2000
 COLUMNS = ("line", "routine", "instruction", "status", "moved by [mm]", "remains [mm]", "why")
 
 
-def compensation_page(name: str, found: Conversion) -> str:
-    """HTML of a conversion of the program of that name."""
+def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | None = None) -> str:
+    """HTML of a conversion.
+
+    Args:
+        name: of the program. made: with which model, loads and choices.
+    """
     document = plain(found.report)
     sections: list[Section] = []
     key: dict[str, object] = {}
@@ -46,6 +51,8 @@ def compensation_page(name: str, found: Conversion) -> str:
         sections.append(
             Section("Every motion statement", table(COLUMNS, [_row(r) for r in rows[:MOST_ROWS]]), _cut(rows))
         )
+    origin = {**({"arm": document["robot"]} if found.outputs else {}), **(made or {}), "postproc": __version__}
+    sections.append(Section("How this was made", table(("what", "with"), [*origin.items()])))
     return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
 
 

@@ -39,8 +39,25 @@ def test_what_nothing_takes_is_named(call: Call) -> None:
     assert outcome.code == 2
     assert outcome.err == snapshot("""\
 error[CLI001]: nothing takes `-200`, `-200`
-  = help: `postproc compensate --help` lists what is allowed; write lists with commas and without spaces
+  = help: a list has commas and no spaces: 200,-200,-200
 """)
+
+
+@pytest.mark.parametrize(
+    ("words", "action"),
+    [
+        (("user.sys",), "`--with FILE`"),
+        (("second.modx",), "`--with FILE`"),
+        (("--tolerance", "0,01"), "decimal point"),
+        (("--force", "200,", "-200,-200"), "commas and no spaces"),
+        (("extra",), "`postproc compensate --help`"),
+    ],
+)
+def test_a_common_mistake_is_answered_with_its_cure(call: Call, words: tuple[str, ...], action: str) -> None:
+    outcome = call("compensate", "weld.mod", *words)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("error[CLI001]")
+    assert action in outcome.err.splitlines()[-1]
 
 
 def test_a_table_before_the_model_is_told_so(call: Call, samples: Path) -> None:

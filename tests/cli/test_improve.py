@@ -145,7 +145,6 @@ def test_poses_that_would_tell_two_effects_apart(call: Call, cell: Path, tmp_pat
         (("fit", "none.csv", "--robot", "irb4600_60_205", "--effects", BASE), "CLI002"),
         (("fit", "{data}", "--robot", "irb1", "--effects", BASE), "KIN006"),
         (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", "backlsh"), "EFF020"),
-        (("fit", "{data}", "--robot", "irb4600_60_205"), "CLI001"),
         (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "-o", "{data}"), "CLI007"),
         (("fit", "{data}", "--robot", "irb4600_60_205", "--effects", BASE, "--noise", "0"), "CLI001"),
         (("compare", "none.toml", "{data}"), "CLI002"),

@@ -51,8 +51,10 @@ def embedded(page: str) -> Any:
 
 
 def test_compensation_page(conversion: Conversion) -> None:
-    page = compensation_page("a<b>.mod", conversion)
+    page = compensation_page("a<b>.mod", conversion, {"model": "cell.toml", "force on the TCP [N]": "0,0,-50"})
     r = conversion.report
+    for asked in ("cell.toml", "0,0,-50", r["robot"]):
+        assert f"<td>{asked}</td>" in page.partition("How this was made")[2]
     assert f"from {r['max_error_before_mm']:.2f} mm to {r['max_error_after_mm']:.3f} mm" in page
     assert f"<dt>after</dt><dd>{r['max_error_after_mm']:.3f} mm</dd>" in page
     assert "a&lt;b&gt;.mod" in page
