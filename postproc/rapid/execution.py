@@ -45,6 +45,10 @@ class Execution(ABC):
         self.elsewhere: set[tuple[str, int]] = set()  # statements that run again with another target
         self.first: dict[tuple[str, int], MotionEvent] = {}
         self.only_new = False
+        self.supposed = False  # what runs now has run before as far as its calls tell: only what is new in it counts
+        self.entered: set[str] = set()  # routines
+        self.followed: set[tuple[str, int]] = set()  # calls
+        self.passed_over: set[str] = set()  # routines that some call means that is not followed
         self.emitting = True  # motions become events; not while a turn of a loop is tried out
         self.returning = False  # from the end of a loop to the first motion of its next turn
         self.conditional = 0
@@ -127,7 +131,11 @@ class Execution(ABC):
         end = statement.span[1] - (source.data[statement.span[1] - 1 : statement.span[1]] == b";")
         pieces = read_arguments(source.data, start, end)
         if routine is not None:
+            place, supposed = (source.path, statement.span[0]), self.supposed
+            self.supposed = supposed and place in self.followed
+            self.followed.add(place)
             self.call_routine(routine, pieces, memory)
+            self.supposed = supposed
         elif word in STATE:
             run_state_instruction(word, pieces, memory, lambda span: self.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
@@ -175,6 +183,7 @@ class Execution(ABC):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
             self.ways.doubt()
+            self.passed_over.add(routine.key)
             return NotKnown(f"`{routine.name}` is not followed here")
         frame = bound_frame(routine, pieces, memory, self.tree)
         inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
@@ -235,7 +244,7 @@ class Execution(ABC):
             self.first.setdefault(place, event)
         else:
             self.ways.lose()
-            if not self.same_target(statement, memory):
+            if not self.supposed and not self.same_target(statement, memory):
                 self.elsewhere.add(place)
 
     def same_target(self, statement: MotionStatement, memory: Memory) -> bool:

@@ -21,6 +21,7 @@ class Flow(Loops):
 
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
         """Run a routine's body; what it returns."""
+        self.entered.add(routine.key)
         for declaration in routine.declarations:
             memory.initialise(declaration)
         outer, self.returned = self.returned, None

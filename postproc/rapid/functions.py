@@ -76,6 +76,22 @@ def dimension(arguments: tuple[Data, ...], options: Options) -> Data:
     return float(len(array))
 
 
+def string_part(text: Data, position: float, length: float) -> str:
+    """StrPart: characters from a position on, counted from 1."""
+    begin = int(position) - 1
+    if begin < 0 or length < 0 or begin + int(length) > len(text):
+        raise ValueError("the part leaves the string")
+    part: str = text[begin : begin + int(length)]
+    return part
+
+
+def whole_text(value: Data) -> str:
+    """ValToStr of a whole number; how many digits of another are written differs between controllers."""
+    if isinstance(value, bool) or not isinstance(value, float) or value != int(value) or abs(value) >= 1e6:
+        raise ValueError("not a whole number")
+    return str(int(value))
+
+
 def _plain(function: Callable[..., Data]) -> Function:
     return lambda arguments, options: function(*arguments)
 
@@ -123,6 +139,9 @@ FUNCTIONS: Mapping[str, tuple[str, Function]] = {
     "trunc": ("num", lambda a, o: shortened(a[0], o.get("dec", 0.0), False)),
     "dim": ("num", dimension),
     "strlen": ("num", _plain(lambda s: float(len(s)))),
+    "strpart": ("string", _plain(string_part)),
+    "numtostr": ("string", _plain(lambda x, decimals: f"{x:.{int(decimals)}f}")),
+    "valtostr": ("string", _plain(whole_text)),
     "numtodnum": ("dnum", _plain(float)),
     "dnumtonum": ("num", _plain(float)),
 }

@@ -56,7 +56,9 @@ def run_state_instruction(word: str, pieces: Pieces, memory: Memory, value: Call
                 changed["@pdisp"] = Pose()
             case "pdispon":
                 changed["@pdisp"] = _displacement(pieces, plain, "rot" in switches, value)
-            case "eoffsset" | "eoffson":
+            case "eoffsset":
+                changed["@eoffs"] = any(value(plain[0]))
+            case "eoffson":
                 changed["@eoffs"] = True
             case "eoffsoff":
                 changed["@eoffs"] = False

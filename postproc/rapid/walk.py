@@ -48,31 +48,37 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         PostprocError: there is no routine ``entry``.
     """
     flow = Flow(program)
-    if entry is not None:
-        routine = program.routine(entry)
-        if routine is None:
-            names = ", ".join(sorted({r.name for r in program.all_routines()})) or "none"
-            help = f"the routines are: {names}"
-            raise PostprocError(Diagnostic("RAP030", "error", f"there is no routine `{entry}`", help=help))
+    uncalled = _uncalled(program)
+    chosen = program.routine("main" if entry is None else entry)
+    if entry is not None and chosen is None:
+        names = ", ".join(sorted({r.name for r in program.all_routines()})) or "none"
+        help = f"the routines are: {names}"
+        raise PostprocError(Diagnostic("RAP030", "error", f"there is no routine `{entry}`", help=help))
+    started = uncalled if chosen is None else [chosen]
+    for routine in started:
         _start(flow, routine, State.initial())
-        count, found = len(flow.ways.events), tuple(flow.diagnostics)
-        flow.only_new = True
-        for other in _uncalled(program):  # for nothing but whether they run the same statements with other targets
-            _start(flow, other, State.initial())
-        return Walk(_marked(flow)[:count], found)
-    main, uncalled = program.routine("main"), _uncalled(program)
-    for routine in [main] if main is not None else uncalled:
-        _start(flow, routine, State.initial())
+    count, found = len(flow.ways.events), tuple(flow.diagnostics)
     flow.only_new = True
     unknown = State.initial().forgotten(flow.changes.everything)
-    for routine in uncalled if main is not None else ():
-        if routine is not main:
+    for routine in uncalled:
+        if routine.key not in flow.entered:
             _start(flow, routine, unknown)
-    for routine in program.all_routines():
-        if not routine.source.lent and any(True for _ in _unreached(flow, routine)):
+    _follow_rest(flow, unknown)
+    if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
+        return Walk(_marked(flow)[:count], found)
+    return Walk(_marked(flow), tuple(flow.diagnostics))
+
+
+def _follow_rest(flow: Flow, unknown: State) -> None:
+    """Motions that no known way leads to, and routines that some call means which no known way leads to."""
+    calls = _calls(flow.program)
+    for routine in flow.program.all_routines():
+        loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
+        if not routine.source.lent and (loose or any(True for _ in _unreached(flow, routine))):
+            flow.supposed = routine.key in flow.entered and not loose
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
-    return Walk(_marked(flow), tuple(flow.diagnostics))
+            flow.supposed = False
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
@@ -117,6 +123,18 @@ def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
         for statement in statements_in(body):
             if statement.span[0] in known and statement.span[0] not in seen:
                 yield statement
+
+
+def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
+    """The places from which each routine is called by its name."""
+    found: dict[str, set[tuple[str, int]]] = {}
+    for routine in program.all_routines():
+        for body in bodies(routine):
+            for statement in statements_in(body):
+                called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
+                if called is not None and program.motion(routine.source, statement) is None:
+                    found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
+    return found
 
 
 def _uncalled(program: Program) -> list[Routine]:

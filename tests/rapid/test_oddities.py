@@ -146,6 +146,21 @@ def test_alternatives_in_a_signature() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "name", ['"go"+ValToStr(i)', '"go"+NumToStr(i,0)', 'StrPart("xgo",2,2)+ValToStr(i)', '"M:go"+ValToStr(i)']
+)
+def test_routines_with_numbers_in_their_names(name: str) -> None:
+    data = "".join(f"PROC go{i}() MoveL Offs(p,{i},0,0),v5,z0,tool0; ENDPROC " for i in (1, 2))
+    found = events(f"FOR i FROM 2 TO 1 DO %{name}%; ENDFOR", P + data)
+    assert [place and place[0] for place in places(found)] == [3, 2]
+
+
+@pytest.mark.parametrize("name", ['"go"+ValToStr(i/3)', '"go"+ValToStr(TRUE)', 'StrPart("go1",2,9)'])
+def test_names_that_only_the_controller_can_tell(name: str) -> None:
+    found = walk_program(program(module(f"FOR i FROM 1 TO 2 DO %{name}%; ENDFOR", "PROC go1() ENDPROC")))
+    assert [d.code for d in found.diagnostics] == ["RAP032"]
+
+
 def test_late_binding_with_a_known_and_an_unknown_name() -> None:
     data = P + "VAR string n;PROC go() MoveL p,v5,z0,tool0; ENDPROC"
     found = walk_program(program(module('%"go"%; %"M"+":go"%; n:=TestName(); %n%;', data)))

@@ -322,6 +322,8 @@ def test_moved_work_object_and_axis_offsets_are_refused() -> None:
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", P)[0].reason is None
     track = P.replace("[9E9", "[500")
     assert events("EOffsOn p; MoveL p,v5,z0,tool0;", track)[0].reason == "an offset of the external axes may be active"
+    assert events("EOffsSet [5,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].reason is not None
+    assert events("EOffsSet [0,0,0,0,0,0]; MoveL p,v5,z0,tool0;", track)[0].reason is None
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------
@@ -453,3 +455,30 @@ def test_turns_of_a_loop_share_an_event_only_while_nothing_changes() -> None:
     assert [e.target.trans[0] for e in index] == [1, 2, 3, 4, 5, 6]  # type: ignore[union-attr]
     assert [e.target.trans[0] for e in data] == [0, 0, 0, 7, 7, 7]  # type: ignore[union-attr]
     assert still[1] is still[2] and still[4] is still[5]
+
+
+GO = f"PROC go(num n) IF n<3 THEN {move('n')} ELSE {move('5')} ENDIF ENDPROC"
+
+
+def test_a_branch_that_no_call_takes_makes_no_other_run_of_the_rest() -> None:
+    found = events("go 1; go 2;", P + GO)
+    assert [e.target.trans[0] if e.target else None for e in found] == [1, 2, 5]
+    assert not any(e.elsewhere for e in found)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "ERROR go 2; RETRY; ENDPROC PROC other()",
+        "ENDPROC TRAP stopped go 2; ENDTRAP PROC other()",
+        "ERROR IF n=7 THEN other; ENDIF ENDPROC PROC other() go 2;",
+    ],
+)
+def test_a_call_that_is_not_followed_may_lead_elsewhere(more: str) -> None:
+    data = P + f"VAR num n; PROC go(num n) {move('n')} ENDPROC PROC work() go 1; {more} ENDPROC"
+    assert [e.elsewhere for e in events("work;", data) if e.statement.routine == "go"] == [True]
+
+
+def test_a_routine_that_calls_itself_runs_elsewhere_too() -> None:
+    data = P + f"PROC go(num n) {move('n')} IF n<3 go n+1; ENDPROC"
+    assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [(1, True)]
