@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.expressions import Component, Expression, Index, Name
 from postproc.rapid.memory import Binding, Memory, Reference
-from postproc.rapid.values import Data, NotKnown, Value
+from postproc.rapid.syntax import Declaration
+from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value
 
 Path = list[int | str]
 
@@ -30,12 +31,37 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
         if found is None or found.storage == "CONST":
             return
         declaration = found
-    if path and not isinstance(data, NotKnown):
+    if path:
         try:
-            data = _replaced(memory.value(declaration), path, data, memory)
+            data = _replaced(_present(declaration, memory), path, data, memory)
         except NotKnown as error:
             data = error
+        unknown = _unknown_part(data)
+        data = data if unknown is None or unknown is data else PartlyKnown(unknown, data)
     memory.changed[declaration.key] = data
+
+
+def _present(declaration: Declaration, memory: Memory) -> Value:
+    """Value of declared data as far as it is known: what nothing in the program writes is as it was declared.
+
+    Raises:
+        NotKnown: no part of it is known.
+    """
+    try:
+        return memory.value(declaration)
+    except PartlyKnown as partly:
+        return Value(partly.data, declaration.type, len(declaration.dims))
+    except NotKnown as error:
+        value = memory.declared(declaration)
+        for path in memory.changes.paths.get(declaration.key, {()}):
+            value = Value(_replaced(value, path, error, memory), value.type, value.rank)
+        return value
+
+
+def _unknown_part(data: Data) -> NotKnown | None:
+    if isinstance(data, tuple):
+        return next((unknown for item in data if (unknown := _unknown_part(item)) is not None), None)
+    return data if isinstance(data, NotKnown) else None
 
 
 def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
@@ -92,6 +118,8 @@ def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memor
         at = names.index(step)
         kind = memory.records[value.type][at][1]
     items = value.data
+    if isinstance(items, NotKnown) and isinstance(step, str):
+        items = (items,) * len(names)
     if not isinstance(items, tuple) or not 0 <= at < len(items):
         raise NotKnown("the part that is written does not exist")
     return (*items[:at], _replaced(Value(items[at], kind), rest, data, memory), *items[at + 1 :])

@@ -42,6 +42,12 @@ def argument_name(data: bytes, span: Span) -> str:
     return found[1].decode("latin-1").lower() if found else ""
 
 
+def component_path(data: bytes, span: Span) -> tuple[str, ...]:
+    """The components that lead to a part of a record (``a.b.c``); empty for anything else."""
+    name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
+    return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
+
+
 def paired(
     parameters: Sequence[Parameter], pieces: Iterable[tuple[str, Span, Span]]
 ) -> Iterator[tuple[Parameter, Span]]:
@@ -64,6 +70,8 @@ class Changes:
     def __init__(self, program: Program) -> None:
         self.program = program
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
+        # The components that are written of each declaration; what is written as a whole has an empty path.
+        self.paths: dict[str, set[tuple[str, ...]]] = {}
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
         found: dict[str, set[str]] = {key: set() for key in routines}
@@ -107,7 +115,7 @@ class Changes:
 
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         if statement.kind == "assign":
-            self._add(statement.word, routine, changed)
+            self._add(statement.word, routine, changed, component_path(routine.source.data, statement.parts[0]))
         elif statement.kind == "call":
             self._of_call(statement, routine, changed, calls)
         elif statement.kind == "opaque":
@@ -123,13 +131,14 @@ class Changes:
             if "%" + parameter in below:
                 self._add(name, routine, changed)
 
-    def _add(self, name: str, routine: Routine, changed: set[str]) -> None:
+    def _add(self, name: str, routine: Routine, changed: set[str], path: tuple[str, ...] = ()) -> None:
         if any(p.name == name for p in routine.parameters):
             changed.add("%" + name)
             return
         declaration = self.program.declaration(name, routine.module, routine.name)
         if declaration is not None and declaration.storage != "CONST":
             changed.add(declaration.key)
+            self.paths.setdefault(declaration.key, set()).add(path)
 
     def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         data = routine.source.data

@@ -12,7 +12,7 @@ from postproc.rapid.evaluate import names_in
 from postproc.rapid.execution import Execution
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.syntax import Statement
-from postproc.rapid.values import NotKnown, Value
+from postproc.rapid.values import NotKnown, PartlyKnown, Value
 
 MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
@@ -155,10 +155,17 @@ def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
 
 def _differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
     """Keys that are not what they were; what is not known stays not known."""
-    return {
-        key
-        for key, now in after.items()
-        if before[key] is not now
-        and before[key] != now
-        and not (isinstance(before[key], NotKnown) and isinstance(now, NotKnown))
-    }
+    return {key for key, now in after.items() if before[key] is not now and not _alike(before[key], now)}
+
+
+def _alike(before: object, now: object) -> bool:
+    match before, now:
+        case PartlyKnown(), PartlyKnown():
+            return _alike(before.data, now.data)
+        case (PartlyKnown(), _) | (_, PartlyKnown()):
+            return False
+        case NotKnown(), NotKnown():
+            return True
+        case tuple(), tuple() if before != now and len(before) == len(now):
+            return all(map(_alike, before, now))
+    return before == now

@@ -137,6 +137,15 @@ class Memory:
                 return Value(data, declaration.type, len(declaration.dims))
             if key in self.changes.everything:
                 raise NotKnown(f"`{declaration.name}` is written by the program and has no certain value here")
+        return self.declared(declaration)
+
+    def declared(self, declaration: Declaration) -> Value:
+        """The value that the declaration itself gives.
+
+        Raises:
+            NotKnown: it gives none.
+        """
+        key = declaration.key
         known = self.constants.values.get(key)
         if known is None:
             self.constants.values[key] = NotKnown(f"the value of `{declaration.name}` depends on itself")

@@ -61,6 +61,14 @@ class NotKnown(Exception):
         self.span = span
 
 
+class PartlyKnown(NotKnown):
+    """A record or an array of which some parts are known; ``data`` has a NotKnown in the place of every other."""
+
+    def __init__(self, unknown: NotKnown, data: Data) -> None:
+        super().__init__(unknown.reason, unknown.missing, unknown.span)
+        self.data = data
+
+
 MOST_QUARTERS = 4000  # no axis turns a thousand times
 
 Fields = tuple[tuple[str, str], ...]

@@ -482,3 +482,30 @@ def test_a_call_that_is_not_followed_may_lead_elsewhere(more: str) -> None:
 def test_a_routine_that_calls_itself_runs_elsewhere_too() -> None:
     data = P + f"PROC go(num n) {move('n')} IF n<3 go n+1; ENDPROC"
     assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [(1, True)]
+
+
+MEASURED = 'PERS wobjdata w:=[FALSE,TRUE,"",[[1,2,3],[1,0,0,0]],[[4,5,6],[1,0,0,0]]];'
+AT = "MoveL p,v5,z0,tool0\\WObj:=w;"
+
+
+@pytest.mark.parametrize(
+    "body, known",
+    [
+        (f"w.uframe:=[[7,0,0],[1,0,0,0]]; {AT} w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [None, (7, 9)]),
+        (f"w.uframe.trans:=[7,0,0]; w.uframe.rot:=[1,0,0,0]; w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [(7, 9)]),
+        (f"w.oframe.trans.x:=9; {AT}", [(1, 9)]),
+        (f"w.oframe.trans.x:=CPos().x; {AT} w.oframe.trans.x:=8; {AT}", [None, (1, 8)]),
+        (f"w.oframe.trans.x:=9; measure w; {AT}", [None]),
+        (f"measure w; w.uframe:=[[7,0,0],[1,0,0,0]]; w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [None]),
+        (f"w.oframe.trans.x:=9; IF DInput(d)=1 w.oframe.trans.x:=8; {AT}", [None]),
+        (f"FOR i FROM 1 TO 2 DO w.oframe.trans.x:=i; {AT} ENDFOR", [(1, 1), (1, 2)]),
+        (f"w.oframe.trans.x:=9; WHILE DInput(d)=1 DO {AT} w.oframe.trans.x:=CPos().x; ENDWHILE", [None]),
+        (f"w.oframe.trans.x:=9; WHILE DInput(d)=1 DO w.uframe.trans.x:=7; {AT} w.oframe.trans.x:=3; ENDWHILE", [None]),
+        (f"WHILE DInput(d)=1 DO w.oframe.trans.x:=9; {AT} w.oframe.trans.x:=3; ENDWHILE", [(1, 9), (1, 9)]),
+    ],
+)
+def test_parts_that_nothing_writes_are_as_declared(body: str, known: list[tuple[float, float] | None]) -> None:
+    """x of the user frame and of the object frame at every motion; None where the work object is not known."""
+    found = events(body, P + MEASURED)
+    seen = [None if e.reason else (e.wobj.uframe.trans[0], e.wobj.oframe.trans[0]) for e in found]
+    assert seen == known
