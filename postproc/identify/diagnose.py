@@ -39,6 +39,8 @@ class Diagnosis:
 
     Args:
         base: the model as it came, fitted again; final: with the missing effects.
+        screened, searched: the same on the rows that were searched, every k-th pose of many: those of the candidates
+            and of the suspects.
         missing: in the order of selection; candidates: every effect of the library on the base, best first.
         suspects: what the remaining structure follows; blind: effects that this data could not have shown, with the
             reason.
@@ -49,6 +51,8 @@ class Diagnosis:
     verdict: Verdict
     base: Fit
     final: Fit
+    screened: Fit
+    searched: Fit
     missing: tuple[Missing, ...]
     candidates: tuple[Candidate, ...]
     untestable: Mapping[str, str]
@@ -109,6 +113,8 @@ def diagnose(
         verdict=verdict,
         base=base,
         final=final,
+        screened=start,
+        searched=search.fit,
         missing=tuple(missing),
         candidates=tuple(first),
         untestable=untestable,

@@ -56,7 +56,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
-    before = d.base.linear.square
+    before = d.screened.linear.square
     after = d.base.rms * np.sqrt(max(before - c.fall, 0.0) / before)
     return {
         "effect": c.key,

@@ -48,7 +48,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
         sections.append(_found(document, found.final))
     if found.suspects:
         suspects = [(s["where"], s["channel"], s["pattern"], f"{100 * s['share']:.0f} %") for s in document["suspects"]]
-        chart = suspect_chart(found.final, found.suspects[0], found.floor)
+        chart = suspect_chart(found.searched, found.suspects[0], found.floor)
         note = "Of what the final model leaves above the noise; strongest first." + (LOOKS if chart else "")
         columns = ("where", "channel", "pattern", "explains")
         sections.append(Section("What remains follows", chart + table(columns, suspects), note))

@@ -190,12 +190,29 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
     data = resource("samples", "measurements", "simulated_step.csv").read_bytes()
     found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q4", "joint 4")
-    at = np.array(points(suspect_chart(found.final, found.suspects[0], found.floor)))
+    at = np.array(points(suspect_chart(found.searched, found.suspects[0], found.floor)))
     # Flat on both sides of the step; the plain residual is a saw tooth, because the fit has taken part of it on.
     edges = np.unique(at[:, 0])[10:-10]
     split = max(edges, key=lambda x: abs(at[at[:, 0] < x, 1].mean() - at[at[:, 0] >= x, 1].mean()))
     left, right = at[at[:, 0] < split, 1], at[at[:, 0] >= split, 1]
     assert abs(left.mean() - right.mean()) > 4 * max(left.std(), right.std())
+
+
+def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
+    data = resource("samples", "measurements", "simulated_step.csv").read_bytes()
+    measured = read_measurements(Source("cell.csv", data), model.robot)
+    whole = diagnose(model, measured).as_json()
+    monkeypatch.setattr("postproc.identify.refits.ENOUGH", 3 * len(measured) // 2)
+    found = diagnose(model, measured)
+    assert len(found.searched.data) < 0.6 * len(found.final.data)
+    assert found.suspects[0].where == "joint 4"
+    page = diagnosis_page("cell.toml cell.csv", found)
+    assert "joint 4: step near" in page
+    # The error that an effect would leave is told from the rows on which its fall was measured.
+    after = {c["effect"]: c["rms_mm_after"] for c in whole["candidates"] if c["testable"]}
+    half = {c["effect"]: c["rms_mm_after"] for c in embedded(page)["candidates"]}
+    assert half["joint_error_map"] == pytest.approx(after["joint_error_map"], rel=0.25)
 
 
 def test_addition_page_shows_what_each_effect_is_worth() -> None:
