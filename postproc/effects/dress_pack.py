@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -53,21 +54,16 @@ class DressPack(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """Every route with four slacks."""
+        """Every pair of bodies, with the flange's end at four places, always taut or slack at times."""
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
         for (body, here), (far, there) in _routes(state.T_base_body, state.robot):
-            distance = cls(body_from=body, body_to=far, from_m=here, to_m=there)._ends(state)[2]
-            for label, slack in (
-                ("always taut", 0.5 * distance.min()),
-                ("just taut", 0.9 * distance.min()),
-                ("slack at times", np.quantile(distance, 0.3)),
-                ("mostly slack", np.quantile(distance, 0.6)),
-            ):
-                effect = cls(body_from=body, body_to=far, from_m=here, to_m=there, slack_m=float(slack))
-                where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
-                found.append(variant(effect, f"{where}, {label}"))
+            start = cls(body_from=body, body_to=far, from_m=here, to_m=there)
+            distance = start._ends(state)[2]
+            where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
+            for label, slack in (("always taut", 0.8 * distance.min()), ("slack at times", np.quantile(distance, 0.3))):
+                found.append(variant(replace(start, slack_m=float(slack)), f"{where}, {label}"))
         return tuple(found)
 
 
@@ -75,24 +71,21 @@ Place = tuple[int, Array]
 
 
 def _routes(T_base_body: Array, robot: Robot) -> list[tuple[Place, Place]]:
-    """Where a fit begins: along the arm to places around the flange, and past the upper arm to the housing.
+    """Where a search of both ends begins: from elbow, housing and forearm to places around the flange's axis.
 
-    From the elbow, 0.25 m above the housing behind it and to both sides of that, around the forearm, which is the last
-    long body, or around the first body of the wrist where that is the housing itself.
+    From the elbow, above the housing, along the forearm, which is the last long body, or around the first body of the
+    wrist where that is the housing itself; and past the upper arm, from the shoulder to the housing.
     """
     up = T_base_body[:, 3, 2, :3].mean(axis=0)
     up /= max(float(np.linalg.norm(up)), 1e-9)
     long = long_bodies(robot)[-1]
-    forearm = distal_point(robot, long)
-    side = np.cross(up, forearm)
-    side /= max(float(np.linalg.norm(side)), 1e-9)
-    above = [(3, 0.25 * up + shift * side) for shift in (-0.15, 0.0, 0.15)]
-    beside = [(long, 0.3 * forearm + 0.2 * way) for way in _across(forearm)]
-    wrist = [(4, 0.1 * way) for way in _across(robot.axis[4])] if long < 4 else []
-    around = [(6, np.zeros(3)), *((6, 0.1 * way) for way in _across(robot.axis[5]))]
+    beside = _across(robot.axis[4])[0]
+    forearm = (4, 0.3 * distal_point(robot, long) + 0.1 * beside) if long > 3 else (4, 0.1 * beside)
+    housing = (3, 0.25 * up)
+    around = [(6, 0.1 * way) for way in _across(robot.axis[5])]
     shoulder = [(1, distal_point(robot, 1) + 0.2 * way) for way in _across(robot.axis[1])]
-    along = [(start, end) for start in ((2, distal_point(robot, 2)), *above, *beside, *wrist) for end in around]
-    return [*along, *((start, end) for start in shoulder for end in above)]
+    along = [(start, end) for start in ((2, distal_point(robot, 2)), housing, forearm) for end in around]
+    return [*along, *((start, housing) for start in shoulder)]
 
 
 def _across(axis: Array) -> tuple[Array, ...]:

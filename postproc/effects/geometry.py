@@ -34,7 +34,7 @@ def point_in_base(T_base_body: Array, point: Array) -> Array:
 
 def force_at(point: Array, force: Array) -> Array:
     """(n, 6) force and its moment about the base origin, of a force (n, 3) that acts at a point (n, 3)."""
-    return np.concatenate([force, np.cross(point, force)], axis=1)
+    return np.concatenate([force, _cross(point.T, force.T).T], axis=1)
 
 
 def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int) -> tuple[Array, Array]:

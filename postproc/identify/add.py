@@ -138,7 +138,9 @@ def add_effects(
     steps = [("base", base)]
     for cls in classes:
         steps.append((f"+ {cls.key}", grown(steps[-1][1], cls, noise)))
-    final = steps[-1][1]
+    added = [cls for cls in classes if model.effect(cls.key) is None]
+    final = _beside_each_other(steps[-1][1], added if len(classes) > 1 else [], noise)
+    steps[-1] = (steps[-1][0], final)
     floor = _floor(final)
     top = base.held_out_rms
     ladder = []
@@ -170,6 +172,14 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
             Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it")
         )
     return found[1]
+
+
+def _beside_each_other(final: Fit, added: Sequence[type[Effect]], noise: float | None) -> Fit:
+    """Every added effect in the form that suits it with all the others in: the first found its own without them."""
+    for cls in added:
+        anew = grown(_without(final, cls.key, noise), cls, noise)
+        final = anew if anew.held_out_rms < (1 - HELPS) * final.held_out_rms else final
+    return final
 
 
 def _without(final: Fit, key: str, noise: float | None) -> Fit:

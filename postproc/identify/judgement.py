@@ -12,10 +12,11 @@ from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import DECADES, WIDE, ordinary, schwarz
+from postproc.identify.forms import WIDE, laplace, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
+from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED
 
 SIGNIFICANT = 5e-3
@@ -46,7 +47,9 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
     else:
-        model, new = base.model, with_amplitudes(screen, linear, candidate)
+        model, new = base.model, candidate.effect
+        if new.is_null:
+            new = with_amplitudes(screen, linear, candidate)
         if type(new).load is not Effect.load:
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
@@ -69,7 +72,7 @@ def fitted_best(
 ) -> tuple[Candidate, Fit] | None:
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
     found: list[tuple[Candidate, Fit]] = []
-    for start in candidate.starts or (candidate,):
+    for start in formed(screen, linear, candidate).starts or (candidate,):
         after = refit(base, screen, linear, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
@@ -94,44 +97,24 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         p = candidate.p_value
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
-        worth = settled(before, rest, freedom, after, candidate.key) - candidate.searched
+        worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
     else:
         worth = candidate.evidence + gained
     free = after.free.get(candidate.key, candidate.free)
     return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p, fit=after)
 
 
-def settled(before: float, rest: float, freedom: int, after: Fit, key: str) -> float:
-    """What an effect is worth at the end of a full fit, 2 log of odds, all its parameters counted by what they move.
-
-    nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
-    with S and S' the sums of squares without the effect and with it, C its columns at the fit, a its amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms
-    the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
-    Source: MacKay (2003), Ch. 27.
-
-    Args:
-        before, rest: S and S'. freedom: nu. key: of the effect in the fit ``after``.
-    """
+def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
+    """What an effect of a full fit is worth beside the base, all its parameters counted (`laplace`)."""
     effect = after.model.effect(key)
     own = np.array([k == key for k, _ in after.parameters])
     index = np.array([i for k, i in after.parameters if k == key], dtype=int)
     if effect is None or not len(index):
         return -np.inf
-    x, scale = effect.vector()[index], ordinary_sizes(effect, after.model.robot)[index]
-    amplitude = effect.amplitudes()[index]
     others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
-    s2 = rest / max(freedom - len(index), 1)
-    columns = after.columns[:, own]
+    columns, wide = after.columns[:, own], ordinary_sizes(effect, after.model.robot)[index]
     gram = columns.T @ others.project(columns)
-    worth = -np.inf
-    for decade in DECADES:
-        wide = np.where(amplitude, WIDE * decade * scale, np.maximum(np.abs(x), scale))
-        strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(wide, wide)), 0.0)
-        far = s2 * float(np.sum((x[amplitude] / wide[amplitude]) ** 2))
-        gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
-        worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
-    return worth
+    return laplace(base, rest, gram, effect.vector()[index], wide, effect.amplitudes()[index])
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

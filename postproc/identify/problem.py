@@ -130,10 +130,11 @@ class Problem:
 
         A compliance that the missing load has pushed towards zero would hide it.
         """
-        return self._rows(self._softer.by_parameter(effect, free))
+        return self._rows(self.softer.by_parameter(effect, free))
 
     @cached_property
-    def _softer(self) -> Sensitivity:
+    def softer(self) -> Sensitivity:
+        """The whitened sensitivity with springs no stiffer than is ordinary."""
         springs = tuple(at_least_ordinary(self.model, e) for e in self.whitened.springs)
         return replace(self.whitened, springs=springs)
 

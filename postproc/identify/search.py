@@ -14,6 +14,7 @@ from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted
 from postproc.identify.linear import Linear
 from postproc.identify.refits import refit_all
 from postproc.identify.selection import Candidate, Screen, compose
+from postproc.identify.shaped import formed
 from postproc.identify.shapes import Pattern
 from postproc.identify.solve import ROUGHLY
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
@@ -22,10 +23,6 @@ MOST = 6
 """Effects that are added one after another at most."""
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
-TOLD = 0.9
-"""Share of what is left above the noise that a pattern tells better than an effect far from all its starts would."""
-WAVES = ("transmission_error", "joint_error_map")
-"""Effects that tell a joint's angle by itself, as many a force of the arm's pose can be told in part."""
 
 
 @dataclass(frozen=True)
@@ -91,16 +88,17 @@ def ranking(search: Search) -> list[Candidate]:
     screen, linear = search.screen(), search.linear()
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
     search.remember(screen)
-    found.sort(key=lambda c: -c.evidence)
     if not found or search.outside:
-        return [_nested(c, found) for c in found]
+        return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
 
     def settled(candidate: Candidate) -> Candidate:
         best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
         return candidate if best is None else best[0]
 
-    far = -np.inf if _at_a_loss(search, found[0]) else max(0.0, 0.2 * found[0].evidence)
-    found = [settled(c) if c.starts and c.evidence > far else c for c in found]
+    if _audible(search.fit):
+        found = [formed(screen, linear, c) if c.far else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    found = [settled(c) if c.forming and c.evidence > near else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     rivals = [c for c in found if c.evidence > near]
     if len(rivals) > 1:
@@ -108,19 +106,10 @@ def ranking(search: Search) -> list[Candidate]:
     return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
 
 
-def _at_a_loss(search: Search, best: Candidate) -> bool:
-    """Whether the best effect explains less than half of what is left above the noise, and no pattern most of it.
-
-    Then effects that stand far from all their starts may still be what is missing. Waves of a joint's own angle must
-    explain most of it: a hose that pulls at the wrist is half told by a wave of the wrist.
-    """
-    fit = search.fit
-    above = fit.linear.square - fit.linear.freedom
-    enough = TOLD if best.key in WAVES else 0.5
-    if fit.noise.position is None or above < 0.5 * fit.linear.freedom or best.fall > enough * above:
-        return False
-    suspects = search.suspects(fit, search.linear())
-    return not suspects or suspects[0].fall < TOLD * above
+def _audible(fit: Fit) -> bool:
+    """Whether more is left than the noise, as far as that is known."""
+    rest, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.position is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:

@@ -28,10 +28,8 @@ UNLIKELY = {
 
 No arm is without joints that wind up or zeros that are off: a model that lacks them lacks them first.
 """
-STARTS = 3
-"""Forms from which a full fit is tried where an effect has parameters that form it; more where those are more."""
-ALIKE = 0.9
-"""Share of a form's columns that another one has as well, from which it is no start of its own."""
+EACH = 2
+"""Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 DEEPEST = 8
 """Terms of one effect that are searched one after another."""
 
@@ -64,12 +62,22 @@ class Candidate:
     fit: Fit | None = None
 
     @property
+    def forming(self) -> int:
+        """How many parameters only form the effect: a knee, the ends of a hose."""
+        return int((self.free & ~self.effect.amplitudes()).sum())
+
+    @property
+    def far(self) -> bool:
+        """Whether its forms may all be far from the truth: a grid of knees is fine enough, one of points is not."""
+        return 2 * self.forming > int(self.free.sum())
+
+    @property
     def curved(self) -> bool:
         """Whether a linear problem is not enough.
 
         Parameters that form the effect move its columns, and so does the compliance that its load acts through.
         """
-        return bool((self.free & ~self.effect.amplitudes()).any()) or type(self.effect).load is not Effect.load
+        return self.forming > 0 or type(self.effect).load is not Effect.load
 
 
 @dataclass
@@ -143,9 +151,8 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _diverse(linear, forms, worth)]
-    others = [c for c in others if c.effect is not chosen.effect and (c.free & ~c.effect.amplitudes()).any()]
-    return replace(chosen, starts=(chosen, *others))
+    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _starts(forms, worth)]
+    return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
 
 def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | None:
@@ -166,30 +173,11 @@ def _prices(forms: Sequence[Form]) -> list[float]:
     return [2 * float(np.log(total / form.odds)) for form in forms]
 
 
-def _diverse(linear: Linear, forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
-    """The best forms to start a full fit from: of every law, pair of bodies .. the best, then the best unlike those.
-
-    As many as parameters form the effect: a point in space needs more starts than a knee.
-    """
+def _starts(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
+    """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
     order = sorted(range(len(forms)), key=lambda i: -worth[i])
-    kinds = [_structure(form.effect) for form in forms]
-    chosen = [i for at, i in enumerate(order) if kinds[i] not in [kinds[k] for k in order[:at]]]
-    enough = max(STARTS, max(form.forming for form in forms))
-    taken = [_unit(linear, forms[i]) for i in chosen]
-    for i in order:
-        if len(chosen) >= enough:
-            break
-        way = _unit(linear, forms[i])
-        if all(way.shape != other.shape or float(np.sum(way * other)) ** 2 < ALIKE for other in taken):
-            chosen.append(i)
-            taken.append(way)
-    return chosen[:enough]
-
-
-def _unit(linear: Linear, form: Form) -> Array:
-    """Columns of a form beside the fitted parameters, of length one in all."""
-    rest = linear.project(form.columns * form.scale)
-    return np.asarray(rest / max(float(np.linalg.norm(rest)), 1e-300))
+    kinds = [kind(form.effect) for form in forms]
+    return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
 
 
 def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidate:
@@ -221,7 +209,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         if measured[k].evidence <= cost:
             break
         new = options[k].effect
-        same = _structure(new) == _structure(effect)
+        same = kind(new) == kind(effect)
         mask = options[k].refit | free if same else options[k].refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
         columns = columns_of(screen, linear, new, counted)
@@ -261,7 +249,7 @@ def columns_of(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.
     return screen.problem.columns(effect, part) * ordinary(screen.problem.model, effect, part)
 
 
-def _structure(effect: Effect) -> tuple[object, ...]:
+def kind(effect: Effect) -> tuple[object, ...]:
     return tuple(getattr(effect, name) for name in effect.structures())
 
 

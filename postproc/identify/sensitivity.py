@@ -80,7 +80,7 @@ class Sensitivity:
         def answer(values: Array) -> tuple[Array, Array]:
             moved = effect.with_vector(values)
             load = None if type(effect).load is Effect.load else load_of(moved, state)
-            return flat(displacement_of(moved, state), n), self._loads(load)
+            return flat(displacement_of(moved, state), n), flat_load(load, n)
 
         here = answer(x) if effect.linear and amplitude[index].any() else None
         for i in index:
@@ -93,16 +93,6 @@ class Sensitivity:
             if load.any():
                 change += self.by_load(load)
             yield change / (step[i] if exact else 2 * step[i])
-
-    def _loads(self, load: Load | None) -> Array:
-        """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
-        n = len(self.state)
-        result = np.zeros((n, 54))
-        if load is not None and load.joint is not None:
-            result[:, :6] = load.joint
-        for body, wrench in ({} if load is None else load.body).items():
-            result[:, 6 + 6 * body : 12 + 6 * body] = wrench
-        return result
 
     def by_load(self, load: Array) -> Array:
         """(n, 60) displacement of the springs by a further load (n, 54)."""
@@ -175,6 +165,16 @@ def flat(displacement: Displacement, n: int) -> Array:
         result[:, TOOL:INSTRUMENT] = displacement.tool
     if displacement.instrument is not None:
         result[:, INSTRUMENT:] = displacement.instrument
+    return result
+
+
+def flat_load(load: Load | None, n: int) -> Array:
+    """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
+    result = np.zeros((n, 54))
+    if load is not None and load.joint is not None:
+        result[:, :6] = load.joint
+    for body, wrench in ({} if load is None else load.body).items():
+        result[:, 6 + 6 * body : 12 + 6 * body] = wrench
     return result
 
 

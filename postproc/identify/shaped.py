@@ -1,0 +1,170 @@
+"""What forms an effect, a knee or the ends of a hose, where it explains most, before anything is fitted in full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect, displacement_of, load_of
+from postproc.effects.similarity import ordinary_sizes
+from postproc.identify.forms import laplace
+from postproc.identify.linear import Linear, f_test
+from postproc.identify.problem import Problem, Weights
+from postproc.identify.selection import Candidate, Screen, corrected, kind
+from postproc.identify.sensitivity import flat, flat_load
+
+POSES = 120
+"""Poses on which a shape is looked for; parameters of the fit ask for more."""
+TRIES, FIRST_TRIES = 25, 8
+"""Steps of a search, and of its first part, after which the best go on."""
+FINALISTS = 3
+ENOUGH = 3e-3
+"""Share of the sum of squares below which a step is the last: a full fit follows."""
+NEARLY = 16.0
+"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
+
+
+@dataclass(frozen=True)
+class Glimpse:
+    """Some poses of a problem, and what the fitted parameters leave of their residual.
+
+    Args:
+        problem: those poses; linear: its residual with the fitted parameters of the whole.
+    """
+
+    problem: Problem
+    linear: Linear
+
+    def answer(self, effect: Effect) -> Array:
+        """(N,) whitened displacement by an effect of any size, with what its load does to the springs."""
+        seen = self.problem.softer
+        n = len(seen.state)
+        moved = flat(displacement_of(effect, seen.state), n)
+        used = np.flatnonzero(moved.any(axis=0))
+        answer = (seen.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
+        if type(effect).load is not Effect.load:
+            load = flat_load(load_of(effect, seen.state), n)
+            used = np.flatnonzero(load.any(axis=0))
+            answer = answer + (self.by_load[:, :, used] @ load[:, used, None])[:, :, 0]
+        return np.asarray(answer[self.problem.weights.used])
+
+    @cached_property
+    def by_load(self) -> Array:
+        """(n, r, 54) whitened displacement by a unit of every load."""
+        seen = self.problem.softer
+        unit = np.zeros((len(seen.state), 54))
+        found = np.empty((*seen.matrix.shape[:2], 54))
+        for k in range(54):
+            unit[:, k] = 1.0
+            found[:, :, k] = (seen.matrix @ seen.by_load(unit)[:, :, None])[:, :, 0]
+            unit[:, k] = 0.0
+        return found
+
+
+def glimpse(problem: Problem, linear: Linear) -> Glimpse:
+    """Every k-th pose of a problem, as many as a shape needs.
+
+    With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
+    there is one, counts by the share f of the rows.
+    """
+    step = max(1, len(problem.data) // max(POSES, 2 * linear.parameters))
+    if step == 1:
+        return Glimpse(problem, linear)
+    some = np.arange(len(problem.data)) % step == 0
+    few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
+    kept = some[linear.row]
+    U = linear.nuisance[kept]
+    gram = U.T @ U + (np.eye(U.shape[1]) - linear.nuisance.T @ linear.nuisance) / step
+    value, vector = np.linalg.eigh(gram)
+    good = value > 1e-9
+    basis = U @ (vector[:, good] / np.sqrt(value[good]))
+    return Glimpse(few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial))
+
+
+def formed(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate:
+    """A candidate with what forms it where it explains most, from all of its starts; laws that come near are kept.
+
+    What the model holds already is where a fit has put it.
+    """
+    held = screen.problem.model.effect(candidate.key) is not None
+    if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
+        return candidate
+    seen = glimpse(screen.problem, linear)
+    first = sorted((_moved(seen, c, FIRST_TRIES) for c in candidate.starts), key=lambda pair: pair[1])
+    last = [_moved(seen, c, TRIES)[0] for c, _ in first[:FINALISTS]]
+    every = sorted((_judged(screen, linear, c) for c in last), key=lambda c: -c.evidence)
+    near = {kind(c.effect): c for c in reversed(every) if c.evidence > every[0].evidence - NEARLY}
+    best = max(every[0], candidate, key=lambda c: c.evidence)
+    return replace(best, visible=candidate.visible, starts=tuple(near.values())[::-1])
+
+
+def _moved(seen: Glimpse, start: Candidate, tries: int) -> tuple[Candidate, float]:
+    effect, left = shaped(seen, start.effect, start.free, tries)
+    return replace(start, effect=effect), left
+
+
+def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
+    """A candidate at values that were found on some rows, judged on all of them by everything that it moves there."""
+    effect = start.effect
+    columns = screen.problem.columns(effect, start.free)
+    inside = linear.project(columns)
+    x, index, amplitude = effect.vector(), np.flatnonzero(start.free), effect.amplitudes()[start.free]
+    low, high = effect.bounds()
+    own = index[amplitude]
+    best = np.linalg.lstsq(inside[:, amplitude], linear.rest, rcond=1e-9)[0]
+    x[own] = np.clip(best, low[own], high[own])
+    fall = float(x[own] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[own])[amplitude])
+    rest = max(linear.square - fall, 0.0)
+    size = ordinary_sizes(effect, screen.problem.model.robot)[index]
+    worth = laplace(linear, rest, columns.T @ inside, x[index], size, amplitude) - start.searched
+    p = corrected(f_test(linear.square, rest, start.count, linear.freedom - start.count), start.searched)
+    return replace(start, effect=effect.with_vector(x), evidence=worth, fall=fall, p_value=p)
+
+
+def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = TRIES) -> tuple[Effect, float]:
+    """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
+
+    Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
+    1973): amplitudes, knees and points go together, for a point in space cannot be found on a grid of points.
+    """
+    from scipy.optimize import least_squares
+
+    index = np.flatnonzero(free)
+    x, amplitude = effect.vector().copy(), effect.amplitudes()[index]
+    size = ordinary_sizes(effect, seen.problem.model.robot)[index]
+    low, high = (bound[index] for bound in effect.bounds())
+    inside = 1e-9 * np.minimum(size, high - low)
+
+    def rest(z: Array) -> Array:
+        x[index] = z
+        return seen.linear.rest - seen.linear.project(seen.answer(effect.with_vector(x))[:, None])[:, 0]
+
+    begin = x[index] if not effect.is_null else _sized(rest, x[index], amplitude, size)
+    start = np.clip(begin, low + inside, high - inside)
+    scale = np.where(amplitude, size, 0.5 * size)
+    bounds, few = (low, high), {"ftol": ENOUGH, "xtol": 1e-4, "max_nfev": tries}
+    found = least_squares(rest, start, bounds=bounds, x_scale=scale, **few)
+    x[index] = found.x
+    return effect.with_vector(x), 2 * float(found.cost)
+
+
+def _sized(rest: Callable[[Array], Array], start: Array, amplitude: NDArray[np.bool_], size: Array) -> Array:
+    """A start with the amplitudes that the data suggests, for where they vanish nothing forms an effect."""
+    z = start.copy()
+    z[amplitude] = 0.0
+    nothing = rest(z)
+    columns = []
+    for k in np.flatnonzero(amplitude):
+        one = z.copy()
+        one[k] = size[k]
+        columns.append(nothing - rest(one))
+    C = np.stack(columns, axis=1)
+    s2 = float(nothing @ nothing) / max(len(nothing), 1)
+    a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ nothing)
+    z[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
+    return z
