@@ -17,13 +17,11 @@ from postproc.motion.findings import once
 from postproc.motion.legs import cut_legs
 from postproc.motion.path import sample_path
 from postproc.motion.timing import Profile
-from postproc.motion.trajectory import retime
+from postproc.motion.trajectory import changes_speed, retime
 from postproc.motion.values import Flags, Trajectory
 from postproc.rapid.events import MotionEvent
 
-STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
-STANDSTILL = 1e-9  # [m/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,21 +81,13 @@ def plan_timeline(
         known = int(first < done)  # the stop that the leg goes on from
         columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, leg.a_sustained)
         parts.append(tuple(column[known:] for column in columns))
-        restless.append((_changes_speed(leg) | _fast_corner(leg))[known:])
+        restless.append((changes_speed(leg.tcp_speed) | _fast_corner(leg))[known:])
         legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))
         done, rows, begin = first + len(moves), legs[-1][0].stop, begin + float(leg.t[-1])
     if has_errors(findings):
         return None, once(findings)
     place, t, q, v, a = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Timeline(place, t, q, v, a, np.concatenate(restless), tuple(legs)), once(findings)
-
-
-def _changes_speed(trajectory: Trajectory) -> Flags:
-    """(k,) whether the TCP's speed changes; at a stop nothing loads the arm but its weight."""
-    speed = trajectory.tcp_speed
-    change = np.abs(np.diff(speed, prepend=speed[:1], append=speed[-1:]))
-    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * speed) & (speed > STANDSTILL)
-    return changing
 
 
 def _fast_corner(trajectory: Trajectory) -> Flags:

@@ -19,6 +19,8 @@ from postproc.robot.kinematics import body_poses
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
+STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
+STANDSTILL = 1e-9  # [m/s]
 _BLOCK = 5000  # samples looked at together: long programs need little memory
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
@@ -58,6 +60,13 @@ def retime(
     # Samples outside all runs stand where the last run ended.
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
+    tcp_speed = np.empty(n)
+    for first in range(0, n, _BLOCK):
+        part = slice(first, first + _BLOCK)
+        # The work goes past a stationary tool as fast as the tool goes over the work.
+        point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
+        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
+        tcp_speed[part] = np.linalg.norm(velocity, axis=1)
     T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
     a_sustained = a
     if runs.count:
@@ -67,23 +76,36 @@ def retime(
             lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
         )
         kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
-        a_sustained = _bridged(a - slope + kept, path.blend)
-    tcp_speed = np.empty(n)
-    for first in range(0, n, _BLOCK):
-        part = slice(first, first + _BLOCK)
-        # The work goes past a stationary tool as fast as the tool goes over the work.
-        point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
-        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
-        tcp_speed[part] = np.linalg.norm(velocity, axis=1)
+        in_space = np.array([m.kind in ("line", "arc") for m in path.moves])[path.move]
+        a_sustained = _bridged(a - slope + kept, path.blend, in_space & ~changes_speed(tcp_speed))
     return Trajectory(path, t, v, a, a_sustained, tcp_speed, profile)
 
 
-def _bridged(a: Array, blend: Flags) -> Array:
+def changes_speed(tcp_speed: Array) -> Flags:
+    """(n,) whether the speed of the TCP changes; at a stop nothing loads the arm but its weight."""
+    change = np.abs(np.diff(tcp_speed, prepend=tcp_speed[:1], append=tcp_speed[-1:]))
+    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * tcp_speed) & (tcp_speed > STANDSTILL)
+    return changing
+
+
+def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
     """Accelerations (n, 6) with zone corners bridged from their ends.
 
     The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides.
+    Where only one side counts (a joint move has no line to keep, and a line does not follow what happens while its speed
+    changes) the corner has the load of that side.
+
+    Args:
+        kept: (n,) samples of a line or an arc at constant speed.
     """
     if blend.all() or not blend.any():
         return a
-    rows = np.arange(len(a))
-    return np.stack([np.interp(rows, rows[~blend], column[~blend]) for column in a.T], axis=1)
+    outside = np.flatnonzero(~blend)
+    inside = np.flatnonzero(blend)
+    at = np.searchsorted(outside, inside)
+    before, after = outside[np.maximum(at - 1, 0)], outside[np.minimum(at, len(outside) - 1)]
+    share = (inside - before) / np.maximum(after - before, 1)
+    share = np.where(kept[before] == kept[after], share, kept[after])
+    result = a.copy()
+    result[inside] = a[before] + np.clip(share, 0.0, 1.0)[:, None] * (a[after] - a[before])
+    return result

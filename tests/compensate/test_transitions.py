@@ -170,3 +170,13 @@ def test_a_corner_that_ends_the_seam_without_a_stop() -> None:
     )
     found = convert(text, force_on="arc")
     assert max(s.after for s in independent(text, found).segments if s.welding) <= 0.01
+
+
+def test_a_slow_line_does_not_carry_how_the_arm_slowed_down_before_it() -> None:
+    """At a fly-by target the arm brakes from 1 m/s: the line behind it runs at constant speed outside the zone."""
+    body = f"""MoveAbsJ [[20,-30,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]],vmax,fine,tT;
+MoveJ {target(1250, -300, 850)},v2000,z50,tT;
+MoveL {target(1250, -300, 745)},v50,fine,tT;"""
+    found = convert(module("", body), inertia=True)
+    assert found.report["max_error_before_mm"] > 1.0
+    assert found.report["max_error_after_mm"] < 0.01
