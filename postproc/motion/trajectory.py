@@ -92,8 +92,8 @@ def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
     """Accelerations (n, 6) with zone corners bridged from their ends.
 
     The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides.
-    Where only one side counts (a joint move has no line to keep, and a line does not follow what happens while its speed
-    changes) the corner has the load of that side.
+    Where only one side counts (a joint move has no line to keep, and a line does not follow what happens while its
+    speed changes) the corner has the load of that side.
 
     Args:
         kept: (n,) samples of a line or an arc at constant speed.
