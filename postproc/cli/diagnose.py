@@ -23,6 +23,7 @@ def run(
     effects: EffectFiles = (),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
+    draft: Path | None = None,
     json: Flag = False,
 ) -> int:
     """Find which physical effect a model lacks on measurements, with evidence; or none; or that the library lacks it.
@@ -34,27 +35,43 @@ def run(
         data: table of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own, which take part; its code is run. May be repeated.
         report: HTML page to write.
+        draft: Python file to write where something remains without a name: it as an effect of your own.
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
+    from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
-    check_outputs((model, data, *table.inputs, *effects), report)
+    check_outputs((model, data, *table.inputs, *effects), report, draft)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = diagnose(arm, measured, own_effects(effects), noise=table.sigma)
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
         write(report, diagnosis_page(f"{model.name} {Path(data).name}", found).encode())
+    name, text = effect_file(found, draft.stem if draft is not None else "own", Path(data).name)
+    if draft is not None and text is not None:
+        write(draft, text.encode())
+    elif draft is not None:
+        show([nothing_to_draft(found)])
     if json:
         print_json(found.as_json())
     else:
         print(found.text())
-        _say_what_follows(found, model, data, table.words(effects))
+        _say_named(found, model, data, table.words(effects))
+        if text is not None and draft is not None:
+            keys, own = [m.candidate.key for m in found.missing], table.words([*effects, draft])
+            words = ("add", model, *keys, name, "--data", data, *own, "-o", "BETTER.toml")
+            say_next("adds what remains, too" if keys else "adds it", *words, lead="or" if keys else "next")
+        elif text is not None:
+            words = ("diagnose", model, data, *table.words(effects), "--draft", "OWN.py")
+            say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
+        elif found.suspects and draft is None:
+            say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
     return 0
 
 
-def _say_what_follows(found: Diagnosis, model: Path, data: str, own: Sequence[str]) -> None:
+def _say_named(found: Diagnosis, model: Path, data: str, own: Sequence[str]) -> None:
     keys = [m.candidate.key for m in found.missing]
     if keys:
         it = "it" if len(keys) == 1 else "them"
@@ -64,8 +81,5 @@ def _say_what_follows(found: Diagnosis, model: Path, data: str, own: Sequence[st
             pair = ("--between", f"{m.candidate.key},{other}")
             what = "chooses poses that tell them apart"
             say_next(what, "plan", model, data, *pair, *own, "-o", "POSES.csv", lead="or")
-    if found.verdict == "unknown":
-        words = ("add", model, *keys, "YOUR_KEY", "--data", data, *own, "--effects", "YOURS.py", "-o", "BETTER.toml")
-        say_next("once you have written what remains as an effect", *words, lead="then" if keys else "next")
     if found.verdict == "complete":
         say_next("corrects a program with this model", "compensate", "PROGRAM", "-m", model, "-o", "OUT")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +13,17 @@ from postproc.identify.selection import Candidate
 from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:
+    from postproc.arrays import Array
     from postproc.identify.diagnose import Diagnosis
     from postproc.identify.search import Missing
+    from postproc.identify.suspects import Suspect
+
+
+TELLING = 0.05
+"""Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do."""
+FEWEST, MOST = 3, 8
+LITTLE = 0.02
+"""Share of the error by which a significant effect lowers it, and no user will notice."""
 
 
 def mm(value: float | None) -> float | None:
@@ -85,13 +95,15 @@ def diagnosis_text(d: Diagnosis) -> str:
     """The verdict in sentences, then what was found, the ladder, the ranking and what was seen."""
     lines = [_headline(d), "", *_found(d), *_ladder(d)]
     lines += ["", "Ranking on the model as it came (error if this effect alone were added):"]
-    for c in d.candidates[:8]:
+    telling = sum(c.p_value < TELLING for c in d.candidates[:MOST])
+    for c in d.candidates[: max(FEWEST, telling)]:
         row = f"  {c.key:24s} {_candidate(d, c)['rms_mm_after']:8.3f} mm   p {p_text(c.p_value):>8s}   {place(c.label)}"
         lines.append(row.rstrip())
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
-        for s in d.suspects:
-            lines.append(f"  {s.where}, {s.channel}: {s.pattern}, {100 * s.share:.0f} % of what is above the noise")
+        for (where, pattern, share), same in groupby(d.suspects, key=lambda s: (s.where, s.pattern, s.share)):
+            follows = joined([s.channel for s in same])
+            lines.append(f"  {where}, {follows}: {pattern}, {100 * share:.0f} % of what is above the noise")
     if d.blind:
         lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
@@ -114,6 +126,7 @@ def _headline(d: Diagnosis) -> str:
     names = joined([_named(m) for m in d.missing])
     them = "them" if len(d.missing) > 1 else "it"
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
+    fell += _of_little_worth(d)
     if d.verdict == "missing":
         what = f": {_title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         doubt = [
@@ -131,9 +144,30 @@ def _headline(d: Diagnosis) -> str:
     if not d.suspects:
         return found or f"More is left than noise, and no effect of the library explains it.{noise}"
     s = d.suspects[0]
-    follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern})."
+    follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern}{_extent(d, s)})."
     lead = found or "Something is missing that no effect of the library explains. "
-    return f"{lead}{follows} Write it as an effect (docs/effects.md) and add it.{noise if not d.missing else ''}"
+    return f"{lead}{follows} Written as an effect of your own it can be added.{noise if not d.missing else ''}"
+
+
+def _extent(d: Diagnosis, s: Suspect) -> str:
+    """How far a joint is turned by it, between the rows where it is least and most; empty elsewhere."""
+    if not s.where.startswith("joint") or s.place.shape[2] != 1:
+        return ""
+    return f", {1e3 * abs(float(suspect_size(d.searched, s)[0])) * float(np.ptp(s.values)):.2g} mrad in all"
+
+
+def suspect_size(fit: Fit, suspect: Suspect) -> Array:
+    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
+    columns = fit.linear.project(suspect.columns(fit.problem))
+    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
+
+
+def _of_little_worth(d: Diagnosis) -> str:
+    """The effects that are significant, and lower the error by next to nothing."""
+    before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
+    little = [m for m, error in zip(d.missing, before, strict=False) if m.held_out_after > (1 - LITTLE) * error]
+    names = joined([f"`{m.candidate.key}`" for m in little])
+    return f" Significant, but worth next to nothing: {names}." if little else ""
 
 
 def too_few(fit: Fit) -> bool:
@@ -171,7 +205,9 @@ def _ladder(d: Diagnosis) -> list[str]:
 
 
 def _held(fit: Fit) -> list[str]:
-    return ["", f"Not determined by this data and held: {held_text(fit)}"] if fit.held else []
+    lines = [f"Not determined by this data and held: {held_text(fit, fit.held)}"] if fit.held else []
+    lines += [f"Stopped at a bound: {held_text(fit, fit.at_bound)}"] if fit.at_bound else []
+    return ["", *lines] if lines else []
 
 
 def fit_text(fit: Fit) -> str:

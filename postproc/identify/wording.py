@@ -56,10 +56,10 @@ def place(label: str) -> str:
     return f"{plural} {joined(sorted(m[2] for m in numbers if m))}"
 
 
-def held_text(fit: Fit) -> str:
-    """Parameters that the data does not determine: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``."""
+def held_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:
+    """Parameters by effect and index: ``tool_frame turn[x y z], link_geometry shift[body 2, z]``."""
     names = {e.key: [name for name, _ in _entries(e)] for e in fit.model.effects}
-    return grouped(f"{key} {names[key][i]}" for key, i in fit.held)
+    return grouped(f"{key} {names[key][i]}" for key, i in which)
 
 
 def grouped(names: Iterable[str]) -> str:

@@ -14,8 +14,8 @@ from postproc.report.parameters import parameter_table
 from postproc.report.residuals import channel_section, suspect_chart, workspace_section
 
 LOOKS = (
-    " The chart shows the first without the share that the fitted parameters have taken on: write this curve as an "
-    "effect, and `postproc add` it."
+    " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
+    "OWN.py` writes it as an effect, `postproc add` adds it."
 )
 MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 

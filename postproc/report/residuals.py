@@ -10,6 +10,7 @@ from postproc.arrays import Array
 from postproc.identify.channels import unit_of
 from postproc.identify.compare import WORST, Trend, fit_channels, joint_inverse, residual_trends
 from postproc.identify.fitted import Fit
+from postproc.identify.report import suspect_size
 from postproc.identify.suspects import Suspect
 from postproc.report.charts import Bins, Mark, scatter
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
@@ -93,7 +94,7 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
         return ""
     linear, used, weight = fit.linear, fit.problem.weights.used, fit.problem.weights.values
     columns = linear.project(suspect.columns(fit.problem))
-    (size,) = np.linalg.lstsq(columns, linear.rest, rcond=None)[0]
+    (size,) = suspect_size(fit, suspect)
     rest = np.full(used.shape, np.nan)
     rest[used] = (linear.rest - columns[:, 0] * size) / weight[used]
     lever = suspect.place[:, :3, 0]

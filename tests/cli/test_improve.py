@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -194,7 +195,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     first = SimpleNamespace(candidate=SimpleNamespace(key="arm_load"), not_separable=("payload_error", "dress_pack"))
     second = SimpleNamespace(candidate=SimpleNamespace(key="backlash"), not_separable=())
     found = SimpleNamespace(
-        diagnostics=(), missing=(first, second), verdict="missing", text=lambda: "The model lacks .."
+        diagnostics=(), missing=(first, second), suspects=(), verdict="missing", text=lambda: "The model lacks .."
     )
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
@@ -208,29 +209,29 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     ]
 
 
-@pytest.mark.parametrize(
-    ("verdict", "said"),
-    [
-        ("complete", "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model"),
-        (
-            "unknown",
-            "next: `postproc add 'my cell.toml' YOUR_KEY --data {data} --effects YOURS.py -o BETTER.toml` once you have "
-            "written what remains as an effect",
-        ),
-    ],
-)
 def test_what_follows_can_be_copied_into_a_shell(
-    call: Call,
-    cell: Path,
-    samples: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    verdict: str,
-    said: str,
+    call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = SimpleNamespace(diagnostics=(), missing=(), verdict=verdict, text=lambda: "..")
+    found = SimpleNamespace(diagnostics=(), missing=(), suspects=(), verdict="complete", text=lambda: "..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")
-    assert outcome.err == said.format(data=cell / "fit.csv") + "\n"
+    said = "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model\n"
+    assert outcome.err == said
+    drafted = call("diagnose", "my cell.toml", cell / "fit.csv", "--draft", "own.py")
+    assert drafted.err.startswith("info[DAT028]")
+    assert not (tmp_path / "own.py").exists()
+
+
+def test_what_has_no_name_becomes_an_effect_of_the_users_own(call: Call, samples: Path, tmp_path: Path) -> None:
+    data, base, own = samples / "measurements" / "simulated_step.csv", tmp_path / "m.toml", tmp_path / "wrist step.py"
+    call("fit", data, "--robot", "irb4600_60_205", "-o", base)
+    outcome = call("diagnose", base, data, "--draft", own)
+    assert "joint 4 and follows q4 (step near" in outcome.out
+    words = shlex.split(outcome.err.split("`")[1])
+    assert words[:4] == ["postproc", "add", str(base), "wrist_step"]
+    added = call(*words[1:-2], "-o", tmp_path / "better.toml", "--json")
+    assert (added.code, added.err) == (0, "")
+    document = json.loads(added.out)
+    assert document["held_out_rms_mm"] < 1.2 * document["noise_mm"] < 0.6 * document["before"]["held_out_rms_mm"]

@@ -95,7 +95,7 @@ def test_bodies_and_sessions_are_named_as_elsewhere() -> None:
     moved = fit_model(base_fit(data).model, data, [LinkGeometry(), Session(session=("tue",))])
     assert "shift[session tue, x]" in [name for name, *_ in fitted_values(moved, "session")]
     shown = [name for name, *_ in fitted_values(moved, "link_geometry")]
-    held = held_text(moved)
+    held = held_text(moved, moved.held)
     assert "tool_frame turn[x y z]" in held
     for key, i in moved.held:
         if key == "link_geometry":  # shift_m (7, 3), then turn_rad (7, 3)

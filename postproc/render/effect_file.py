@@ -1,0 +1,79 @@
+"""What remains without a name as an effect of the user's own: the diagnosis measured its shape, he names its cause."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
+from postproc.effects.registry import effect_library
+from postproc.identify.compare import fit_channels
+from postproc.identify.diagnose import Diagnosis
+from postproc.identify.report import suspect_size
+from postproc.identify.suspects import Suspect
+from postproc.render.law import channel_read, find_law
+from postproc.render.templates import environment, fill, load_template
+
+
+def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
+    """Key and Python text of the first suspect; no text where it is no function of one or two channels at one place.
+
+    Args:
+        name: of the file, which becomes the key. data: name of the table.
+    """
+    words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
+    words = ["own", *words] if "_".join(words) in effect_library() else words
+    suspect = next(iter(found.suspects), None)
+    place = None if suspect is None else _place(suspect)
+    law = None if suspect is None else find_law(suspect.channels, suspect.values, fit_channels(found.searched))
+    if suspect is None or place is None or law is None:
+        return "_".join(words), None
+    largest = float(np.abs(law.shape).max())
+    size = largest * float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
+    values = {
+        "name": "".join(word.capitalize() for word in words),
+        "reads": ", ".join(f'"{r}"' for r in dict.fromkeys(channel_read(c) for c in suspect.channels)),
+        "where": suspect.where,
+        "channels": " and ".join(suspect.channels),
+        "pattern": suspect.pattern,
+        "data": data,
+        "argument": law.argument,
+        "factor": law.factor,
+        "at": _numbers(law.at),
+        "shape": _numbers(law.shape / largest),
+        "typical": f"{size:.0e}",
+        "bound": f"{100 * size:.0e}",
+        **place,
+    }
+    return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values)
+
+
+def nothing_to_draft(found: Diagnosis) -> Diagnostic:
+    """Why there is no file."""
+    if not found.suspects:
+        message, help_ = "no effect was drafted: nothing remains that follows a channel", "see what the verdict says"
+    else:
+        message = "no effect was drafted: what remains is no function of one channel, or of two, at one place"
+        help_ = "write it by hand: `postproc explain DAT028` shows how"
+    return Diagnostic("DAT028", "info", message, help=help_)
+
+
+def _place(suspect: Suspect) -> dict[str, object] | None:
+    """How the template moves the place; None for one that is no joint, body, tool or instrument as a whole."""
+    kind, _, number = suspect.where.partition(" ")
+    if kind == "joint":
+        return {"kind": "joint", "number": int(number) - 1, "unit": "rad"}
+    if kind in ("tool", "instrument") and not number and suspect.place.shape[2] == 3:
+        return {"kind": kind, "number": 0, "unit": "m"}
+    if kind in ("base", "body") and suspect.place.shape[2] == 3:
+        return {"kind": "body", "number": int(number or 0), "unit": "rad"}
+    return None
+
+
+def _numbers(values: Array) -> str:
+    """Numbers in rows of eight."""
+    text = [f"{v:.5g}" for v in values]
+    rows = [", ".join(text[i : i + 8]) for i in range(0, len(text), 8)]
+    return rows[0] if len(rows) == 1 else "\n    " + ",\n    ".join(rows) + ",\n"
