@@ -82,21 +82,20 @@ class Fit:
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, share)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, min(share, self.told))
 
     @cached_property
     def serial(self) -> float:
         """Share of the rows that count as independent.
 
-        Neighbours in a record of the moving arm resemble each other, repeats share what rounded angles are off. What a
-        missing delay or lost motion leaves is no noise, however smooth it is: where both together earn their parameters
-        (Schwarz 1978), the record is looked at without them.
+        Neighbours in a record of the moving arm resemble each other. What a missing delay or lost motion leaves is no
+        noise, however smooth it is: where both together earn their parameters (Schwarz 1978), the record is looked at
+        without them.
         """
         state = self.data.state
         if state.v is None or state.time is None or not is_record(state):
             # Poses one by one: what drifts from each to the next is missing physics, not noise.
-            each = np.bincount(self.data.repeats)
-            return float(np.sum(each / (1 + (each - 1) * self.noise.shared)) / len(state))
+            return 1.0
         plain, order = self._linear, np.argsort(state.time, kind="stable")
 
         def share(linear: Linear) -> float:
@@ -125,13 +124,25 @@ class Fit:
         return np.array([values[key][i] for key, i in self.parameters])
 
     @cached_property
+    def told(self) -> float:
+        """Share of the measured numbers that tell something new: repeats have rounded angles in common.
+
+        Of m repeats with the covariance C of `Problem.blurred` it is (1 + (m - 1) tr C^-1 / 3) / m.
+        """
+        turn = self.problem.weights.turn
+        if turn is None:
+            return 1.0
+        each = np.bincount(self.data.repeats)[self.data.repeats]
+        return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / 3) / each))
+
+    @cached_property
     def freedom(self) -> float:
         """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
-        return float(len(self.problem.residual) - self.linear.parameters)
+        return self.told * len(self.problem.residual) - self.linear.parameters
 
     @cached_property
     def variance(self) -> float:
-        """Residual variance over the stated one, sum of squares / (N - p); scipy's cost needs the factor 2 for this."""
+        """Residual variance over the stated one, sum of squares over the degrees of freedom."""
         return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
 
     @cached_property
@@ -175,10 +186,7 @@ class Fit:
         blocks = contiguous_blocks(self.data.repeats)
         linear = self.linear
         out = hold_out(linear.residual, linear.nuisance, (1.0,), blocks[linear.row])[0]
-        error = np.full(self.problem.weights.values.shape, np.nan)
-        used = self.problem.weights.used
-        error[used] = out / self.problem.weights.values[used]
-        return error[:, :3]
+        return self.problem.weights.measured(out)[:, :3]
 
     @cached_property
     def held_out_rms(self) -> float:
@@ -199,7 +207,7 @@ class Fit:
         follows no channel where the noise is not known.
         """
         square = self.problem.error[self.problem.weights.used[:, 0], :3] ** 2
-        own = float(np.nanmean(square)) * len(self.problem.residual) / max(self.freedom, 1.0)
+        own = float(np.nanmean(square)) * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
         noise = self.noise.position
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))

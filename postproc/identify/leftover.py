@@ -66,8 +66,10 @@ def leftover(fit: Fit) -> Leftover:
     weight = np.exp(np.array(evidence) - max(evidence))
     noise = float(weight @ variance / weight.sum() / alone[1])
     blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], 3)
-    out = field.held_out(chosen, blocks).reshape(-1, 3) / fit.problem.weights.values[rows, :3]
-    return Leftover(min(noise, 1.0), min(rms(out), fit.held_out_rms))
+    out = np.zeros(fit.problem.weights.values.shape)
+    out[rows, :3] = field.held_out(chosen, blocks).reshape(-1, 3)
+    error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, :3]
+    return Leftover(min(noise, 1.0), min(rms(error), fit.held_out_rms))
 
 
 @dataclass(frozen=True)

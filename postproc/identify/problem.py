@@ -24,15 +24,37 @@ class Weights:
     """One over the standard deviation of every measured number, 0 where it was not measured or is set aside, (n, r).
 
     The r numbers of a row are the position (3), then the rotation vector (3) where orientations were measured, then
-    the joint
-    angles (6) where they were measured on the output side.
+    the joint angles (6) where they were measured on the output side.
+
+    Args:
+        turn: (n, 3, 3) whitens what the coordinates of a position, already divided, still have in common; None for
+            nothing.
     """
 
     values: Array
+    turn: Array | None = None
 
     @property
     def used(self) -> NDArray[np.bool_]:
         return self.values > 0
+
+    def whiten(self, numbers: Array) -> Array:
+        """(n, r, k) measured units -> independent numbers of variance 1, 0 where they are not used."""
+        scaled: Array = numbers * self.values[:, :, None]
+        if self.turn is None:
+            return scaled
+        return np.concatenate([self.turn @ scaled[:, :3], scaled[:, 3:]], axis=1)
+
+    def measured(self, whitened: Array) -> Array:
+        """(N,) numbers of variance 1 -> (n, r) in measured units, NaN where they are not used."""
+        numbers = np.zeros(self.values.shape)
+        numbers[self.used] = whitened
+        if self.turn is not None:
+            numbers[:, :3] = np.linalg.solve(self.turn, numbers[:, :3, None])[:, :, 0]
+        return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
+
+    def rows(self, index: NDArray[np.bool_]) -> Weights:
+        return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 
 def make_weights(
@@ -94,8 +116,10 @@ class Problem:
     @cached_property
     def residual(self) -> Array:
         """(N,) whitened errors of what was measured and is used."""
-        used = self.weights.used
-        return np.asarray(self.error[used] * self.weights.values[used])
+        if self.weights.turn is None:
+            used = self.weights.used
+            return np.asarray(self.error[used] * self.weights.values[used])
+        return self.whiten(np.nan_to_num(self.error)[:, :, None])[:, 0]
 
     @cached_property
     def row(self) -> NDArray[np.int_]:
@@ -119,7 +143,7 @@ class Problem:
     def whitened(self) -> Sensitivity:
         """The sensitivity with every row divided by its noise, 0 where it is not used."""
         found = self.sensitivity
-        return replace(found, matrix=found.matrix * self.weights.values[:, :, None])
+        return replace(found, matrix=self.weights.whiten(found.matrix))
 
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """(N, p) whitened derivative of the prediction by free parameters of an effect."""
@@ -140,7 +164,7 @@ class Problem:
 
     def whiten(self, columns: Array) -> Array:
         """(n, r, p) -> (N, p): the used rows, each divided by its noise."""
-        return self._rows(columns * self.weights.values[:, :, None])
+        return self._rows(self.weights.whiten(columns))
 
     def _rows(self, whitened: Array) -> Array:
         used = self.weights.used
@@ -151,22 +175,27 @@ class Problem:
         return Problem(self.model.with_effects(*effects), self.data, self.weights)
 
     def blurred(self, noise: Noise) -> tuple[Problem, Noise]:
-        """The same with what rounded angles add to the noise of every pose, diag(J J^T) step^2 / 12.
+        """The same where angles are rounded: every pose then has an error of covariance J J^T step^2 / 12.
 
-        A noise that the user states is taken as it is.
+        All repeats of a pose share it. With m times as much in each of them, and m of them, the pose tells as much as
+        its mean does. A noise that the user states is taken as it is.
         """
-        if not self.data.rounding or noise.position is None or noise.origin == "user":
+        if not self.data.rounding or noise.origin == "user":
             return self, noise
-        added = np.sum(self.sensitivity.matrix[:, :3, :6] ** 2, axis=2) * self.data.rounding**2 / 12
-        values = self.weights.values.copy()
-        values[:, :3] = values[:, :3] / np.sqrt(1 + values[:, :3] ** 2 * added)
-        own, more = noise.position**2, float(np.mean(added))
-        total = replace(noise, position=float(np.sqrt(own + more)), shared=more / (own + more))
-        return self.weighted(Weights(values)), total
+        J = self.sensitivity.matrix[:, :3, :6]
+        own = J @ np.swapaxes(J, 1, 2) * self.data.rounding**2 / 12
+        each = np.bincount(self.data.repeats)[self.data.repeats]
+        values = self.weights.values[:, :3, None]
+        common = values * own * np.swapaxes(values, 1, 2) * each[:, None, None]
+        turn = np.linalg.inv(np.linalg.cholesky(np.eye(3) + common))
+        if noise.position is not None:
+            added = float(np.mean(np.trace(own, axis1=1, axis2=2))) / 3
+            noise = replace(noise, position=float(np.sqrt(noise.position**2 + added)))
+        return self.weighted(Weights(self.weights.values, turn)), noise
 
     def row_square(self) -> Array:
         """(n,) sum of the squared whitened errors of each row, whether it is used or set aside."""
         typical = np.where(self.weights.used, self.weights.values, 0.0)
         scale = typical.max(axis=0, initial=0.0)
-        filled = np.where(typical > 0, typical, scale)
-        return np.asarray(np.nansum((self.error * filled) ** 2, axis=1))
+        filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
+        return np.asarray(np.sum(filled.whiten(np.nan_to_num(self.error)[:, :, None]) ** 2, axis=(1, 2)))

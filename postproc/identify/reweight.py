@@ -20,7 +20,7 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
     if robust:
         values = values * _huber(problem, values)[:, None]
     values[list(aside)] = 0.0
-    return Weights(values), aside
+    return Weights(values, base.turn), aside
 
 
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.identify.fitted import Fit, rms
 from postproc.identify.linear import contiguous_blocks, hold_out, soft_bases
-from postproc.identify.problem import Problem, Weights
+from postproc.identify.problem import Problem
 
 STRENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 ENOUGH = 8000
@@ -63,7 +63,7 @@ def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
     problem = fit.problem
     groups = fit.data.repeats
     kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0
-    few = Problem(problem.model, fit.data.rows(kept), Weights(problem.weights.values[kept]))
+    few = Problem(problem.model, fit.data.rows(kept), problem.weights.rows(kept))
     columns, y = [], few.residual.copy()
     for effect in few.model.effects:
         mask = np.zeros(len(effect.vector()), dtype=bool)

@@ -20,7 +20,6 @@ class Noise:
         position: standard deviation per axis [m]; dof: degrees of freedom behind it.
         rotation: standard deviation per axis [rad], None where no orientation was repeated; rotation_dof: behind it.
         origin: where the figure comes from.
-        shared: share of the variance that all repeats of a pose have in common (rounded angles).
     """
 
     position: float | None
@@ -28,7 +27,6 @@ class Noise:
     rotation: float | None
     rotation_dof: float
     origin: Literal["repeats", "sigma_mm", "user", "none"]
-    shared: float = 0.0
 
 
 def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:

@@ -92,11 +92,10 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     named = fit_channels(fit)
     if suspect.channel not in named or not suspect.where.startswith("joint"):
         return ""
-    linear, used, weight = fit.linear, fit.problem.weights.used, fit.problem.weights.values
+    linear = fit.linear
     columns = linear.project(suspect.columns(fit.problem))
     (size,) = suspect_size(fit, suspect)
-    rest = np.full(used.shape, np.nan)
-    rest[used] = (linear.rest - columns[:, 0] * size) / weight[used]
+    rest = fit.problem.weights.measured(linear.rest - columns[:, 0] * size)
     lever = suspect.place[:, :3, 0]
     square = (lever**2).sum(axis=1)
     shown = size * suspect.values + (lever * rest[:, :3]).sum(axis=1) / (square + DAMPING**2)
