@@ -12,8 +12,9 @@ from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import WIDE, laplace, ordinary, schwarz
+from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, f_test
+from postproc.identify.problem import Problem
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
@@ -27,13 +28,17 @@ QUIET = 1.2
 """Residual variance, in that of the repeats, at which no other start can be better."""
 CLOSE = 8.0
 """Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
+TELLING = 9.0
+"""Square of the deviations by which two effects must differ to be told apart."""
+FREE = 1e-3
+"""Share of its penalty that a free function keeps where it is asked what it could do."""
 
 
-def with_amplitudes(screen: Screen, linear: Linear, candidate: Candidate) -> Effect:
+def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
     """The candidate's effect at the amplitudes that the linear problem suggests, inside its bounds."""
     mask = linear_part(candidate.effect, candidate.free)
-    size = ordinary(screen.problem.model, candidate.effect, mask)
-    columns = columns_of(screen, linear, candidate.effect, candidate.free)
+    size = ordinary(problem.model, candidate.effect, mask)
+    columns = columns_of(problem, candidate.effect, candidate.free)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
     x = candidate.effect.vector().copy()
@@ -49,7 +54,7 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
     else:
         model, new = base.model, candidate.effect
         if new.is_null:
-            new = with_amplitudes(screen, linear, candidate)
+            new = with_amplitudes(base.problem, linear, candidate)
         if type(new).load is not Effect.load:
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
@@ -123,23 +128,46 @@ def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
     return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
 
 
-def confusable(ranking: Sequence[Candidate], chosen: Candidate, before: Linear) -> tuple[str, ...]:
-    """Effects that explain the same data nearly as well as the chosen one.
+def confusable(ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit) -> tuple[str, ...]:
+    """Effects that explain the same data nearly as well as the chosen one, or that hide behind it.
 
     Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
-    forms were tried: what does the same by the data is said to do so, however much less ordinary it is.
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or what they
+    would do on their own is what the fit with the chosen one can do as well.
 
     Args:
-        before: the fit without any of them.
+        ranking, before: every effect on the fit without the chosen one; after: the fit with it.
     """
+    linear = before.linear
 
     def plain(c: Candidate) -> float:
-        return schwarz(before.square, c.fall, c.count, before.freedom, 1.0)
+        return schwarz(linear.square, c.fall, c.count, linear.freedom, 1.0)
 
     return tuple(
         c.key
         for c in ranking
         if c.key != chosen.key
         and c.evidence > 0
-        and (c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE)
+        and (c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE or _hidden(c, before, after))
     )
+
+
+def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
+    """Whether most of what an effect would explain on its own is what a fit without it can do as well.
+
+    Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
+    (v_i^T C^T M y)^2, of which the fit with the chosen effect leaves the share l_i: below a few times the noise nobody
+    can tell the two apart. A free function can do anything, and being hidden says nothing of it.
+    """
+    effect = candidate.effect
+    if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
+        return False
+    columns = columns_of(after.problem, effect, candidate.free)
+    beside = Linear(after.problem.residual, basis_of(after.columns, FREE * after.penalty), after.problem.row)
+    value, vector = np.linalg.eigh(columns.T @ before.linear.project(columns))
+    seen = value > DIM * np.max(value, initial=0.0)
+    unit = vector[:, seen] / np.sqrt(value[seen])
+    left, turn = np.linalg.eigh(unit.T @ (columns.T @ beside.project(columns)) @ unit)
+    explained = (turn.T @ unit.T @ (columns.T @ before.linear.rest)) ** 2
+    hidden = explained * left < TELLING * after.variance
+    return bool(explained[hidden].sum() > 0.5 * explained.sum())

@@ -200,7 +200,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     if after is None or after.held_out_rms >= search.fit.held_out_rms:
         return None
     before, search.fit = search.fit, after
-    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best, before.linear))
+    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best, before, after))
 
 
 def worth_saying(fit: Fit) -> float:
@@ -233,7 +233,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             after = refit(without, trial.screen(), trial.linear(), better)
             enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
             if after is not None and after.held_out_rms < enough:
-                alike = confusable(rivals, better, without.linear)
+                alike = confusable(rivals, better, without, after)
                 missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
                 search.fit = after
                 at += 1
@@ -242,6 +242,6 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             missing = [m for m in missing if m.candidate.key != one.key]
             search.fit, at = without, 0
             continue
-        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without.linear))
+        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without, search.fit))
         at += 1
     return missing

@@ -198,7 +198,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + UNLIKELY.get(form.key, 0.0)
-    inner = linear.extended(columns_of(screen, linear, effect, free))
+    inner = linear.extended(columns_of(screen.problem, effect, free))
     for _ in range(1, DEEPEST):
         options = screen.forms(form.key, effect) if whole.evidence > searched else []
         if not options:
@@ -212,7 +212,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         same = kind(new) == kind(effect)
         mask = options[k].refit | free if same else options[k].refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
-        columns = columns_of(screen, linear, new, counted)
+        columns = columns_of(screen.problem, new, counted)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
         trial = gain(linear, columns, forming, flexible)
@@ -240,13 +240,13 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     )
 
 
-def columns_of(screen: Screen, linear: Linear, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:
     """Columns of the amplitudes of a mask for their ordinary sizes.
 
     What forms the effect has none while they are null.
     """
     part = linear_part(effect, mask)
-    return screen.problem.columns(effect, part) * ordinary(screen.problem.model, effect, part)
+    return problem.columns(effect, part) * ordinary(problem.model, effect, part)
 
 
 def kind(effect: Effect) -> tuple[object, ...]:
