@@ -35,9 +35,9 @@ class DressPack(
     stiffness_N_per_m: float = param(unit="N/m", low=0.0, high=1e5, typical=200.0)
     slack_m: float = param(unit="m", low=0.0, high=10.0, typical=0.3, amplitude=False)
     from_m: Array = param(
-        unit="m", shape=(3,), low=-3.0, high=3.0, typical=0.2, amplitude=False, labels=("x", "y", "z")
+        unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z")
     )
-    to_m: Array = param(unit="m", shape=(3,), low=-3.0, high=3.0, typical=0.2, amplitude=False, labels=("x", "y", "z"))
+    to_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:
         here, there, distance = self._ends(state)
@@ -63,10 +63,13 @@ class DressPack(
             distance = start._ends(state)[2]
             where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
             for label, slack in (("always taut", 0.8 * distance.min()), ("slack at times", np.quantile(distance, 0.3))):
-                found.append(variant(replace(start, slack_m=float(slack)), f"{where}, {label}"))
+                odds = 1.0 if far == 6 else RARE
+                found.append(variant(replace(start, slack_m=float(slack)), f"{where}, {label}", odds=odds))
         return tuple(found)
 
 
+RARE = 0.1
+"""How ordinary a hose is that does not end at the flange."""
 Place = tuple[int, Array]
 
 

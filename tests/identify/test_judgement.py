@@ -19,11 +19,11 @@ def _short_wave(g, arm):
 
 
 def _once(s):
-    return column(1, 2e-4 * np.sin(s.q[:, 1] + 0.4))
+    return column(1, 8e-4 * np.sin(s.q[:, 1] + 0.4))
 
 
 def _nine_times(s):
-    return column(2, 1.5e-4 * np.sin(9 * s.q[:, 2]))
+    return column(2, 1e-4 * np.sin(9 * s.q[:, 2]))
 
 
 def test_a_balancer_that_hides_behind_one_of_several_waves_is_said_to_do_so():
