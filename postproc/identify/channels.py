@@ -73,4 +73,17 @@ def unit_of(channel: str) -> tuple[str, float]:
 def shown(channel: str, value: float) -> str:
     """A channel's value with its unit, ``22 deg``; that of a sum of angles is an angle."""
     unit, factor = unit_of(channel.split(" ")[0])
-    return f"{value * factor:.3g} {unit}".rstrip()
+    value *= factor
+    return f"{value:.0f} {unit}".rstrip() if abs(value) >= 1000 else f"{value:.3g} {unit}".rstrip()
+
+
+def within(channel: str, low: float, high: float) -> str:
+    """A value that lies between two, ``22.4 ± 0.6 deg``: zero where that may be it."""
+    unit, factor = unit_of(channel.split(" ")[0])
+    middle, half = 0.5 * (low + high) * factor, 0.5 * (high - low) * factor
+    if low <= 0 <= high:
+        middle, half = 0.0, max(-low, high) * factor
+    if half <= 1e-3 * abs(middle):
+        return shown(channel, 0.5 * (low + high))
+    digits = max(0, -int(np.floor(np.log10(half)))) if half > 0 else 1
+    return f"{middle:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()

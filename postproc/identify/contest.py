@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.identify.fitted import Fit
+from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear, basis_of, independent_share
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing, Search, clear, worth_saying
+from postproc.identify.selection import Candidate
 from postproc.identify.suspects import Suspect
 
 MOST = 3
@@ -56,7 +58,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
                 linear = fit.linear
             else:
                 fit, linear = full, _without(full, {c.key for c in dropped})
-            rivals.append(_explained(search, fit, linear, named, best.outside))
+            rivals.append(_explained(search, fit, linear, named, best.outside, dropped))
         alike = (r for r in rivals if all(akin(s, r.outside) for s in best.outside))
         rival = min(alike, key=lambda r: r.square, default=best)
         if rival is best or rival.square - best.square > MENDS * (bare - noise_left):
@@ -70,9 +72,17 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
 
 
 def _explained(
-    search: Search, fit: Fit, linear: Linear, named: tuple[Missing, ...], like: Sequence[Suspect] | None = None
+    search: Search,
+    fit: Fit,
+    linear: Linear,
+    named: tuple[Missing, ...],
+    like: Sequence[Suspect] | None = None,
+    dropped: Sequence[Candidate] = (),
 ) -> _Whole:
-    """Named effects with the patterns that they need, the strongest first, as long as these are like some others."""
+    """Named effects with the patterns that they need, the strongest first.
+
+    As long as these are like some others, and tell more than a name that was dropped would.
+    """
     outside: list[Suspect] = []
     while len(outside) < MOST:
         found = search.suspects(fit, linear)
@@ -80,9 +90,21 @@ def _explained(
             break
         if like is not None and not akin(found[0], like):
             break
+        if any(_named_worth(search.fit, linear, one) > found[0].evidence for one in dropped):
+            break
         outside.append(found[0])
         linear = _counted(fit, linear.extended(found[0].columns(fit.problem)))
     return _Whole(named, tuple(outside), linear.square)
+
+
+def _named_worth(full: Fit, linear: Linear, dropped: Candidate) -> float:
+    """What a name is worth that a fit holds, in a linear problem without it, at the price of its own search."""
+    columns = full.columns[:, [key == dropped.key for key, _ in full.parameters]]
+    if len(columns) != len(linear.residual):
+        return -np.inf  # Other rows were set aside.
+    after = linear.extended(columns)
+    count = after.parameters - linear.parameters
+    return schwarz(linear.square, linear.square - after.square, count, linear.freedom, np.exp(dropped.searched / 2))
 
 
 def akin(suspect: Suspect, others: Sequence[Suspect]) -> bool:

@@ -2,52 +2,92 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
-from itertools import combinations, pairwise
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
-from postproc.identify.channels import shown, varies
-from postproc.identify.shapes import (
-    HARMONICS,
-    PHASES,
-    Pattern,
-    breaks,
-    edges,
-    knots,
-    of_channel,
-    of_size,
-    of_sum,
-    unit,
-    waves,
-)
+from postproc.identify.channels import varies
+from postproc.identify.cycles import EIGHTHS, GEAR, LOW, TEETH, sways, waves
+from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, sharper, unit
 
-GATES = 60
-"""Places at which what one channel does is switched on by another."""
-WINDOWS = 20
-"""Places between which it is on."""
-LINES = 12
-"""Highest order of a gear's line whose size is another channel."""
+SIDES = ((0, 1), (1, -1), (1, -2))
+"""What a gate makes of a pattern, a + b g: it acts only there, only elsewhere, and there the other way round."""
 
 
-def patterns(channels: Mapping[str, Array], state: State, position: Array) -> list[Pattern]:
+@dataclass(frozen=True)
+class Patterns:
+    """Patterns that are tried, and what may switch one of them on.
+
+    Args:
+        every: of one channel or two; gates: shapes of one channel that may stand for "only where".
+    """
+
+    every: Sequence[Pattern]
+    gates: Sequence[Pattern] = ()
+
+    @cached_property
+    def anywhere(self) -> list[Pattern]:
+        return [p for p in self.every if p.where is None]
+
+    @cached_property
+    def values(self) -> Array:
+        """(n, P) of those that make sense anywhere."""
+        return np.array([p.values for p in self.anywhere]).T
+
+    def only(self, where: str) -> list[Pattern]:
+        return [p for p in self.every if p.where == where]
+
+    @cached_property
+    def switches(self) -> list[tuple[Pattern, int, Array]]:
+        """Gates, what they do there, and (n,) values."""
+        return [(g, side, g.values * b + a) for g in self.gates for side, (a, b) in enumerate(SIDES[: len(g.gate)])]
+
+    @cached_property
+    def switched(self) -> Array:
+        """(n, G) values of the switches."""
+        return np.array([values for _, _, values in self.switches]).T
+
+    def odds(self, some: Sequence[Pattern]) -> Array:
+        """(P,) how many patterns stand beside each: every kind is as likely, and in it every one of its kind."""
+        if some is self.anywhere:
+            return self._anywhere
+        return np.array([len(self._kinds) * self._kinds.get(p.kind, 1) * p.tries for p in some])
+
+    @cached_property
+    def _anywhere(self) -> Array:
+        return self.odds(list(self.anywhere))
+
+    @cached_property
+    def _kinds(self) -> Counter[str]:
+        return Counter(p.kind for p in self.every)
+
+
+def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Patterns:
     """All patterns of the channels of measured rows, and of where gravity and acceleration pull the tool.
 
     Args:
         channels: (n,) values by name; position: (n, 3) of the tool in base axes [m].
     """
+    single: list[Pattern] = []
     found: list[Pattern] = []
     for name, values in channels.items():
-        found += [*of_channel(name, values), *of_size(name, values)]
+        single += [*of_channel(name, values), *of_size(name, values)]
+        if name == "time":
+            found += sways(values)
     names = list(channels)
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
             found += _of_two(first, channels[first], second, channels[second])
     angles = [name for name in names if name[0] == "q" and name[1:].isdigit()]
+    for name in angles:
+        found += waves(name, channels[name], range(1, TEETH + 1))
     for a, b in pairwise(angles):
         found += _of_sum((a, b), f"{a} + {b}", channels[a] + channels[b])
         found += _of_sum((a, b), f"{a} - {b}", channels[a] - channels[b])
@@ -55,76 +95,89 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> li
         found += _of_sum((a, b, c), f"{a} + {b} + {c}", channels[a] + channels[b] + channels[c])
     if {"x", "y"} <= set(names):
         x, y = channels["x"], channels["y"]
-        found.append(Pattern(("x", "y"), "grows with the square of the distance from joint 1", unit(x**2 + y**2)))
-    return [*found, *_history(channels), *_pulls(state, position), *_overturning(state)]
+        form = "grows with the square of the distance from joint 1"
+        found.append(Pattern(("x", "y"), form, unit(x**2 + y**2), "curve"))
+    found += [*_history(channels), *_pulls(state, position), *_overturning(state)]
+    return Patterns([*single, *found], [p for p in single if p.gate])
+
+
+def grown(pattern: Pattern, every: Patterns) -> tuple[Array, list[tuple[Pattern, Pattern, int]]]:
+    """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; and what they are."""
+    some: list[tuple[Pattern, Pattern, int]] = []
+    values = [np.zeros((len(pattern.values), 0))]
+    for factor, channel in pattern.factors or ((pattern, ""),):
+        names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
+        use = [k for k, (gate, _, _) in enumerate(every.switches) if gate.channels[0] in names]
+        values.append(every.switched[:, use] * factor.values[:, None])
+        some += [(factor, *every.switches[k][:2]) for k in use]
+    return np.hstack(values), some
+
+
+def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
+    """A pattern that acts only where a gate is open."""
+    name, text = pattern.channels[0], pattern.text
+    label = name if pattern.kind == "line" else text if len(pattern.channels) > 1 else f"{text} of {name}"
+
+    def through(gate: Pattern) -> Pattern:
+        channel = gate.channels[0]
+        value = unit(pattern.values * (SIDES[side][0] + SIDES[side][1] * gate.values))
+        form = f"{label} {gate.gate[side].replace('{0}', channel)}"
+        return Pattern((*pattern.channels, channel), form, value, "", gate.at, gate.of, finer=finer(gate))
+
+    def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
+        if gate.finer is None:
+            return None
+        return lambda: [through(g) for g in sharper(gate) if len(g.gate) > side]
+
+    return through(gate)
 
 
 def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
     text = f"product of {first} and {second}"
     names = (first, second)
-
-    def gated() -> list[Pattern]:
-        return [*_gates(first, a, second, b), *_gates(second, b, first, a)]
-
-    yield Pattern(names, text, unit(a * b), finer=gated)
-    yield Pattern(names, text, unit((a - a.mean()) * (b - b.mean())), finer=gated)
+    lines = Pattern((first,), "proportional", unit(a), "line"), Pattern((second,), "proportional", unit(b), "line")
+    factors = ((lines[0], second), (lines[1], first))
+    yield Pattern(names, text, unit(a * b), "product", factors=factors)
+    yield Pattern(names, text, unit((a - a.mean()) * (b - b.mean())), "product", factors=factors)
     if first[0] == second[0] == "q":
-        for k in HARMONICS:
-            for j in HARMONICS:
+        for k in LOW:
+            for j in LOW:
                 for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
-                    yield Pattern(names, f"product of {k} {first} and {j} {second} waves", f(k * a) * g(j * b))
+                    form = f"product of {k} {first} and {j} {second} waves"
+                    yield Pattern(names, form, f(k * a) * g(j * b), "product of waves")
     elif first[0] == "q" and second not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
-        for k in range(1, LINES + 1):
+        for k in range(1, GEAR + 1):
             for phase in (0.0, np.pi / 2):
                 for size in (b, b - b.mean()):
-                    yield _swelling(names, a, size, k, phase, gated if k in HARMONICS else None)
+                    yield _swelling(names, a, size, k, phase)
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = unit(np.sign(sign) * np.abs(size))
-            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value)
+            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value, "product")
 
 
-def _gates(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    """What the first channel does where the second is on one side of an edge, between two, or more and more so."""
-    if len(np.unique(b)) <= 4:
-        return
-    names, label = (first, second), f"{first} only where {second} is"
-    for edge in edges(b, GATES):
-        for side, inside in (("high", b > edge), ("low", b <= edge)):
-            yield Pattern(names, f"{label} {side}", unit(a * inside))
-    for low, high in combinations(edges(b, WINDOWS), 2):
-        text = f"{label} between {shown(second, low)} and {shown(second, high)}"
-        yield Pattern(names, text, unit(a * ((b > low) & (b < high))))
-    for knot in knots(b, GATES):
-        for side, above in (("high", b - knot), ("low", knot - b)):
-            yield Pattern(names, f"{label} {side}, growing", unit(a * np.maximum(above, 0.0)))
-
-
-def _swelling(
-    names: tuple[str, str],
-    angle: Array,
-    size: Array,
-    order: float,
-    phase: float,
-    gated: Callable[[], list[Pattern]] | None,
-) -> Pattern:
+def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, phase: float) -> Pattern:
     """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
-    where = None if gated else f"joint {names[0][1:]}"
+    where = None if order <= max(LOW) else f"joint {names[0][1:]}"
 
     def finer() -> list[Pattern]:
         # Less than a wave a turn is hardly more than the other channel alone.
-        orders = np.arange(1.0, 4.01, 0.25) if gated else order + 0.25 * np.arange(-2, 3)
-        waves_ = [_swelling(names, angle, size, k, p, gated) for k in orders for p in PHASES]
-        return [replace(p, finer=None) for p in waves_] + (gated() if gated else [])
+        orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
+        some = [_swelling(names, angle, size, k, p) for k in orders for p in EIGHTHS]
+        return [replace(p, where=where, finer=None) for p in some]
 
-    text = f"product of {order:g} {names[0]} waves and {names[1]}"
-    return Pattern(names, text, unit(np.cos(order * angle - phase) * size), where, finer)
+    form = f"wave {order:.3g} times a turn"
+    wave = Pattern(names[:1], form, np.asarray(np.cos(order * angle - phase), dtype=np.float64), "wave")
+    line = Pattern(names[1:], "proportional", unit(size), "line")
+    text, value = f"product of {order:.3g} {names[0]} waves and {names[1]}", unit(wave.values * size)
+    factors = ((wave, names[1]), (line, names[0]))
+    return Pattern(names, text, value, "swelling wave", where=where, finer=finer, factors=factors)
 
 
 def _of_sum(names: tuple[str, ...], label: str, values: Array) -> Iterator[Pattern]:
     """Shapes of what neighbouring joints turn together: linkages, and angles against gravity."""
-    for pattern in (*breaks(label, values), *waves(label, values)):
+    for pattern in (*breaks(label, values), *waves(label, values, LOW)):
         yield of_sum(pattern, names, label)
 
 
@@ -141,12 +194,12 @@ def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
             continue
         before = values[np.maximum(last - 1, 0)]
         way = values[last] - before
-        yield Pattern((name,), "side on which it stood in the row before", np.sign(way))
-        yield Pattern((name,), "way from the row before", unit(way))
-        yield Pattern((name,), "way from the row before, of its size", unit(np.abs(way)))
+        yield Pattern((name,), "side on which it stood in the row before", np.sign(way), "before")
+        yield Pattern((name,), "way from the row before", unit(way), "before")
+        yield Pattern((name,), "way from the row before, of its size", unit(np.abs(way)), "before")
         if name == "payload":
             for pattern in of_channel(name, before):
-                yield replace(pattern, text=f"{pattern.text} in the row before", finer=None)
+                yield replace(pattern, form=f"{pattern.form} in the row before", kind="before", finer=None, gate=())
 
 
 def _pulls(state: State, position: Array) -> Iterator[Pattern]:
@@ -154,8 +207,10 @@ def _pulls(state: State, position: Array) -> Iterator[Pattern]:
     for what, names, felt in felt_by_tool(state, position):
         for axis, along in zip("xyz", felt.T, strict=True):
             if varies(along):
-                yield Pattern(names, f"{what} along {axis} of the tool", unit(along), "tool")
-                yield Pattern(names, f"side to which {what} pulls along {axis} of the tool", np.sign(along), "tool")
+                form = f"{what} along {axis} of the tool"
+                yield Pattern(names, form, unit(along), "pull", where="tool")
+                form = f"side to which {what} pulls along {axis} of the tool"
+                yield Pattern(names, form, np.sign(along), "pull", where="tool")
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array]]:
@@ -198,4 +253,5 @@ def _leaning(lean: Array, way: float, rocks: bool) -> Pattern:
     along = np.asarray(lean @ [np.cos(way), np.sin(way)], dtype=np.float64)
     what = "side of the overturning moment" if rocks else "overturning moment to one side only"
     value = np.sign(along) if rocks else unit(np.maximum(along, 0.0))
-    return Pattern(("q1", "load2", "y", "x"), f"{what}, about {np.degrees(way):.0f} deg from x", value, "base", finer)
+    form = f"{what}, about {np.degrees(way):.0f} deg from x"
+    return Pattern(("q1", "load2", "y", "x"), form, value, "leaning", where="base", finer=finer)

@@ -12,10 +12,10 @@ from postproc.identify.fitted import Fit
 from postproc.identify.forms import Form, schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.linear import Linear
+from postproc.identify.patterns import Patterns
 from postproc.identify.refits import refit_all
 from postproc.identify.selection import Candidate, Screen, compose
 from postproc.identify.shaped import formed
-from postproc.identify.shapes import Pattern
 from postproc.identify.solve import ROUGHLY
 from postproc.identify.suspects import ODDS, Suspect, find_suspects
 
@@ -45,7 +45,7 @@ class Search:
 
     fit: Fit
     classes: Mapping[str, type[Effect]]
-    patterns: list[Pattern]
+    patterns: Patterns
     outside: list[Suspect]
     cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
     seen: list[tuple[Linear, list[Suspect]]] = field(default_factory=list)

@@ -145,7 +145,6 @@ def best(patterns, truth):
         (lambda q: 1.0 * ((q > 0.02) & (q < 1.11)), "only"),
         (lambda q: np.exp(-0.5 * ((q + 0.4) / 0.07) ** 2), "bump"),
         (lambda q: np.maximum(-0.6 - q, 0.0), "growing"),
-        (lambda q: np.mod(14.4 * q / (2 * np.pi) + 0.1, 1.0), "saw"),
     ],
 )
 def test_shapes_are_met_after_sharpening_twice(law, first):

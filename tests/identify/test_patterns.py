@@ -1,12 +1,14 @@
 """Free patterns: what no library has is called unknown, at the right place, and no named effect stands in for it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.identify.patterns import patterns
-from postproc.identify.shapes import sharper
+from postproc.identify.patterns import grown, patterns, switched
+from postproc.identify.shapes import breaks, sharper
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -35,7 +37,9 @@ def test_no_step_where_nothing_was_measured():
     side = np.where(np.arange(200) % 2, 1.0, -1.0)
     q5 = side * np.linspace(0.3, 1.8, 200)
     steps = [
-        p for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))) if p.text.startswith("step")
+        p
+        for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))).every
+        if p.text.startswith("step")
     ]
     assert len(steps) > 10
     for step in [*steps, *sharper(steps[0])]:
@@ -48,28 +52,98 @@ def test_a_sway_is_found_at_its_own_period_and_phase():
     truth = np.sin(2 * np.pi * time / 1630.0 + 0.9)
     coarse = [
         p
-        for p in patterns({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3)))
+        for p in patterns({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3))).every
         if p.text.startswith("swaying")
     ]
 
-    def best(some):
-        return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]))
-
-    fine = best(sharper(best(coarse)))
+    fine = best(sharper(best(coarse, truth)), truth)
     assert abs(np.corrcoef(fine.values, truth)[0, 1]) > 0.9
     assert 1500 < float(fine.text.split()[-2]) < 1760
 
 
-def test_lost_motion_in_a_worn_sector_is_told_by_its_ends():
+def best(some, truth):
+    return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
+
+
+def closest(pattern, truth):
+    found = [pattern]
+    while pattern.finer is not None:
+        pattern = best(sharper(pattern), truth)
+        found.append(pattern)
+    return best(found, truth)
+
+
+def of_two(**channels):
+    n = len(next(iter(channels.values())))
+    return patterns(channels, state(np.zeros((n, 6))), np.zeros((n, 3)))
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q, d, t: d * ((q > -0.3) & (q < 0.9)), "dir5 only where q5 is between -1"),
+        (lambda q, d, t: d * (np.abs(q - 0.3) > 0.6), "dir5 only where q5 is not between -1"),
+        (lambda q, d, t: d * (t > 24.0), "dir5 only where temperature is above 2"),
+        (lambda q, d, t: d * np.sign(t - 22.5), "dir5 the other way where temperature is above 2"),
+    ],
+)
+def test_what_another_channel_switches_is_told_with_its_edge(law, said):
+    """A pattern that tells half of it leads to where it acts."""
     g = np.random.default_rng(8)
-    q5, dir5 = g.uniform(-1.6, 1.7, 160), g.choice([-1.0, 1.0], 160)
-    truth = dir5 * ((q5 > -0.3) & (q5 < 0.9))
+    q5, dir5, temperature = g.uniform(-1.6, 1.7, 240), g.choice([-1.0, 1.0], 240), g.uniform(20.0, 28.0, 240)
+    truth = law(q5, dir5, temperature)
+    every = of_two(q5=q5, dir5=dir5, temperature=temperature)
+    one = closest(best(every.every, truth), truth)
+    values, which = grown(one, every)
+    gates = [switched(*which[k]) for k in range(values.shape[1])]
+    for gate, column in zip(gates[::40], values.T[::40], strict=True):
+        assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-12
+    found = best([one, closest(best(gates, truth), truth)], truth)
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.95
 
-    def best(some):
-        return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
 
-    coarse = patterns({"q5": q5, "dir5": dir5}, state(np.zeros((160, 6))), np.zeros((160, 3)))
-    fine = best(sharper(best(coarse)))
-    assert (
-        fine.text.startswith("dir5 only where q5 is between -1") and abs(np.corrcoef(fine.values, truth)[0, 1]) > 0.95
-    )
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q: np.sin(5 * q + 0.4), "wave 5 times"),
+        (lambda q: np.sin(31 * q + 0.4), "wave 31 times"),
+        (lambda q: np.maximum(np.sin(7 * q + 2), 0), "halved wave 7"),
+        (lambda q: np.abs(np.sin(2 * q)), "folded wave 4"),
+        (lambda q: np.sign(np.sin(4 * q + 0.5)), "pulses 4"),
+        (lambda q: 1.0 * (np.mod(5 * q / (2 * np.pi) - 0.2, 1) < 0.22), "pulses 5"),
+        (lambda q: np.mod(10 * q / (2 * np.pi) + 0.3, 1.0), "saw tooth 10"),
+    ],
+)
+def test_what_comes_again_is_told_with_its_period(law, said):
+    q = np.random.default_rng(9).uniform(-2.6, 2.7, 260)
+    found = closest(best(of_two(q4=q).every, law(q)), law(q))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.96
+
+
+def test_pulses_are_told_by_the_ends_of_one():
+    q = np.random.default_rng(10).uniform(-1.5, 1.5, 400)
+    truth = 1.0 * (np.mod(q - 0.31, 0.9) < 0.25)
+    low, high = closest(best(of_two(q2=q).every, truth), truth).at
+    assert np.mod(low[0] - 0.31 + 0.1, 0.9) - 0.1 == pytest.approx(0.0, abs=0.02)
+    assert high[1] - low[0] == pytest.approx(0.25, abs=0.03)
+
+
+def test_an_edge_is_told_as_closely_as_the_rows_lie():
+    """No closer than the rows on both sides of it, and those edges that do as well."""
+    q = np.radians([-40.0, -20.0, -10.0, 10.0, 12.0, 30.0, 50.0])
+    steps = [p for p in breaks("q1", np.linspace(-1, 1, 300)) if p.kind == "step"]
+    assert steps[3].told().startswith("step near -") and " ± " in steps[3].told()
+    edge = replace(steps[0], at=((q[3], q[4]),))
+    assert edge.told() == "step near 11 ± 1 deg"
+    assert edge.told([replace(edge, at=((q[4], q[5]),))]) == "step near 20 ± 10 deg"
+    assert replace(edge, at=((q[2], q[3]),)).told() == "step near 0 ± 10 deg"
+
+
+def test_a_kind_of_which_there_are_few_is_cheap():
+    """Every kind is as likely, and in it every one of its kind: the odds of all patterns together are one."""
+    every = of_two(q1=np.linspace(-1, 1, 90), load1=np.cos(np.linspace(0, 9, 90)))
+    odds = every.odds(every.every)
+    assert np.sum(1 / odds) == pytest.approx(1.0)
+    line = next(o for p, o in zip(every.every, odds, strict=True) if p.kind == "line")
+    product = next(o for p, o in zip(every.every, odds, strict=True) if p.kind == "swelling wave")
+    assert product > 10 * line
