@@ -24,7 +24,8 @@ from postproc.identify.problem import Problem
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import Missing, Search, check_backward, clear, ranking, select_forward, worth_saying
 from postproc.identify.selection import Candidate
-from postproc.identify.suspects import ODDS, Suspect, by_channel
+from postproc.identify.suspects import Suspect, by_channel
+from postproc.identify.tried import ODDS
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 

@@ -17,7 +17,8 @@ from postproc.identify.refits import refit_all
 from postproc.identify.selection import Candidate, Screen, compose
 from postproc.identify.shaped import formed
 from postproc.identify.solve import ROUGHLY
-from postproc.identify.suspects import ODDS, Suspect, find_suspects
+from postproc.identify.suspects import Suspect, find_suspects
+from postproc.identify.tried import ODDS
 
 MOST = 6
 """Effects that are added one after another at most."""

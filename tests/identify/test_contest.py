@@ -129,8 +129,8 @@ def test_a_second_structure_comes_before_the_third_dress_of_the_first():
         return Suspect(channel, "joint 2", text, worth / 100, worth, worth, nothing, way, every)
 
     first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
-    ranked = [suspect("load2", 90.0, first), suspect("time", 60.0, dress), suspect("x", 55.0, dress)]
-    shown = by_channel(ranked, [suspect("q5", 20.0, second, "q5", "q6")])
+    ranked = [suspect("load2", 70.0, first), suspect("time", 50.0, dress), suspect("x", 45.0, dress)]
+    shown = by_channel([*ranked, suspect("z", 35.0, dress)], [suspect("q5", 20.0, second, "q5", "q6")])
     assert [s.channel for s in shown] == ["load2", "time", "q5", "x"]
     assert shown[2].share == pytest.approx(0.2)
 

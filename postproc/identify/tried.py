@@ -1,0 +1,198 @@
+"""Patterns tried at places of the arm: what each takes off the residual, at the price of all that were tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.identify.linear import Linear
+from postproc.identify.patterns import Patterns, grown, switched
+from postproc.identify.problem import Problem
+from postproc.identify.shapes import CLOSER, Pattern, sharper
+
+FINEST = 8
+"""Finer places of one pattern that are looked at closely."""
+ALIKE = 4.0
+"""Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
+RARER = 3000
+"""As much less likely is a casting that bends or gives way in every direction than a joint that turns."""
+ODDS = 16.0
+"""A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
+
+
+Made = Callable[[int], Pattern]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A pattern at a place; alike: those that the data cannot tell from it."""
+
+    worth: float
+    fall: float
+    where: str
+    pattern: Pattern
+    alike: tuple[Pattern, ...] = ()
+
+
+@dataclass
+class Tried:
+    """Patterns that were tried at places, best first."""
+
+    problem: Problem
+    linear: Linear
+    every: Patterns
+    places: int
+    found: list[Found] = field(default_factory=list)
+    moves: dict[str, Array] = field(default_factory=dict)
+    prepared: dict[str, Seen] = field(default_factory=dict)
+
+    def screen(self, where: str, some: Sequence[Pattern], top: int, values: Array | None = None) -> list[Found]:
+        """The best of some patterns at a place, each with the price of all that were tried.
+
+        Args:
+            values: (n, P) of these patterns, where many places share them.
+        """
+        if not some:
+            return []
+        values = _values(some) if values is None else values
+        return self._best(where, values, self.every.odds(some), some.__getitem__, top)
+
+    def _best(self, where: str, values: Array, odds: Array, made: Made, top: int, told: bool = False) -> list[Found]:
+        moves, seen = self.moves[where], self._seen(where)
+        linear, falls, count = seen.linear, seen.falls(values), moves.shape[2]
+        tried = np.broadcast_to(odds, falls.shape) * self.places * (RARER if where.startswith("body") else 1)
+        worth = _worth(linear.square, falls, count, linear.freedom, tried)
+        best = []
+        for k in np.argsort(-worth)[:top]:
+            pattern, least = made(int(k)), float(worth[k])
+            if least > 0:
+                # One bad reading makes no law: without the row that gains most there must be something left to say.
+                columns = self.problem.whiten(moves * pattern.values[:, None, None])
+                square, shared = _without_a_row(linear, columns)
+                least = min(least, float(_worth(square, shared, count, linear.freedom, tried[k])))
+            best.append(Found(least, float(falls[k]), where, pattern))
+        best.sort(key=lambda f: -f.worth)
+        if told:
+            near = np.flatnonzero(worth > best[0].worth - ALIKE)
+            best[0] = replace(best[0], alike=tuple(made(int(k)) for k in near))
+        self.found += best
+        return best
+
+    def _seen(self, where: str) -> Seen:
+        if where not in self.prepared:
+            place = self.problem.whiten(self.moves[where])
+            # Offsets, frame and tool take up what the other places are off everywhere.
+            linear = self.linear.extended(place) if where.startswith("body") else self.linear
+            self.prepared[where] = Seen(self.problem, linear, place)
+        return self.prepared[where]
+
+    def sharpen(self, most: int = 10) -> None:
+        """The best patterns closer, and where another channel switches them."""
+        self.found.sort(key=lambda f: -f.worth)
+        done: set[tuple[str, tuple[str, ...], str]] = set()
+        for one in list(self.found):
+            kind = (one.where, one.pattern.channels, one.pattern.kind)
+            if len(done) == most:
+                break
+            if kind not in done:
+                done.add(kind)
+                best = self._closest(one)
+                known = len(self.found)
+                more = [self._closest(other) for other in self._switched(best)]
+                if not any(other.worth > best.worth for other in more):
+                    del self.found[known:]
+        self.found.sort(key=lambda f: -f.worth)
+
+    def _closest(self, one: Found) -> Found:
+        best = one
+        while one.pattern.finer is not None:
+            near = sharper(one.pattern)
+            rarer = self._rarer(one.pattern, CLOSER, near.__getitem__)
+            one = self._best(one.where, _values(near), *rarer, FINEST, True)[0]
+            best = max(best, one, key=lambda f: f.worth)
+        return best
+
+    def _rarer(self, pattern: Pattern, times: float, made: Callable[[int], Pattern]) -> tuple[Array, Made]:
+        """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
+        tries = times * pattern.tries
+        odds = times * self.every.odds([pattern])
+        return odds, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
+
+    def _switched(self, one: Found) -> list[Found]:
+        """The pattern, or a factor of it, where another channel switches it on: at the price of all switches."""
+        values, which = grown(one.pattern, self.every)
+        if not which or one.pattern.kind == "field":
+            return []
+        where = one.pattern.where
+        rarer = self._rarer(one.pattern, len(which), lambda k: replace(switched(*which[k]), where=where))
+        return self._best(one.where, values, *rarer, 1)
+
+
+def _values(some: Sequence[Pattern]) -> Array:
+    return np.array([p.values for p in some]).T
+
+
+def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
+    """Nu log(S / (S - fall)) - m log(nu) - 2 log(tried) for many patterns, less the odds of having no name."""
+    after = np.maximum(before - np.asarray(fall), 1e-12 * before)
+    if freedom - count < 1:
+        return np.full(np.shape(fall), -np.inf)
+    return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)
+
+
+def _without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
+    """The sum of squares, and what columns take off it, without the row of which they take most."""
+    inside = linear.project(columns)
+    fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
+    square = np.bincount(linear.row, linear.rest**2)
+    taken = square - np.bincount(linear.row, (linear.rest - fitted) ** 2)
+    most = int(np.argmax(taken))
+    return float(square.sum() - square[most]), float(taken.sum() - taken[most])
+
+
+class Seen:
+    """A place as the data sees it once the fitted parameters are projected out.
+
+    A pattern has one value a pose, so that all products are summed over the numbers of a pose first.
+    """
+
+    def __init__(self, problem: Problem, linear: Linear, place: Array) -> None:
+        """place: (N, m) whitened columns."""
+        self.linear = linear
+        starts = np.flatnonzero(np.diff(problem.row, prepend=-1))
+        self.pose = problem.row[starts]
+        self.count = place.shape[1]
+        size = len(problem.row) // len(self.pose)
+        even = len(problem.row) == size * len(self.pose) and bool((np.diff(starts) == size).all())
+
+        def by_pose(x: Array) -> Array:
+            # Ten times as fast as `reduceat` where all poses have as many numbers.
+            if even:
+                return np.asarray(x.reshape(len(self.pose), size, *x.shape[1:]).sum(axis=1))
+            return np.add.reduceat(x, starts, axis=0)
+
+        self.nuisance = [by_pose(linear.nuisance * place[:, i, None]).T for i in range(self.count)]
+        self.square = by_pose(place[:, :, None] * place[:, None, :]).reshape(len(self.pose), -1)
+        self.rest = by_pose(linear.rest[:, None] * place)
+
+    def falls(self, values: Array) -> Array:
+        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values."""
+        P, m = values.shape[1], self.count
+        fall = np.zeros(P)
+        chunk = max(1, int(2e7 / max(1, len(self.pose) * m)))
+        for at in range(0, P, chunk):
+            b = values[:, at : at + chunk]
+            b = b if len(self.pose) == len(values) else b[self.pose]
+            inside = np.stack([(V @ b).T for V in self.nuisance], axis=1)
+            raw = ((b * b).T @ self.square).reshape(-1, m, m)
+            gram = raw - inside @ np.swapaxes(inside, 1, 2)
+            along = (self.rest.T @ b).T
+            scale = np.einsum("cii->c", raw)
+            alive = np.einsum("cii->c", gram) > 1e-5 * scale
+            ridge = 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
+            solved = np.linalg.solve(gram + ridge, along[:, :, None])[:, :, 0]
+            fall[at : at + chunk] = np.where(alive, np.einsum("ci,ci->c", along, solved), 0.0)
+        return fall
