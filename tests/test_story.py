@@ -113,7 +113,7 @@ def test_the_whole_story(cell: Cell, tmp_path: Path, capsys: pytest.CaptureFixtu
     assert found["verdict"] == "unknown"
     suspect = found["suspects"][0]
     assert (suspect["channel"], suspect["where"]) == ("q2", "joint 2")
-    at = float(suspect["pattern"].split("step near")[1].split("deg")[0])
+    at = float(suspect["pattern"].removeprefix("step near ").split(" ")[0])
     assert at == pytest.approx(AT / DEG, abs=4.0)
 
     effects, better = tmp_path / "my_effects.py", tmp_path / "better.toml"

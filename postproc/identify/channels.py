@@ -78,12 +78,12 @@ def shown(channel: str, value: float) -> str:
 
 
 def within(channel: str, low: float, high: float) -> str:
-    """A value that lies between two, ``22.4 ± 0.6 deg``: zero where that may be it."""
+    """A value that lies between two, ``22.41 ± 0.63 deg``: zero where that may be it."""
     unit, factor = unit_of(channel.split(" ")[0])
     middle, half = 0.5 * (low + high) * factor, 0.5 * (high - low) * factor
     if low <= 0 <= high:
         middle, half = 0.0, max(-low, high) * factor
     if half <= 1e-3 * abs(middle):
         return shown(channel, 0.5 * (low + high))
-    digits = max(0, -int(np.floor(np.log10(half)))) if half > 0 else 1
+    digits = max(0, 1 - int(np.floor(np.log10(half))))
     return f"{middle:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
