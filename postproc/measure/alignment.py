@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
@@ -30,7 +31,9 @@ class Alignment:
     typical: float
 
 
-def align(T_base_flange: Array, position: Array, tool: bool = True) -> Alignment:
+def align(
+    T_base_flange: Array, position: Array, tool: bool = True, fitted: NDArray[np.bool_] | None = None
+) -> Alignment:
     """Fit y = T_instrument_base (p + R t): first linearly as p = A y - c - R t, then Gauss-Newton with Huber weights.
 
     The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values
@@ -39,7 +42,14 @@ def align(T_base_flange: Array, position: Array, tool: bool = True) -> Alignment
     Args:
         T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
         tool: False where the measured point is the origin of those frames.
+        fitted: (n,) the points that count; all by default.
     """
+    if fitted is not None and not fitted.all():
+        some = align(T_base_flange[fitted], position[fitted], tool)
+        placed = (
+            some.T_instrument_base[:3, :3] @ (T_base_flange[:, :3, :3] @ some.tool + T_base_flange[:, :3, 3])[..., None]
+        )
+        return replace(some, residual=position - placed[..., 0] - some.T_instrument_base[:3, 3])
     R, p, y = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3], position
     p_mean, y_mean = np.median(p, axis=0), np.median(y, axis=0)
     p0, y0 = p - p_mean, y - y_mean

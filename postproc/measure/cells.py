@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
-from postproc.measure.columns import ColumnMap
+from postproc.measure.layout import ColumnMap
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
 GROUPED = {

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic
-from postproc.measure.alignment import Alignment, align
+from postproc.diagnostics import Diagnostic, Severity
 from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
+from postproc.measure.readings import HOPELESS_M, SUSPICIOUS_M, fits, other_arm, other_reading, seen, zero_errors
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import forward
 
-SUSPICIOUS_M = 0.010
-"""No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
-CLEARER = 5.0
-"""Another reading of a column is named only where it explains the points this many times better."""
 SHOWN = 5
 
 
@@ -75,79 +67,31 @@ def _check_rounding(cells: Cells) -> list[Diagnostic]:
 
 
 def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
-    """Radians for degrees, metres or inches for millimetres, swapped columns.
-
-    Whichever reading makes the points fit.
-    """
+    """Where the points are not where the arm is: what makes them fit, or that nothing does."""
     some = rows[:: max(1, len(rows) // 120)]
     q, y = data.state.q[some], data.position[some]
-    as_read = align(forward(robot, q), y)
-    for factor, unit in ((1e-3, "metres"), (1e3, "micrometres"), (1 / 25.4, "inches")):
-        if abs(as_read.scale / factor - 1) < 0.05:
-            message = (
-                f"the positions are {factor:.4g} times as large as the arm: they look like {unit}, not millimetres"
-            )
-            return [_reading(cells, message, "give the unit in a column map: x_mm = {name = ..., unit = ...}")]
-    if as_read.typical < SUSPICIOUS_M and not as_read.mirrored and abs(as_read.scale - 1) < 0.05:
+    as_read = seen(robot, q, y)
+    if fits(as_read):
         return []
-    best = as_read.typical / CLEARER
-    reading = None
-    for q_other, text, help_ in _readings_of_joints(q):
-        other = align(forward(robot, q_other), y)
-        if other.typical < best and not other.mirrored and abs(other.scale - 1) < 0.05:
-            best, reading = (
-                other.typical,
-                _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_),
-            )
-    for y_other, text, help_ in _readings_of_points(y):
-        other = align(forward(robot, q), y_other)
-        if other.typical < best and not other.mirrored and abs(other.scale - 1) < 0.05:
-            best, reading = (
-                other.typical,
-                _reading(cells, f"{text}: the points then fit to {1e3 * other.typical:.2f} mm", help_),
-            )
-    if reading is not None:
-        return [reading]
-    if as_read.typical > SUSPICIOUS_M:
-        size = (
-            "more than a metre"
-            if not np.isfinite(as_read.typical)
-            else f"{1e3 * as_read.typical:.0f} mm in the median row"
-        )
-        message = f"the measured points do not fit the nominal arm `{robot.name}`: {size}"
-        help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
-        return [Diagnostic("DAT009", "warning", message, cells.source, cells.span(0), help_)]
-    return []
 
+    def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
+        return [Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)]
 
-def _readings_of_joints(q: Array) -> list[tuple[Array, str, str]]:
-    rename = "rename the columns, or give the right ones in a column map"
-    other: list[tuple[Array, str, str]] = []
-    if np.nanmax(np.abs(q)) < np.deg2rad(7):
-        text = "the joint angles are all below 7 deg: they look like radians, not degrees"
-        other.append((np.rad2deg(q), text, "give the unit in a column map: q1_deg = {name = ..., unit = 'rad'}"))
-    for i, j in combinations(range(6), 2):
-        order = list(range(6))
-        order[i], order[j] = j, i
-        other.append((q[:, order], f"columns `q{i + 1}_deg` and `q{j + 1}_deg` look swapped", rename))
-    for i in range(6):
-        sign = np.ones(6)
-        sign[i] = -1
-        other.append((q * sign, f"column `q{i + 1}_deg` looks negated", "give `sign = -1` in a column map"))
-    coupled = q.copy()
-    coupled[:, 2] -= q[:, 1]
-    other.append((coupled, "column `q3_deg` looks like the angle of the forearm to the ground (q3 + q2)", rename))
-    return other
-
-
-def _readings_of_points(y: Array) -> list[tuple[Array, str, str]]:
-    # The instrument may stand anyhow, so every swap and every sign gives the same mirror image.
-    text = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
-    return [(y[:, [1, 0, 2]], text, "rename the columns, or give `sign = -1` in a column map")]
-
-
-def _reading(cells: Cells, message: str, help_: str) -> Diagnostic:
-    return Diagnostic("DAT009", "error", message, cells.source, cells.span(0), help_)
+    other = other_reading(robot, q, y, as_read)
+    if other is not None:
+        return found("error", *other)
+    size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
+    message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
+    name = other_arm(robot, q, y)
+    if name is not None:
+        return found("error", message, f"they fit `{name}`: check the robot's name")
+    offset, left = zero_errors(robot, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
+    if left < SUSPICIOUS_M:
+        j = int(np.argmax(np.abs(offset)))
+        help_ = f"joint zeros explain it (joint {j + 1} by {np.rad2deg(offset[j]):.1f} deg): the fit finds them"
+        return found("warning", message, help_)
+    help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
+    return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
 
 
 def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
@@ -170,7 +114,7 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
 
 def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
     """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
-    aligned: Alignment = align(forward(robot, data.state.q[rows]), data.position[rows])
+    aligned = seen(robot, data.state.q[rows], data.position[rows])
     error = np.linalg.norm(aligned.residual, axis=1)
     limit = max(0.005, 8 * aligned.typical)
     found = []

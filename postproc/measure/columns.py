@@ -1,19 +1,12 @@
-"""The columns of a measurement table, their units, and maps from other layouts.
-
-Units stand in the column names of the standard layout; a column map names the columns of another layout and their
-units.
-"""
+"""The columns of a measurement table: standard names, whose ends are their units, and what other programs call them."""
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
-
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from dataclasses import dataclass
 
 UNITS: Mapping[str, float] = {
     "deg": math.pi / 180,
@@ -33,9 +26,11 @@ UNITS: Mapping[str, float] = {
     "N": 1.0,
     "Nm": 1.0,
     "C": 1.0,
+    "ms": 1e-3,
     "s": 1.0,
     "min": 60.0,
     "h": 3600.0,
+    "d": 86400.0,
     "1": 1.0,
 }
 """Factors to SI (angles in rad, temperatures stay in degrees Celsius)."""
@@ -98,64 +93,42 @@ class MappedColumn:
     offset: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnMap:
-    """How another program writes its table.
-
-    Args:
-        columns: standard column -> its place there. Standard names found in the header need no entry.
-        separator: one character, ``whitespace``, or None to find it out.
-        decimal: ``.`` or ``,``; None to find it out.
-        comment: lines that begin so are skipped.
-        header: False where the first row already holds numbers.
-    """
-
-    columns: Mapping[str, MappedColumn] = field(default_factory=dict)
-    separator: str | None = None
-    decimal: str | None = None
-    comment: str = "#"
-    header: bool = True
-
-
-def read_column_map(source: Source | Mapping[str, Any] | None) -> ColumnMap:
-    """The column map in a TOML file (``separator``, ``decimal``, ``comment``, ``header``, ``[columns]``).
-
-    ``[columns]`` maps a standard name to ``"their name"`` (same unit) or to ``{name = "J1", unit = "rad", sign = -1,
-    offset = 90}``.
-
-    Raises:
-        PostprocError: DAT002 for an unknown key, column or unit.
-    """
-    if source is None:
-        return ColumnMap()
-    where = source if isinstance(source, Source) else None
-    try:
-        table = tomllib.loads(source.data.decode(source.encoding)) if isinstance(source, Source) else dict(source)
-    except tomllib.TOMLDecodeError as error:
-        raise _map_error(f"the column map is not TOML: {error}", where) from None
-    entries = table.pop("columns", {})
-    settings = {key: table.pop(key) for key in ("separator", "decimal", "comment", "header") if key in table}
-    if table or not isinstance(entries, Mapping):
-        names = ", ".join(f"`{key}`" for key in table) or "`columns`"
-        raise _map_error(f"the column map has no setting {names}", where)
-    columns = {key: _mapped(key, value, where) for key, value in entries.items()}
-    return ColumnMap(columns=columns, **settings)
+STANDARD = (*TEXT, *NUMBERS)
+_SPELT = {
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "°c": "C",
+    "degc": "C",
+    "c": "C",
+    "µm": "um",
+    "micron": "um",
+    "radian": "rad",
+}
+_ALIKE = ({"mm", "m", "um", "in", "inch"}, {"deg", "rad", "mrad"}, {"s", "ms", "min", "h", "d"}, {"kg", "lb"}, {"C"})
+"""Units that may stand for each other."""
+_LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
+_WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
 
 
-def _mapped(key: str, value: object, where: Source | None) -> MappedColumn:
-    if isinstance(value, str | int):
-        return MappedColumn(value, unit_of(key))
-    if not isinstance(value, Mapping) or not set(value) <= {"name", "unit", "sign", "offset"} or "name" not in value:
-        raise _map_error(f"column `{key}` needs a name, or a table with name, unit, sign, offset", where)
-    unit = str(value.get("unit", unit_of(key)))
-    if unit not in UNITS:
-        raise _map_error(f"column `{key}` has the unit `{unit}`; known are {', '.join(UNITS)}", where)
-    return MappedColumn(value["name"], unit, float(value.get("sign", 1)), float(value.get("offset", 0)))
+def nearest(name: str) -> str | None:
+    """The standard column that a name may be a misspelling of; the numbers in both must agree."""
+    for found in difflib.get_close_matches(name, STANDARD, 3, 0.85):
+        if re.sub(r"\D", "", found) == re.sub(r"\D", "", name) and found != name:
+            return found
+    return None
 
 
-def _map_error(message: str, where: Source | None) -> PostprocError:
-    help_ = "see `postproc explain DAT002` for a column map that works"
-    return PostprocError(Diagnostic("DAT002", "error", message, where, help=help_))
+def recognised(header: Sequence[str]) -> dict[str, MappedColumn]:
+    """Standard columns under another name that states its unit, ``X [mm]`` or ``J1 (rad)``, where it is unique."""
+    every = [(theirs, *found) for theirs in header if (found := _meant(theirs)) and found[1]]
+    names = [name for _, name, _ in every]
+    lower = {theirs.lower() for theirs in header}
+    return {
+        name: MappedColumn(theirs, unit)
+        for theirs, name, unit in every
+        if names.count(name) == 1 and name.lower() not in lower
+    }
 
 
 def likely_map(header: Sequence[str]) -> str:
@@ -165,19 +138,37 @@ def likely_map(header: Sequence[str]) -> str:
     """
     found: dict[str, str] = {}
     for theirs in header:
-        plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-        unit = next((u for u in re.findall(r"[\[(]\s*(\w+)\s*[\])]", theirs) if u in UNITS), "")
-        joint = re.fullmatch(r"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.](rad|deg))?", plain)
-        place = re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](mm|m|in))?", plain)
-        if joint:
-            name, unit = f"q{joint[1]}_deg", unit or joint[2] or ""
-        elif place:
-            name, unit = f"{place[1]}_mm", unit or place[2] or ""
-        else:
-            continue
+        name, unit = _meant(theirs) or ("", "")
         other = unit and unit != unit_of(name)
         found.setdefault(
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
         )
-    wanted = [name for name in (*JOINTS, *POSITION) if name in found and name not in header]
-    return "\n".join(["[columns]", *(found[name] for name in wanted)]) if len(wanted) >= 3 else ""
+    wanted = [name for name in STANDARD if name in found and name not in header]
+    if len(wanted) < 3:
+        return ""
+    guess = "# units that the names do not state are guesses: deg, mm"
+    return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
+
+
+def _meant(theirs: str) -> tuple[str, str] | None:
+    """Standard name and stated unit (empty where none is) of a column that another program wrote."""
+    plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
+    bracket = re.search(r"[\[(]\s*([^\])]*?)\s*[\])]", theirs)
+    stated = bracket[1] if bracket else ""
+    joint = re.fullmatch(r"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.](rad|deg))?", plain)
+    place = re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](mm|m|in))?", plain)
+    if joint:
+        name, stated = f"q{joint[1]}_deg", stated or joint[2] or ""
+    elif place:
+        name, stated = f"{place[1]}_mm", stated or place[2] or ""
+    elif part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
+        return f"q{part[1]}", "1"
+    elif plain in _LABELS:
+        return "pose_id", ""
+    elif plain in _WORDS and stated:
+        name = _WORDS[plain]
+    else:
+        return None
+    unit = _SPELT.get(stated.lower(), stated)
+    fits = any({unit, unit_of(name)} <= alike for alike in _ALIKE)
+    return name, unit if fits else ""

@@ -35,7 +35,9 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     second order (Fornberg 1988); one-sided at the ends of a record. Accelerations are those of the parabola through
     the rows around (Savitzky & Golay 1964). What the table states itself is kept.
     """
-    if state.v is not None or state.time is None or not np.isfinite(state.q).all():
+    derived = {"joint speeds": state.v, "accelerations": state.a, "approach sides": state.approach}
+    lacking = [name for name, channel in derived.items() if channel is None]
+    if not {"joint speeds", "accelerations"} & set(lacking) or state.time is None or not np.isfinite(state.q).all():
         return state, []
     order = np.argsort(state.time, kind="stable")
     q, time = state.q[order], state.time[order]
@@ -46,16 +48,16 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
         return state, []
     back = np.argsort(order)
     rate = 1 / float(np.median(np.diff(time)[joined]))
-    sides = " and approach sides" if state.approach is None else ""
+    what = " and ".join([*([", ".join(lacking[:-1])] if lacking[1:] else []), lacking[-1]])
     message = (
-        f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): joint speeds,"
-        f" accelerations{sides} are derived from `time_s` and the angles"
+        f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): "
+        f"{what} are derived from `time_s` and the angles"
     )
     help_ = "columns v1_deg_s .. and a1_deg_s2 .. from the controller are better, where it records them"
     found = Diagnostic("DAT014", "info", message, source, help=help_)
     approach = _sides(v, joined)[back] if state.approach is None else state.approach
     a = _accelerations(q, time, joined, rate)[back] if state.a is None else state.a
-    return state.with_(v=v[back], a=a, approach=approach), [found]
+    return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach), [found]
 
 
 def is_record(state: State) -> bool:

@@ -6,6 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.measure.table import read_measurements
@@ -64,7 +65,6 @@ def test_a_number_that_may_be_either_is_not_guessed():
     ("header", "factor"),
     [
         ("Nr,A1,A2,A3,A4,A5,A6,X [mm],Y [mm],Z [mm]", (1.0, 1.0)),
-        ("name,J1 (rad),J2 (rad),J3 (rad),J4 (rad),J5 (rad),J6 (rad),px,py,pz", (np.pi / 180, 1.0)),
         ("id,joint_1,joint_2,joint_3,joint_4,joint_5,joint_6,tcp_x_m,tcp_y_m,tcp_z_m", (1.0, 1e-3)),
     ],
 )
@@ -86,3 +86,112 @@ def test_a_map_is_proposed_that_works(header, factor):
 def test_utf16_is_called_by_its_name():
     with pytest.raises(PostprocError, match="UTF-16"):
         read(table().decode().encode("utf-16"))
+
+
+def test_names_that_state_their_unit_need_no_map():
+    header = "name,J1 (rad),J2 (rad),J3 (rad),J4 (rad),J5 (rad),J6 (rad),X [m],Y [m],Z [m]"
+    found = read(table(header=header, number=lambda x: f"{np.radians(x):.8f}", place=lambda x: f"{x / 1e3:.8f}"))
+    np.testing.assert_allclose(1e3 * found.position, PLACES, atol=1e-3)
+    np.testing.assert_allclose(np.degrees(found.state.q), Q, atol=1e-4)
+    said = [d.message for d in found.diagnostics if d.code == "DAT015"]
+    assert "`J1 (rad)` as `q1_deg`" in said[0] and "`X [m]` as `x_mm`" in said[0]
+
+
+def with_columns(names, cells) -> bytes:
+    """The table with further columns."""
+    lines = table().decode().splitlines()
+    return "\n".join(
+        [f"{lines[0]},{names}", *(f"{line},{c}" for line, c in zip(lines[1:], cells, strict=True))]
+    ).encode()
+
+
+@pytest.mark.parametrize(
+    ("name", "stamp"),
+    [
+        ("time_s", lambda s: f"2026-03-12T14:{s // 60:02d}:{s % 60:02d}.5"),
+        ("time_s", lambda s: f"2026-03-12 14:{s // 60:02d}:{s % 60:02d}+01:00"),
+        ("Timestamp", lambda s: f"12.03.2026 14:{s // 60:02d}:{s % 60:02d}"),
+        ("date time", lambda s: f"3/12/2026 2:{s // 60:02d}:{s % 60:02d} PM"),
+        ("time", lambda s: f"{(23 + (s + 3500) // 3600) % 24:02d}:{(s + 3500) // 60 % 60:02d}:{(s + 3500) % 60:02d}"),
+    ],
+    ids=["ISO", "zone", "points", "slashes", "over midnight"],
+)
+def test_time_stamps_become_seconds(name, stamp):
+    found = read(with_columns(name, [stamp(17 * i) for i in range(len(Q))]))
+    np.testing.assert_allclose(found.state.time, 17.0 * np.arange(len(Q)))
+    assert [d.severity for d in found.diagnostics if d.severity != "info"] == []
+
+
+def test_days_of_spreadsheets():
+    found = read(
+        with_columns("day", [f"{46093 + i / 96:.9f}" for i in range(len(Q))]),
+        {"columns": {"time_s": {"name": "day", "unit": "d"}}},
+    )
+    np.testing.assert_allclose(found.state.time, 900.0 * np.arange(len(Q)), atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("form", "numbers", "unit"),
+    [
+        ("xyz", lambda R: R.as_euler("xyz", degrees=True), None),
+        ("ZYX", lambda R: R.as_euler("ZYX"), "rad"),
+        ("ZYZ", lambda R: R.as_euler("ZYZ", degrees=True), "deg"),
+        ("rotvec", lambda R: R.as_rotvec(), None),
+        ("wxyz", lambda R: R.as_quat()[:, [3, 0, 1, 2]], None),
+        ("xyzw", lambda R: -R.as_quat(), None),
+    ],
+)
+def test_orientations_in_the_form_of_the_map(form, numbers, unit):
+    R = Rotation.random(len(Q), rng=np.random.default_rng(3))
+    cells = numbers(R)
+    columns = ["u", "v", "w", "t"][: cells.shape[1]]
+    layout = {"orientation": {"columns": columns, "form": form} | ({"unit": unit} if unit else {})}
+    found = read(with_columns(",".join(columns), [",".join(f"{x:.9f}" for x in row) for row in cells]), layout)
+    np.testing.assert_allclose(found.rotation, R.as_matrix(), atol=1e-7)
+    assert found.diagnostics == () and not found.state.channels
+
+
+@pytest.mark.parametrize(
+    "layout",
+    [
+        {"form": "xxy", "columns": ["u", "v", "w"]},
+        {"form": "rpy", "columns": ["u", "v", "w"]},
+        {"form": "xyz", "columns": ["u", "v"]},
+        {"form": "xyz", "columns": "u"},
+        {"form": "xyz", "columns": ["u", "v", "w"], "unit": "grad"},
+        {"form": "xyz", "columns": ["u", "v", "nowhere"]},
+        "xyz",
+    ],
+)
+def test_a_wrong_orientation_map_is_a_finding(layout):
+    with pytest.raises(PostprocError) as error:
+        read(with_columns("u,v,w", ["1,2,3"] * len(Q)), {"orientation": layout})
+    assert [d.code for d in error.value.diagnostics] == ["DAT002"]
+
+
+@pytest.mark.parametrize(("name", "meant"), [("paylod_kg", "payload_kg"), ("tempeature_C", "temperature_C")])
+def test_misspelt_names_are_warned_of(name, meant):
+    in_table = read(with_columns(name, ["5"] * len(Q)))
+    in_map = read(with_columns("M", ["5"] * len(Q)), {"columns": {name: "M"}})
+    for found in (in_table, in_map):
+        (said,) = (d for d in found.diagnostics if d.code == "DAT015")
+        assert said.severity == "warning" and said.help == f"did you mean `{meant}`?"
+        assert list(found.state.channels) == [name]
+
+
+def test_what_is_not_used_is_said():
+    found = read(with_columns("operator,wind,q7_deg", ["Kim,,1"] * (len(Q) - 1) + ["Lee,2,1"]))
+    assert [d.message for d in found.diagnostics] == [
+        "column `operator` holds words and is not used",
+        "column `wind` holds empty cells and is not used",
+    ]
+    assert list(found.state.channels) == ["q7_deg"]
+
+
+def test_sides_and_payloads_that_are_guessed_are_said():
+    names = ",".join(f"dir{j}" for j in range(1, 7))
+    found = read(with_columns(names + ",payload_kg", ["1,-1,0,1,1,2,45"] * len(Q)))
+    np.testing.assert_array_equal(found.state.approach[0], [1, -1, 0, 1, 1, 1])
+    assert [(d.code, d.severity) for d in found.diagnostics] == [("DAT015", "warning")] * 2
+    assert "`dir6` holds 2" in found.diagnostics[0].message
+    assert "the mass is taken in the flange's centre" in found.diagnostics[1].message

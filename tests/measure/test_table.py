@@ -58,12 +58,51 @@ def test_frame_and_tool_are_found_without_a_guess():
         (lambda t: [t[0].replace("x_mm,y_mm", "y_mm,x_mm"), *t[1:]], "two of `x_mm`, `y_mm`, `z_mm` are swapped"),
         (lambda t: [t[0].replace("q2_deg,q3_deg", "q3_deg,q2_deg"), *t[1:]], "`q2_deg` and `q3_deg` look swapped"),
         (lambda t: edited(t, [5], lambda x: -x), "`q5_deg` looks negated"),
+        (
+            lambda t: edited(edited(t, ANGLES, np.radians), PLACES, lambda x: x / 1e3),
+            "they look like radians, not degrees and the positions look like metres",
+        ),
+        (lambda t: edited(t, [3], lambda x: x - 90), "joint 3 looks counted from a zero 90 deg away"),
+        (lambda t: edited(t, [1, 4, 6], lambda x: -x), "columns `q1_deg`, `q4_deg`, `q6_deg` count the other way, or"),
+        (
+            lambda t: [t[0], *[_joined(a, b) for a, b in zip(t[1:], t[:0:-1], strict=True)]],
+            "do not fit the nominal arm",
+        ),
     ],
 )
 def test_wrong_units_and_columns_are_recognised(change, says):
     lines = change(table())
-    assert "DAT009" in codes(lines)
+    assert codes(lines) == ["DAT009"]
     assert says in messages(lines)
+    with pytest.raises(PostprocError):
+        read_measurements(source(lines), ARM)
+
+
+def _joined(angles: str, place: str) -> str:
+    """Angles of one row with the place of another."""
+    return ",".join([*angles.split(",")[:7], *place.split(",")[7:]])
+
+
+def test_another_arm_of_the_library_is_named():
+    with pytest.raises(PostprocError) as error:
+        read_measurements(source(table()), load_robot("irb4600_40_255"))
+    assert "`irb4600_60_205`: check the robot's name" in error.value.diagnostics[0].help
+
+
+def test_joint_zeros_are_for_the_fit():
+    data = read_measurements(source(edited(table(), [2], lambda x: x + 3)), ARM)
+    (finding,) = data.diagnostics
+    assert (finding.code, finding.severity) == ("DAT009", "warning")
+    assert "joint 2 by -3.0 deg" in finding.help
+
+
+def test_lost_beams_do_not_hide_that_the_others_fit():
+    lines = table()
+    for i, place in ((3, "0,0,0"), (9, "1e9,1e9,1e9"), (17, "0,0,0")):
+        lines[i] = _joined(lines[i], ",,,,,,," + place)
+    data = read_measurements(source(lines), ARM)
+    assert {d.code for d in data.diagnostics} == {"DAT007"}
+    assert {d.message.split()[1] for d in data.diagnostics} == {"3", "9", "17"}
 
 
 def test_a_typing_error_names_its_row_and_axis():

@@ -81,7 +81,11 @@ def test_speeds_of_the_table_are_kept():
     names = "," + ",".join(f"v{j}_deg_s" for j in range(1, 7))
     data = read_measurements(table(q, time, names, 2 * v), load_robot("irb4600_60_205"))
     assert np.degrees(data.state.v) == pytest.approx(2 * v, abs=1e-5)
-    assert data.state.approach is None and data.state.a is None
+    derived = read_measurements(table(q, time), load_robot("irb4600_60_205"))
+    np.testing.assert_allclose(data.state.a, derived.state.a)
+    np.testing.assert_array_equal(data.state.approach, derived.state.approach)
+    (found,) = (d for d in data.diagnostics if d.code == "DAT014")
+    assert "accelerations and approach sides are derived" in found.message
 
 
 def test_a_joint_that_stands_keeps_its_side():

@@ -1,0 +1,199 @@
+"""The columns of a table by their standard names, in SI; what is missing or not understood is said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError, Severity
+from postproc.measure import columns as names
+from postproc.measure.cells import EMPTY, Cells
+from postproc.measure.columns import UNITS, MappedColumn, unit_of
+from postproc.measure.layout import ColumnMap
+from postproc.measure.times import seconds
+
+UNIT_LENGTH = 1e-2
+"""By so much the length of a quaternion may differ from 1."""
+STAMPS = frozenset({"time", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"})
+
+
+class Table:
+    """Cells looked up by standard column name, converted to SI."""
+
+    def __init__(self, cells: Cells, layout: ColumnMap, diagnostics: list[Diagnostic]) -> None:
+        self.cells = cells
+        self.diagnostics = diagnostics
+        self.layout = layout
+        self.place = self._find(layout)
+
+    def _find(self, layout: ColumnMap) -> dict[str, MappedColumn]:
+        header = self.cells.header
+        lower = {theirs.lower(): theirs for theirs in reversed(header)}
+        place = {
+            name: MappedColumn(name if name in header else lower[name.lower()], unit_of(name))
+            for name in names.STANDARD
+            if name.lower() in lower
+        }
+        mapped = {
+            str(m.name) if isinstance(m.name, str) else header[m.name - 1] if 0 < m.name <= len(header) else ""
+            for m in layout.columns.values()
+        } | {name for rotation in layout.rotations.values() for name in rotation.columns}
+        taken = {k: m for k, m in names.recognised(header).items() if m.name not in mapped and k not in layout.columns}
+        if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
+            stamped = [theirs for theirs in header if theirs.lower() in STAMPS and theirs not in mapped]
+            if stamped and self._stamps(stamped[0]) is not None:
+                taken["time_s"] = MappedColumn(stamped[0], "s")
+        if taken:
+            pairs = ", ".join(f"`{m.name}` as `{name}`" for name, m in taken.items())
+            self.say(
+                "DAT015", "info", f"columns are known by their names and units: {pairs}", "a column map overrules it"
+            )
+        place |= taken
+        for name, wanted in layout.columns.items():
+            place[name] = replace(wanted, name=self._theirs(wanted.name, name))
+            near = None if name in names.STANDARD else names.nearest(name)
+            if near is not None:
+                message = f"the column map has `{name}`, which is no standard column and is kept as a channel"
+                self.say("DAT015", "warning", message, f"did you mean `{near}`?")
+        return place
+
+    def _theirs(self, name: str | int, wanted: str) -> str:
+        header = self.cells.header
+        theirs = header[name - 1] if isinstance(name, int) and 0 < name <= len(header) else str(name)
+        if theirs not in header:
+            message = f"the column map names `{name}` for `{wanted}`, and the table has no such column"
+            raise PostprocError(
+                Diagnostic("DAT002", "error", message, self.cells.source, help=missing_help(self.cells))
+            )
+        return theirs
+
+    def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
+        span = None if row is None else self.cells.span(row)
+        self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
+
+    def text(self, name: str) -> list[str]:
+        return self.cells.text(str(self.place[name].name)) if name in self.place else []
+
+    def column(self, name: str, fill: float | str | None = None) -> Array | None:
+        """(n,) one column, its gaps filled with a value or the median where asked for; None where it is not there."""
+        if name not in self.place:
+            return None
+        mapped = self.place[name]
+        stamps = self._stamps(str(mapped.name)) if name == "time_s" else None
+        if stamps is None:
+            values = mapped.sign * self.cells.numbers(str(mapped.name), self.diagnostics) + mapped.offset
+            values = (values - np.nanmin(values) if mapped.unit == "d" else values) * UNITS[mapped.unit]
+        else:
+            values = stamps
+        gaps = ~np.isfinite(values)
+        if fill is None or not gaps.any():
+            return values
+        if gaps.all():
+            return None
+        value = float(np.median(values[~gaps])) if fill == "median" else float(fill)
+        taken = f"{value / UNITS[mapped.unit]:g} is taken there"
+        message = f"column `{mapped.name}` is empty in {gaps.sum()} of {len(values)} rows; {taken}"
+        first = int(np.flatnonzero(gaps)[0])
+        self.say("DAT005", "warning", message, "fill in the cells, or remove the column", first)
+        return np.where(gaps, value, values)
+
+    def vector(self, wanted: Sequence[str], fill: float | None = None, partial: bool = False) -> Array | None:
+        """(n, k) several columns; None where none of them is there.
+
+        Raises:
+            PostprocError: DAT002 where some are missing that nothing fills.
+        """
+        present = [name for name in wanted if name in self.place]
+        if not present:
+            return None
+        if len(present) < len(wanted) and not partial:
+            missing = ", ".join(f"`{name}`" for name in wanted if name not in present)
+            severity: Severity = "warning" if fill is not None else "error"
+            self.say("DAT002", severity, f"there is a column `{present[0]}` and no {missing}", missing_help(self.cells))
+            if fill is None:
+                raise PostprocError(self.diagnostics.pop())
+        zeros = np.zeros(len(self.cells.rows))
+        parts = [self.column(name, fill) for name in wanted]
+        return np.stack([zeros if part is None else part for part in parts], axis=1)
+
+    def rotation(self, wanted: Sequence[str], key: str) -> Array | None:
+        """(n, 3, 3) orientations from a quaternion's columns, or as the column map says; NaN where not measured."""
+        mapped = self.layout.rotations.get(key)
+        if mapped is None:
+            quaternion = self.vector(wanted)
+            return None if quaternion is None else self._turned(quaternion[:, [1, 2, 3, 0]], "xyzw")
+        theirs = [self._theirs(name, key) for name in mapped.columns]
+        numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in theirs], axis=1) * UNITS[mapped.unit]
+        if mapped.form == "wxyz":
+            return self._turned(numbers[:, [1, 2, 3, 0]], "xyzw")
+        return self._turned(numbers, mapped.form)
+
+    def _turned(self, numbers: Array, form: str) -> Array:
+        from scipy.spatial.transform import Rotation
+
+        good = np.isfinite(numbers).all(axis=1)
+        if form == "xyzw":
+            length = np.linalg.norm(numbers, axis=1)
+            bad = good & (np.abs(length - 1) > UNIT_LENGTH)
+            for i in np.flatnonzero(bad)[:5]:
+                message = (
+                    f"the quaternion of this row has the length {length[i]:.4f}, not 1; its orientation is not used"
+                )
+                self.say("DAT008", "warning", message, "check columns qw,qx,qy,qz", int(i))
+            good &= ~bad
+        rotation = np.full((len(numbers), 3, 3), np.nan)
+        if good.any():
+            some = numbers[good]
+            turns = (
+                Rotation.from_quat(some)
+                if form == "xyzw"
+                else Rotation.from_rotvec(some)
+                if form == "rotvec"
+                else Rotation.from_euler(form, some)
+            )
+            rotation[good] = turns.as_matrix()
+        return rotation
+
+    def others(self) -> dict[str, Array]:
+        """Channels that the standard layout does not know: numbers in every row; what is left out is said."""
+        found: dict[str, Array] = {}
+        for name in self.layout.columns:
+            if name not in names.STANDARD and (values := self.column(name)) is not None:
+                found[name] = values
+        taken = {str(mapped.name) for mapped in self.place.values()}
+        taken |= {name for rotation in self.layout.rotations.values() for name in rotation.columns}
+        for name in self.cells.header:
+            if name in taken or not name:
+                continue
+            near = names.nearest(name)
+            if near is not None and near not in self.place:
+                self.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
+            values = self.cells.numbers(name, [])
+            if np.isfinite(values).all():
+                found[name] = values
+            else:
+                what, help_ = "empty cells", "a channel needs a number in every row"
+                if self._words(name, values):
+                    what, help_ = "words", "names of poses belong into `pose_id`, those of sessions into `session`"
+                self.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
+        return found
+
+    def _stamps(self, name: str) -> Array | None:
+        words = self._words(name, self.cells.numbers(name, []))
+        return seconds(["" if c.lower() in EMPTY else c for c in self.cells.text(name)]) if words else None
+
+    def _words(self, name: str, values: Array) -> bool:
+        told = zip(self.cells.text(name), values, strict=True)
+        return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
+
+
+def missing_help(cells: Cells) -> str:
+    """What the table has instead of a column that is missing, and a column map that may be meant."""
+    shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
+    likely = names.likely_map(cells.header)
+    if likely:
+        return f"the table has the columns {shown}; if these are meant, give a column map with the lines:\n{likely}"
+    return f"the table has the columns {shown}; name others with a column map (`postproc explain DAT002`)"
