@@ -33,7 +33,7 @@ from postproc.model.arm import Model
 from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
-from postproc.rapid.walk import walk
+from postproc.rapid.walk import walk_program
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
@@ -109,9 +109,9 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     findings = list(program.diagnostics) + _already_done(sources)
     if has_errors(findings):
         return _failed(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
-    events = walk(program, options.entry)
-    for event in events:
-        findings += event.diagnostics
+    walked = walk_program(program, options.entry)
+    events = walked.events
+    findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text = "there is no motion statement to compensate"
         findings.append(

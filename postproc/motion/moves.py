@@ -14,6 +14,7 @@ from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
+from postproc.motion.weights import doubt_weights
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
@@ -45,8 +46,8 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
 
     Returns:
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
-        MOT007 tool and work object that do not fit together, MOT008 moving external axes; KIN008 a start that is
-        supposed, KIN009 an arm that hardly is the one of the program.
+        MOT007 tool and work object that do not fit together, MOT008 moving external axes, MOT011 and MOT012 weights;
+        KIN008 a start that is supposed, KIN009 an arm that hardly is the one of the program.
         Moves with a finding of severity ``error`` are left out, and the chain breaks there.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
@@ -58,7 +59,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
             held[key] = _on_flange(*key)
         loads.append(held[key])
     q, T_work_tcp, failures, supposed = _solve(robot, events, known, loads)
-    findings = refuse_events(events, free_axes)
+    findings = [*refuse_events(events, free_axes), *doubt_weights(robot, [events[i] for i in known])]
     findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
     findings += [_supposed(*place(events[known[row]])) for row in supposed]
     bad = {failure.index for failure in failures}

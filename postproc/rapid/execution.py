@@ -18,6 +18,7 @@ from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program
 from postproc.rapid.records import RobTarget
 from postproc.rapid.repeats import Repeats
+from postproc.rapid.signatures import MOVE, meant_instruction
 from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
@@ -142,11 +143,16 @@ class Execution(ABC):
         elif word in ("incr", "decr", "add", "clear"):
             self.count(word, pieces, memory)
         elif word not in READ_ONLY:
-            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
+            name = source.data[statement.span[0] : start].decode("latin-1")
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
             self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
+            meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
+            give = "give the file that defines it too if it moves the arm or sets a load"
+            help = f"did you mean `{meant}`? If not, {give}" if meant else give
             self.report_once(
-                "RAP031", "info", f"`{word}` is not in these files and is taken not to move the arm", source,
-                (statement.span[0], start), "give the file that defines it too if it moves the arm or sets a load",
+                "RAP031", "warning" if meant else "info",
+                f"`{name}` is not in these files and is taken not to move the arm",
+                source, (statement.span[0], start), help,
             )  # fmt: skip
 
     def report_undeclared(self, data: Data, source: Source) -> None:

@@ -8,7 +8,7 @@ from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.events import Argument, MotionStatement
 from postproc.rapid.program import Program
 from postproc.rapid.records import SpeedData
-from postproc.rapid.values import Data, NotKnown
+from postproc.rapid.values import Data, NotKnown, Refused
 
 UNKNOWN_SPEED = SpeedData(100.0)
 
@@ -42,9 +42,29 @@ class Missing:
             self.reported.add(error.missing)
             name = argument.text if argument.text.lower() == error.missing else error.missing
             self._report(undeclared(what, name, statement.source, argument.span), found)
+        elif isinstance(error, Refused):
+            self._say_refused(error, argument, statement, found)
         elif error.missing is None and what in _WHOLE:
             self._say_written(error, what, argument, statement, found)
         return error.reason
+
+    def _say_refused(
+        self, error: Refused, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
+    ) -> None:
+        """Numbers with a typing error, where they stand: in a declaration or in the statement."""
+        name = argument.text.split("{")[0].strip()
+        declaration = self.program.declaration(name, statement.module, statement.routine)
+        if declaration is None and not argument.text.startswith("["):
+            return  # worked out
+        source, span = statement.source, argument.span
+        if declaration is not None and declaration.init is not None:
+            source, span = declaration.source, declaration.span
+        if f"{source.path} {span}" in self.reported:
+            return
+        self.reported.add(f"{source.path} {span}")
+        what = f"`{declaration.name}`: " if declaration is not None else ""
+        help_ = "the controller refuses these numbers: look for a typing error"
+        self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), found)
 
     def _say_written(
         self, error: NotKnown, what: str, argument: Argument, statement: MotionStatement, found: list[Diagnostic]

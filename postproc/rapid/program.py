@@ -188,7 +188,11 @@ def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tup
                         declaration.source, declaration.span, "give the files of one task only, each once",
                     )
                 )  # fmt: skip
-        names.setdefault((module, routine, name), declaration)
+        known = names.setdefault((module, routine, name), declaration)
+        if known is not declaration and known.source is declared.source:
+            text = f"`{declared.name}` is declared twice in `{declared.routine or declared.module}`"
+            help_ = "the controller does not load such a module: give one of them another name"
+            diagnostics.append(Diagnostic("RAP012", "error", text, declared.source, declared.span, help_))
     return names
 
 

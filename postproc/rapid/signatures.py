@@ -8,6 +8,8 @@ argument.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
 
 from postproc.rapid.events import Interpolation
 
@@ -104,3 +106,10 @@ SIGNATURES.update(
     for s in _ALL
     if s.name.startswith("Arc") and s.name[4:5].isdigit()
 )
+
+
+@cache
+def meant_instruction(word: str) -> str:
+    """The motion instruction that an unknown word is nearest to, as the manual spells it; empty if none is near."""
+    close = get_close_matches(word.lower(), SIGNATURES, n=1, cutoff=0.75)
+    return SIGNATURES[close[0]].name if close else ""

@@ -61,6 +61,10 @@ class NotKnown(Exception):
         self.span = span
 
 
+class Refused(NotKnown):
+    """Data that the controller itself refuses: a typing error."""
+
+
 class PartlyKnown(NotKnown):
     """A record or an array of which some parts are known; ``data`` has a NotKnown in the place of every other."""
 
@@ -70,6 +74,8 @@ class PartlyKnown(NotKnown):
 
 
 MOST_QUARTERS = 4000  # no axis turns a thousand times
+
+MOST_OFF_UNIT = 0.1  # of the length of a quaternion: beyond that it is no rounding
 
 Fields = tuple[tuple[str, str], ...]
 
@@ -113,7 +119,7 @@ def _number(data: Data) -> float:
 
 def _numbers(data: Data, count: int) -> tuple[float, ...]:
     if not isinstance(data, tuple) or len(data) != count:
-        raise NotKnown(f"{count} numbers are expected in the data")
+        raise Refused(f"{count} numbers are expected in the data")
     if set(map(type, data)) == {float} and math.isfinite(sum(data)):
         return data
     return tuple(_number(item) for item in data)
@@ -127,10 +133,12 @@ def _vector(data: Data) -> Vec3:
 def to_quat(data: Data) -> Quat:
     """Unit quaternion of an ``orient``."""
     a, b, c, d = _numbers(data, 4)
-    try:
-        return normalise((a, b, c, d))
-    except ZeroDivisionError:
-        raise NotKnown("the orientation is [0,0,0,0]: the position was never taught") from None
+    length = math.hypot(a, b, c, d)
+    if abs(length - 1.0) > MOST_OFF_UNIT:
+        if length == 0.0:
+            raise NotKnown("the orientation is [0,0,0,0]: the position was never taught")
+        raise Refused(f"the orientation is no unit quaternion: its length is {length:.3g}, not 1")
+    return normalise((a, b, c, d))
 
 
 def _ax6(data: Data) -> Ax6:

@@ -15,7 +15,8 @@ def test_samples_are_reachable_as_they_are(call: Call, samples: Path, name: str)
     outcome = call("inspect", samples / name, "--json")
     assert outcome.code == 0, outcome.err
     document = json.loads(outcome.out)
-    assert document["diagnostics"] == []
+    weightless = [("MOT012", "info")] if name == "paper_case.mod" else []  # as in the study
+    assert [(d["code"], d["severity"]) for d in document["diagnostics"]] == weightless
     assert document["statements"]
     for row in document["statements"]:
         assert row["notes"] == []

@@ -58,6 +58,30 @@ def test_tool_and_grip_load_are_one_mass() -> None:
     assert moves[1].payload_center == pytest.approx([0, 0, (4 * 0.1 + 6 * 0.35) / 10])
 
 
+@pytest.mark.parametrize(
+    ("load", "found"),
+    [
+        ("[-1,[0,0,100]", ("MOT011", "error", "its mass is -1 kg")),
+        ("[0.001,[0,0,1]", ("MOT012", "info", "weighs nothing")),
+        ("[61,[0,0,100]", ("MOT012", "warning", "weigh 61 kg")),
+        ("[4,[0,0,1600]", ("MOT012", "warning", "1.6 m away")),
+    ],
+)
+def test_loads_that_cannot_be_or_are_hard_to_believe(load: str, found: tuple[str, str, str]) -> None:
+    body = f"MoveJ {P1},v200,fine,tX;\nMoveL {P2},v50,fine,tX;"
+    data = f"PERS tooldata tX:=[TRUE,[[0,0,300],[1,0,0,0]],{load},[1,0,0,0],0,0,0]];\n"
+    text = f"MODULE M\n{data}PROC main()\n{body}\nENDPROC\nENDMODULE\n"
+    (finding,) = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
+    assert (finding.code, finding.severity) == found[:2]
+    assert found[2] in finding.message and finding.span == (text.index("tX;"), text.index("tX;") + 2)
+
+
+@pytest.mark.parametrize("most", [54.0, 58.0])
+def test_a_payload_counts_with_its_tool(most: float) -> None:
+    text = f"GripLoad [{most},[0,0,50],[1,0,0,0],0,0,0];\nMoveJ {P1},v200,fine,t1;"
+    assert [d.code for d in read(text)[1]] == (["MOT012"] if most + 4 > 60 else [])
+
+
 @pytest.mark.parametrize(("accset", "share"), [("50,100", 0.5), ("100,30", 1.0), ("5,50", 0.2), ("250,100", 1.0)])
 def test_accset_leaves_a_share_of_the_accelerations(accset: str, share: float) -> None:
     moves, _, _ = read(f"MoveJ {P1},v200,fine,t1;\nAccSet {accset};\nMoveL {P2},v50,fine,t1;")

@@ -6,6 +6,7 @@ import pytest
 
 from postproc.diagnostics import Source
 from postproc.rapid.program import read_program
+from postproc.rapid.records import RobTarget
 from postproc.rapid.walk import walk, walk_program
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
@@ -287,7 +288,7 @@ def test_wrapper_procedures_of_other_files_are_named() -> None:
     result = walk_program(program(module("MoveJgJ jgReady,vmax,z50; MoveL p,v5,z0,tool0;", P)))
     assert len(result.events) == 1
     assert [(d.code, d.message) for d in result.diagnostics] == [
-        ("RAP031", "`movejgj` is not in these files and is taken not to move the arm")
+        ("RAP031", "`MoveJgJ` is not in these files and is taken not to move the arm")
     ]
 
 
@@ -373,3 +374,34 @@ def test_local_data_hides_the_data_of_other_modules() -> None:
     one = Source("a.mod", module("MoveL p,v5,z0,tool0;", f"LOCAL CONST robtarget p:={target(1, 1, 1)};"))
     two = Source("b.mod", module("", P, "B").replace(b"main", b"other"))
     assert places(walk(read_program([two, one]))) == [(1, 1, 1)]
+
+
+@pytest.mark.parametrize(
+    "data, message",
+    [
+        (P.replace("[1,2,3]", "[1,5,2,3]"), "`p`: 3 numbers are expected in the data"),
+        (P.replace("[0,1,0,0]", "[0.1,0.7,-0.7,0.74]"), "`p`: the orientation is no unit quaternion: its length is 1.24, not 1"),
+    ],
+)  # fmt: skip
+def test_numbers_that_a_controller_refuses_are_named_where_they_stand(data: str, message: str) -> None:
+    found = walk_program(program(module("MoveL p,v5,z0,tool0; MoveL p,v5,z0,tool0;", data))).diagnostics
+    assert [(d.code, d.severity, d.message) for d in found] == [("RAP024", "error", message)]
+    assert found[0].span is not None and found[0].span[0] < 40
+
+
+@pytest.mark.parametrize("rot", ["[0.71,0,0.71,0]", "[0.707,0,0.707,0]", "[0,0.95,0,0]"])
+def test_rounded_orientations_are_normalised(rot: str) -> None:
+    found = events("MoveL p,v5,z0,tool0;", P.replace("[0,1,0,0]", rot))[0]
+    assert isinstance(found.target, RobTarget) and sum(q * q for q in found.target.rot) == pytest.approx(1.0)
+
+
+def test_a_name_twice_in_one_module_is_an_error() -> None:
+    found = program(module("VAR num n;", P + P + "VAR num n;")).diagnostics
+    assert [(d.code, d.severity) for d in found] == [("RAP012", "error")]
+
+
+def test_a_typing_error_in_an_instruction_is_a_warning() -> None:
+    found = walk_program(program(module("ArkL p,v5,s,wd,z0,t; Logging p;", P))).diagnostics
+    said = [(d.severity, d.message.split("`")[1], (d.help or "").split("?")[0]) for d in found]
+    assert said[0] == ("warning", "ArkL", "did you mean `ArcL`")
+    assert said[1][:2] == ("info", "Logging")

@@ -1,0 +1,58 @@
+"""Weights of tools and payloads that cannot be, or are hard to believe: the correction is worked out from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic
+from postproc.motion.findings import place
+from postproc.rapid.events import MotionEvent
+from postproc.rapid.records import LoadData, ToolData
+from postproc.rapid.state import NO_MASS
+from postproc.robot.arm import Robot
+
+NOT_DEFINED = "-1 stands for a load that was never identified"
+NO_TOOL_MM = 1.0  # a TCP nearer to the flange than this belongs to no tool
+FAR_MM = 1500.0  # from the flange: no centre of gravity of a tool or of what it grips is farther away
+
+
+def doubt_weights(robot: Robot, events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """Findings about tool loads and payloads, each at the first motion that uses them.
+
+    Returns:
+        MOT011 (error) a negative mass, MOT012 a tool without weight (info), a load above what the arm carries, or a centre
+        of gravity far from the flange (warning).
+    """
+    findings: list[Diagnostic] = []
+    seen: set[tuple[ToolData, LoadData]] = set()
+    for event in events:
+        if event.reason is None and event.target is not None and (event.tool, event.gripload) not in seen:
+            seen.add((event.tool, event.gripload))
+            findings += _doubts(robot, event)
+    return findings
+
+
+def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:
+    tool, grip = event.tool, event.gripload
+    name = tool.name or "of this statement"
+    where = place(event, "tool")
+    if min(tool.tload.mass, grip.mass) < 0:
+        what = f"the tool `{name}`" if tool.tload.mass < 0 else "GripLoad"
+        text = f"the load of {what} is not defined: its mass is {min(tool.tload.mass, grip.mass):g} kg"
+        yield Diagnostic("MOT011", "error", text, *where, f"state the mass and its centre; {NOT_DEFINED}")
+        return
+    if tool.robhold and tool.tload.mass <= NO_MASS and np.linalg.norm(tool.tframe.trans) > NO_TOOL_MM:
+        text = f"the tool `{name}` weighs nothing ({tool.tload.mass:g} kg), so nothing is corrected for its weight"
+        yield Diagnostic("MOT012", "info", text, *where, "identify its load (LoadIdentify), or state what it weighs")
+    total = tool.tload.mass + grip.mass
+    if robot.payload is not None and total > robot.payload:
+        text = f"tool and payload weigh {total:g} kg, `{robot.name}` is made for {robot.payload:g} kg"
+        yield Diagnostic("MOT012", "warning", text, *where, f"look at the mass of `{name}`: it is in kg")
+    for load in (tool.tload, grip):
+        distance = float(np.linalg.norm(load.cog))
+        if load.mass > NO_MASS and distance > FAR_MM:
+            text = f"a centre of gravity is {distance / 1000:.3g} m away from the flange"
+            yield Diagnostic("MOT012", "warning", text, *where, f"look at the load of `{name}`: RAPID states it in mm")
+            return
