@@ -22,8 +22,8 @@ def doubt_weights(robot: Robot, events: Sequence[MotionEvent]) -> list[Diagnosti
     """Findings about tool loads and payloads, each at the first motion that uses them.
 
     Returns:
-        MOT011 (error) a negative mass, MOT012 a tool without weight (info), a load above what the arm carries, or a centre
-        of gravity far from the flange (warning).
+        MOT011 (error) a negative mass, MOT012 a tool without weight (info), a load above what the arm carries, or a
+        centre of gravity far from the flange (warning).
     """
     findings: list[Diagnostic] = []
     seen: set[tuple[ToolData, LoadData]] = set()

@@ -380,7 +380,7 @@ def test_local_data_hides_the_data_of_other_modules() -> None:
     "data, message",
     [
         (P.replace("[1,2,3]", "[1,5,2,3]"), "`p`: 3 numbers are expected in the data"),
-        (P.replace("[0,1,0,0]", "[0.1,0.7,-0.7,0.74]"), "`p`: the orientation is no unit quaternion: its length is 1.24, not 1"),  # noqa: E501
+        (P.replace("[0,1,0,0]", "[0.1,0.7,-0.7,0.74]"), "`p`: the orientation is no unit quaternion: its length is 1.24, not 1"),
     ],
 )  # fmt: skip
 def test_numbers_that_a_controller_refuses_are_named_where_they_stand(data: str, message: str) -> None:
