@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
 from postproc.effects.geometry import weight
+from postproc.robot.arm import Robot
 
 
 class ArmLoad(
@@ -41,6 +43,11 @@ class ArmLoad(
             share = weight(state, b, [(self.mass_kg[i], self.moment_kgm[i])])
             found[b] = found[b] + share if b in found else share
         return Load(body=found)
+
+    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
+        """No link weighs less than nothing, where its mass is stated."""
+        own = robot.mass[list(self.body)]
+        return bool(((own == 0) | (own + self.mass_kg >= 0)).all())
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -33,6 +33,7 @@ from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.forms import JointBasis, Variant, by_joint, variant
 from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
+from postproc.robot.arm import Robot
 
 __all__ = [
     "FILLED_BY_MODEL",
@@ -217,6 +218,10 @@ class Effect:
     @property
     def is_null(self) -> bool:
         return bool(np.all(self.vector() == self.null_vector()))
+
+    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
+        """Whether an arm can be like this; a diagnosis names nothing that it cannot be (``beside``: by key)."""
+        return True
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
-from postproc.effects.geometry import distal_point, force_at, long_bodies, point_in_base
+from postproc.effects.geometry import distal_point, force_at, joint_axis, point_in_base
 from postproc.robot.arm import Robot
 
 
@@ -40,17 +40,18 @@ class DressPack(
     to_m: Array = param(unit="m", shape=(3,), low=-1.5, high=1.5, typical=0.2, amplitude=False, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:
-        here, there, distance = self._ends(state)
-        taut = self.stiffness_N_per_m * np.maximum(distance - self.slack_m, 0.0)
-        pull = (taut / np.maximum(distance, 1e-9))[:, None] * (here - there)
         if self.body_from == self.body_to:
             return Load()
-        return Load(body={self.body_to: force_at(there, pull), self.body_from: force_at(here, -pull)})
+        here, there, distance = self._ends(state)
+        taut = self.stiffness_N_per_m * np.maximum(distance - self.slack_m, 0.0)
+        pull = force_at(there, (taut / np.maximum(distance, 1e-9))[:, None] * (here - there))
+        # Both ends are on the line of the force, so that its moment about the base is the same at either.
+        return Load(body={self.body_to: pull, self.body_from: -pull})
 
     def _ends(self, state: State) -> tuple[Array, Array, Array]:
         T = np.asarray(state.T_base_body)
         here, there = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
-        return here, there, np.linalg.norm(there - here, axis=1)
+        return here, there, np.sqrt(np.einsum("ni,ni->n", there - here, there - here))
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -58,7 +59,7 @@ class DressPack(
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
-        for (body, here), (far, there) in _routes(state.T_base_body, state.robot):
+        for (body, here), (far, there) in _routes(state.robot):
             start = cls(body_from=body, body_to=far, from_m=here, to_m=there)
             distance = start._ends(state)[2]
             where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
@@ -73,22 +74,19 @@ RARE = 0.1
 Place = tuple[int, Array]
 
 
-def _routes(T_base_body: Array, robot: Robot) -> list[tuple[Place, Place]]:
-    """Where a search of both ends begins: from elbow, housing and forearm to places around the flange's axis.
+def _routes(robot: Robot) -> list[tuple[Place, Place]]:
+    """Where a search of both ends begins: every body that pulls at one beyond its neighbour.
 
-    From the elbow, above the housing, along the forearm, which is the last long body, or around the first body of the
-    wrist where that is the housing itself; and past the upper arm, from the shoulder to the housing.
+    From half way along the one, two hands' width to either side, to four places around the axis that carries the other.
     """
-    up = T_base_body[:, 3, 2, :3].mean(axis=0)
-    up /= max(float(np.linalg.norm(up)), 1e-9)
-    long = long_bodies(robot)[-1]
-    beside = _across(robot.axis[4])[0]
-    forearm = (4, 0.3 * distal_point(robot, long) + 0.1 * beside) if long > 3 else (4, 0.1 * beside)
-    housing = (3, 0.25 * up)
-    around = [(6, 0.1 * way) for way in _across(robot.axis[5])]
-    shoulder = [(1, distal_point(robot, 1) + 0.2 * way) for way in _across(robot.axis[1])]
-    along = [(start, end) for start in ((2, distal_point(robot, 2)), housing, forearm) for end in around]
-    return [*along, *((start, housing) for start in shoulder)]
+    found: list[tuple[Place, Place]] = []
+    for body in range(1, 5):
+        middle, sides = 0.5 * distal_point(robot, body), _across(joint_axis(robot, body))
+        starts = [(body, middle + 0.2 * side) for side in sides[:2]]
+        for far in range(body + 2, 7):
+            ends = [(far, 0.1 * way) for way in _across(robot.axis[far - 1])]
+            found += [(start, end) for start in starts for end in ends]
+    return found
 
 
 def _across(axis: Array) -> tuple[Array, ...]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param, structure, variant
+from postproc.robot.arm import Robot
 
 LAWS = ("tanh", "piecewise", "catalogue", "hardening", "cubic")
+STIFF = 0.05
+"""Share of the largest compliance by which what is left of a stiff joint may be wrong."""
 SHARES_OF_LOAD = (0.05, 0.1, 0.2, 0.4, 0.8)
 
 
@@ -43,6 +47,14 @@ class NonlinearCompliance(
         if state.joint_load is None:
             return None
         return self.windup_rad * curve(self.law, state.joint_load / self.knee_Nm)
+
+    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
+        """No spring is stiffer than rigid at zero load: c + w / t0 >= 0 with the compliance c of the joint."""
+        linear = beside.get("joint_compliance")
+        if linear is None or self.law == "cubic":
+            return True
+        compliance = linear.vector()
+        return bool((compliance + self.windup_rad / self.knee_Nm >= -STIFF * np.abs(compliance).max()).all())
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -48,7 +48,10 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
 
 
 def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
-    """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
+    """The model with a candidate, everything fitted again, from where it was judged.
+
+    None where that fails, or no arm can be like that.
+    """
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
     else:
@@ -59,7 +62,7 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     try:
-        return fit_model(
+        after = fit_model(
             model,
             base.data,
             [new],
@@ -70,6 +73,8 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
         )
     except PostprocError:
         return None
+    every = {e.key: e for e in after.model.effects}
+    return after if every[candidate.key].possible(after.model.robot, every) else None
 
 
 def fitted_best(

@@ -94,7 +94,7 @@ def ranking(search: Search) -> list[Candidate]:
 
     def settled(candidate: Candidate) -> Candidate:
         best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
-        return candidate if best is None else best[0]
+        return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
     if _audible(search.fit):
         found = [formed(screen, linear, c) if c.far else c for c in found]

@@ -16,13 +16,12 @@ from postproc.identify.forms import laplace
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem, Weights
 from postproc.identify.selection import Candidate, Screen, corrected, kind
-from postproc.identify.sensitivity import flat, flat_load
+from postproc.identify.sensitivity import flat
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
-TRIES, FIRST_TRIES = 25, 8
-"""Steps of a search, and of its first part, after which the best go on."""
-FINALISTS = 3
+STAGES = ((3, 10), (6, 4), (25, 3))
+"""Steps of a search, and how many of the best starts go on after them."""
 ENOUGH = 3e-3
 """Share of the sum of squares below which a step is the last: a full fit follows."""
 NEARLY = 16.0
@@ -43,14 +42,16 @@ class Glimpse:
     def answer(self, effect: Effect) -> Array:
         """(N,) whitened displacement by an effect of any size, with what its load does to the springs."""
         seen = self.problem.softer
-        n = len(seen.state)
-        moved = flat(displacement_of(effect, seen.state), n)
-        used = np.flatnonzero(moved.any(axis=0))
-        answer = (seen.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
+        answer = np.zeros(seen.matrix.shape[:2])
         if type(effect).load is not Effect.load:
-            load = flat_load(load_of(effect, seen.state), n)
-            used = np.flatnonzero(load.any(axis=0))
-            answer = answer + (self.by_load[:, :, used] @ load[:, used, None])[:, :, 0]
+            load = load_of(effect, seen.state)
+            joint = [] if load.joint is None else [(0, load.joint)]
+            for first, share in [*joint, *((6 + 6 * body, wrench) for body, wrench in load.body.items())]:
+                answer += np.einsum("nrk,nk->nr", self.by_load[:, :, first : first + 6], share)
+        moved = flat(displacement_of(effect, seen.state), len(answer))
+        used = np.flatnonzero(moved.any(axis=0))
+        if len(used):
+            answer += (seen.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
         return np.asarray(answer[self.problem.weights.used])
 
     @cached_property
@@ -72,7 +73,7 @@ def glimpse(problem: Problem, linear: Linear) -> Glimpse:
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
     there is one, counts by the share f of the rows.
     """
-    step = max(1, len(problem.data) // max(POSES, 2 * linear.parameters))
+    step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
     if step == 1:
         return Glimpse(problem, linear)
     some = np.arange(len(problem.data)) % step == 0
@@ -95,12 +96,22 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate:
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
         return candidate
     seen = glimpse(screen.problem, linear)
-    first = sorted((_moved(seen, c, FIRST_TRIES) for c in candidate.starts), key=lambda pair: pair[1])
-    last = [_moved(seen, c, TRIES)[0] for c, _ in first[:FINALISTS]]
-    every = sorted((_judged(screen, linear, c) for c in last), key=lambda c: -c.evidence)
-    near = {kind(c.effect): c for c in reversed(every) if c.evidence > every[0].evidence - NEARLY}
-    best = max(every[0], candidate, key=lambda c: c.evidence)
-    return replace(best, visible=candidate.visible, starts=tuple(near.values())[::-1])
+    some = list(candidate.starts)
+    for tries, enough in STAGES:
+        moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
+        some = [c for c, _ in moved]
+        some = (_one_of_each(some) if tries > STAGES[0][0] else some)[:enough]
+    every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
+    near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
+    return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
+
+
+def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
+    """The first candidate of every law, pair of bodies .."""
+    found: dict[tuple[object, ...], Candidate] = {}
+    for c in candidates:
+        found.setdefault(kind(c.effect), c)
+    return list(found.values())
 
 
 def _moved(seen: Glimpse, start: Candidate, tries: int) -> tuple[Candidate, float]:
@@ -126,7 +137,7 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     return replace(start, effect=effect.with_vector(x), evidence=worth, fall=fall, p_value=p)
 
 
-def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = TRIES) -> tuple[Effect, float]:
+def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = STAGES[-1][0]) -> tuple[Effect, float]:
     """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
 
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
