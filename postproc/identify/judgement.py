@@ -167,12 +167,12 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
     effect = candidate.effect
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
         return False
-    columns = columns_of(after.problem, effect, candidate.free)
+    alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
     beside = Linear(after.problem.residual, basis_of(after.columns, FREE * after.penalty), after.problem.row)
-    value, vector = np.linalg.eigh(columns.T @ before.linear.project(columns))
+    value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])
-    left, turn = np.linalg.eigh(unit.T @ (columns.T @ beside.project(columns)) @ unit)
-    explained = (turn.T @ unit.T @ (columns.T @ before.linear.rest)) ** 2
+    left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
+    explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
     hidden = explained * left < TELLING * after.variance
     return bool(explained[hidden].sum() > 0.5 * explained.sum())
