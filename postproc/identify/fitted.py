@@ -147,12 +147,19 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows."""
+        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
+
+        What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
+        them count as m / (1 + (m - 1) s).
+        """
+        each = np.bincount(self.data.repeats)
+        share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
+        apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
         length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
         inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
-        return np.asarray(self.variance / self.serial * inverse / np.outer(scale, scale))
+        return np.asarray(self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
 
     @cached_property
     def intervals(self) -> dict[str, Array]:
@@ -206,9 +213,7 @@ class Fit:
         The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
         follows no channel where the noise is not known.
         """
-        square = self.problem.error[self.problem.weights.used[:, 0], :3] ** 2
-        own = float(np.nanmean(square)) * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
-        noise = self.noise.position
+        own, noise = self._square, self.noise.position
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc
@@ -217,6 +222,12 @@ class Fit:
         if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
             return 0.0
         return float(np.sqrt(own - noise**2))
+
+    @cached_property
+    def _square(self) -> float:
+        """Residual variance of a position [m^2] per axis and degree of freedom."""
+        square = self.problem.error[self.problem.weights.used[:, 0], :3] ** 2
+        return float(np.nanmean(square)) * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
 
     def recorded(self) -> Model:
         """The fitted model with its table [fit], ready to be written."""

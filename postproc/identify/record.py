@@ -14,6 +14,9 @@ from postproc.identify.fitted import Fit
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
+SCARCE = 3.0
+"""So many times the error on a fit's own rows that on others may be before poses are too few."""
+
 
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
@@ -37,14 +40,38 @@ def recorded_model(fit: Fit) -> Model:
     return replace(fit.model, fit=table)
 
 
-def unphysical(fit: Fit) -> list[Diagnostic]:
-    """DAT026 where the fit makes joints yield against their load, by more than the interval or as far as it may."""
+def cautions(fit: Fit) -> list[Diagnostic]:
+    """What a user should know of a fit before relying on it: DAT016 and DAT026."""
+    return [*_scarce(fit), *_unphysical(fit)]
+
+
+def _scarce(fit: Fit) -> list[Diagnostic]:
+    """DAT016 where the fit is far better on its own rows than on others: it took on what it cannot know."""
+    poses = int(fit.data.repeats.max()) + 1
+    if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+        return []
+    message = (
+        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {_mm(fit.rms):.3f} mm on "
+        f"rows of the fit, {_mm(fit.held_out_rms):.3f} mm on rows that it has not seen"
+    )
+    help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
+    return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
+
+
+def _unphysical(fit: Fit) -> list[Diagnostic]:
+    """DAT026 where the fit makes joints yield against their load, by more than the interval."""
     effect = fit.model.effect("joint_compliance")
     if effect is None:
         return []
-    x, width = effect.vector(), fit.intervals[effect.key]
-    stopped = np.isin(np.arange(len(x)), [i for key, i in fit.at_bound if key == effect.key])
-    joints = [str(j + 1) for j in np.flatnonzero((x + np.nan_to_num(width, nan=np.inf) < 0) | (stopped & (x < 0)))]
+    x, width = effect.vector().copy(), fit.intervals[effect.key]
+    for j in (i for key, i in fit.at_bound if key == effect.key):
+        # What stopped at a bound is judged by where it would have gone.
+        alone = np.arange(len(x)) == j
+        column = fit.linear.project(fit.problem.slopes(effect, alone))
+        told = float(np.sum(column**2))
+        x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
+        width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
+    joints = [str(j + 1) for j in np.flatnonzero(x + np.nan_to_num(width, nan=np.inf) < 0)]
     if not joints:
         return []
     which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
@@ -70,7 +97,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "not_identifiable": not_identifiable(fit),
         "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
         "unexplained_mm": _mm(fit.unexplained),
-        "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *unphysical(fit))],
+        "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from postproc.identify.fitted import Fit
-from postproc.identify.record import parameters_json, structure_json, unphysical
+from postproc.identify.record import cautions, parameters_json, structure_json
 from postproc.identify.selection import Candidate
 from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
@@ -224,5 +224,5 @@ def fit_text(fit: Fit) -> str:
     lines += _held(fit)
     for i in fit.set_aside:
         lines.append(f"Row {fit.data.row[i]} was left out: it lies far from everything else.")
-    lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in unphysical(fit)]
+    lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit)]
     return "\n".join(lines)

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
+from postproc.identify.record import cautions
 from postproc.measure.repeat import Noise, estimate_noise
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
@@ -90,3 +92,33 @@ def test_significance_is_honest_where_angles_are_rounded():
         ]
     assert len(deviations) > 100
     assert 0.85 < np.std(deviations) < 1.15
+
+
+def test_repeats_tell_nothing_new_about_what_the_model_misses():
+    """Ten readings of every pose or one: the same knowledge where the error is missing physics."""
+    data, _ = cell(kinds.transmission_error, seed=5190, poses=60, noise=0.01)
+    one = single(data)
+    g = np.random.default_rng(4)
+    many = one.rows(np.tile(np.arange(len(one)), 10))
+    many = replace(many, position=many.position + g.normal(0, 1e-5, many.position.shape))
+    often, once = base_fit(many), base_fit(one)
+    widths = [fit.intervals["joint_compliance"][1:5] for fit in (often, once)]
+    assert often.unexplained > 3e-5
+    np.testing.assert_allclose(*widths, rtol=0.2)
+
+
+def test_a_joint_without_load_that_stops_at_its_bound_is_no_sign_of_missing_physics():
+    data, _ = cell(seed=5191, poses=60)
+    fit = base_fit(data)
+    effect = fit.model.effect("joint_compliance")
+    last = np.arange(6) == 5
+    stopped = effect.with_vector(np.where(last, -1e-5, effect.vector()))
+    held = fit_model(fit.model, data, [stopped], free={**fit.free, effect.key: ~last})
+    assert cautions(replace(held, at_bound=((effect.key, 5),))) == []
+
+
+def test_too_few_poses_are_said():
+    data, _ = cell(seed=5192, poses=200)
+    few = data.rows(np.isin(data.repeats, data.repeats[:8]))
+    assert "DAT016" in [d.code for d in cautions(base_fit(few))]
+    assert cautions(base_fit(data)) == []

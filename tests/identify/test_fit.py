@@ -12,7 +12,7 @@ from postproc.effects.registry import effect_library
 from postproc.identify.add import add_effects
 from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
-from postproc.identify.record import fit_json, unphysical
+from postproc.identify.record import cautions, fit_json
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
@@ -189,7 +189,7 @@ def test_a_compliance_that_stops_at_its_lower_bound_is_named():
 
     fit = base_fit(cell(lifted, seed=963)[0])
     assert ("joint_compliance", 1) in fit.at_bound
-    assert [d.code for d in unphysical(fit)] == ["DAT026"]
+    assert [d.code for d in cautions(fit)] == ["DAT026"]
 
 
 def test_an_effect_that_does_not_help_is_said_so():
