@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from postproc.compensate.sharing import Users, fully_wished, led_elsewhere
+from postproc.compensate.sharing import Users, fully_wished, led_elsewhere, straight
 from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
 from postproc.rapid.events import MotionEvent, Origin
 from postproc.rapid.records import Pose, RobTarget
@@ -71,12 +71,14 @@ def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bo
     )
 
 
-def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users]) -> Decisions:
+def decide_changes(
+    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float = SAME_MM
+) -> Decisions:
     """Decide for every wish where it is written.
 
     Args:
         events: all executions; wishes: of those that can be compensated.
-        users: from ``target_users``.
+        users: from ``target_users``; least: see ``straight`` [mm].
     """
     places: dict[PlaceKey, list[Wish]] = {}
     arguments: dict[ArgumentKey, list[Wish]] = {}
@@ -93,7 +95,7 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
 
     editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
     while True:
-        refused, following = _refuse(events, arguments, editable, bases, complete, astray)
+        refused, following = _refuse(events, arguments, editable, bases, complete, astray, least)
         # A declaration stays as it is when a statement that uses it does, or one that is derived from it.
         kept = editable
         if refused:
@@ -116,7 +118,7 @@ def decide_changes(events: Sequence[MotionEvent], wishes: Sequence[Wish], users:
             continue
         texts = [text for w in group if (text := _text_of(w, editable)) is not None]
         if len(texts) < len(group):
-            displaced = None if _agree(group) else _displaced(events, group)
+            displaced = None if _agree(group) else _displaced(events, group, least)
             changes.append(displaced or _change(events, group[0], "argument"))
             edited[key] = "argument"
         else:
@@ -149,6 +151,7 @@ def _refuse(
     bases: Mapping[StatementKey, set[str]],
     complete: frozenset[StatementKey],
     astray: frozenset[StatementKey],
+    least: float,
 ) -> tuple[dict[StatementKey, str], dict[StatementKey, frozenset[str]]]:
     """Statements for which no text can be found, with the reason, and those that follow what they are derived from."""
     edited: set[str] = set()
@@ -165,7 +168,7 @@ def _refuse(
             continue
         lent = events[group[0].event].statement.source.lent
         replaced = key in complete and not lent and _one_base(group)
-        if replaced and not _agree(group) and _displaced(events, group) is not None:
+        if replaced and not _agree(group) and _displaced(events, group, least) is not None:
             continue
         followed = edited & bases.get(key, set())
         stays = any(w.origin.base is not None and w.origin.base.target not in moved for w in group)
@@ -177,35 +180,41 @@ def _refuse(
             following[key] = frozenset(followed)
         elif lent:
             refused[key] = LENT
-        elif not _agree(group) and (key not in complete or _displaced(events, group) is None):
+        elif not _agree(group) and (key not in complete or _displaced(events, group, least) is None):
             refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
         elif key in astray or any(events[w.event].elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
 
 
-def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Change | None:
-    """The change of an argument that leads to another target in each run, where all runs ask for the same of it.
+def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: float) -> Change | None:
+    """The change of an argument that leads to another target in each run, where one displacement serves all runs.
 
-    What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``.
+    What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``, and so
+    is one whose displacement goes with a number that the statement names.
     """
     base = group[0].origin.base if _one_base(group) else None
+    numbers = [dict(events[wish.event].numbers) for wish in group]
     shifts = []
     for wish in group:
         target = _target_of(events, wish)
-        x, y, z = np.subtract(wish.value.pose.trans, target.trans).tolist()
-        shifts.append(replace(wish.value, pose=Pose((x, y, z), wish.value.pose.rot)))
-        kept = TargetValue(Pose((x, y, z), target.rot), target.robconf, target.extax)
-        if base is None and not same_value(shifts[-1], kept):
+        shifts.append(np.subtract(wish.value.pose.trans, target.trans))
+        kept = replace(wish.value, pose=Pose(wish.value.pose.trans, target.rot), robconf=target.robconf)
+        turned = replace(wish.value, pose=Pose(wish.value.pose.trans, group[0].value.pose.rot))
+        if not same_value(wish.value, kept if base is None else turned):
             return None  # Offs does not turn
-    shift = shifts[0].pose.trans
-    if base is None:
-        alike = all(np.abs(np.subtract(other.pose.trans, shift)).max() <= SAME_MM for other in shifts[1:])
-        return replace(_change(events, group[0], "argument"), displacement=shift) if alike else None
-    if not all(same_value(shifts[0], other) for other in shifts[1:]):
+    way = straight(numbers, np.array(shifts), least)
+    off = [np.abs(np.subtract(way.at(named), shift)).max() for named, shift in zip(numbers, shifts, strict=True)]
+    if max(off) > SAME_MM:
         return None
-    x, y, z = np.add(base.target.trans, shift).tolist()
-    return Change(base.source, base.span, replace(shifts[0], pose=Pose((x, y, z), shifts[0].pose.rot)))
+    whole = _change(events, group[0], "argument")
+    if base is None:
+        return replace(whole, displacement=way)
+    x, y, z = np.add(base.target.trans, way.constant).tolist()
+    value = replace(whole.value, pose=Pose((x, y, z), whole.value.pose.rot))
+    if not way.slopes:
+        return Change(base.source, base.span, value)
+    return replace(whole, value=value, displacement=replace(way, constant=(0.0, 0.0, 0.0)), inner=base.span)
 
 
 def _target_of(events: Sequence[MotionEvent], wish: Wish) -> RobTarget:

@@ -14,7 +14,7 @@ from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.reading import Motion
 from postproc.compensate.reversals import find_reversals
-from postproc.compensate.sharing import Users, shared_middles
+from postproc.compensate.sharing import Users, shared_shifts
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Insertion, StatementKey, key_of
 from postproc.compensate.wishes import Wishes
@@ -70,19 +70,20 @@ def plan_changes(
     refused: dict[StatementKey, str] = {}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     shared: set[int] = set()  # of these: runs of one statement that differ little and get their middle
+    least = options.tolerance_m / 2
     while True:
         written = place_targets(model, samples, exact, left)
         curve, transitions = commanded_curve(model, samples, written, t)
         transitions += find_reversals(model, samples, curve, t, options.tolerance_m)
         divisible = [i not in indivisible and (i not in left or i in shared) for i in range(len(moves))]
         pieces = divide_moves(samples, curve, options.tolerance_m, divisible, settled)
-        values = Wishes(model.robot, motion, events, written, curve)
+        values = Wishes(model.robot, motion, events, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
-        decisions = decide_changes(events, wishes, users)
+        decisions = decide_changes(events, wishes, users, 1e3 * least)
         insertions, clashing = values.insertions(pieces, zone_name, options.tolerance_m)
         now_left = _left_targets(motion, events, exact, wishes, decisions)
         parted = shared & now_left.keys()  # even their middle is another value for each of them
-        middles = {i: shift for i, shift in _middles(motion, events, exact, decisions).items() if i not in shared}
+        middles = {i: s for i, s in _middles(motion, events, exact, decisions, least).items() if i not in shared}
         alike = {key_of(events[moves[i].event].statement) for i in middles}
         refused |= {key: why for key, why in decisions.refused.items() if key not in alike}
         if now_left.keys() <= left.keys() and not clashing and not parted:
@@ -104,7 +105,9 @@ def plan_changes(
     )
 
 
-def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisions: Decisions) -> dict[int, Array]:
+def _middles(
+    motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisions: Decisions, least: float
+) -> dict[int, Array]:
     """The shift (6,) that all runs of a statement can share, by move, where they differ: of statements that are refused
     for that, or would follow what one ``Offs`` displaces.
 
@@ -128,7 +131,8 @@ def _middles(motion: Motion, events: Sequence[MotionEvent], exact: Exact, decisi
         [_one_text(events, motion, rows) for rows in runs.values()], [len(rows) for rows in runs.values()]
     )
     shifts[~turned, 3:] = 0.0  # other targets can be displaced, not turned
-    middles = shared_middles([len(rows) for rows in runs.values()], shifts)
+    numbers = [dict(events[motion.moves[i].event].numbers) for i in chosen]
+    middles = shared_shifts([len(rows) for rows in runs.values()], shifts, numbers, least)
     return {chosen[k]: (turn[k] @ shift.reshape(2, 3, 1)).ravel() for k, shift in middles.items()}
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.values import StatementKey, key_of
+from postproc.compensate.values import Displacement, StatementKey, key_of
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.execution import MAX_CALLS
 from postproc.rapid.program import Program
@@ -77,23 +77,53 @@ def led_elsewhere(events: Sequence[MotionEvent], wished: Sequence[int]) -> froze
     )
 
 
-def shared_middles(counts: Sequence[int], shifts: Array) -> dict[int, Array]:
-    """The correction (6,) in the middle of what the runs of a statement ask for, by row, where one can serve them all.
+def straight(numbers: Sequence[Mapping[str, float]], shifts: Array, least: float) -> Displacement:
+    """The displacement that comes nearest to what n runs ask for: straight in numbers that they name.
 
-    That is where the middle takes more than half of the smallest correction off (runs that arrive at another speed or
-    from another side, layers of a weld, displaced work): left alone, each would keep all of it.
+    Least squares, and the constant in the middle of what is left.
+
+    Args:
+        numbers: named in each run; shifts: (n, 3) what the runs ask for.
+        least: numbers that change the shift by less than this from run to run are left out; unit of the shifts.
+    """
+    names = sorted(set(numbers[0]).intersection(*numbers[1:]))
+    while True:
+        values = np.array([[run[name] for name in names] for run in numbers]).reshape(len(numbers), len(names))
+        center, size = values.mean(axis=0), np.ptp(values, axis=0)
+        scaled = (values - center) / np.where(size > 0, size, 1.0)
+        slopes = np.linalg.lstsq(np.column_stack([np.ones(len(values)), scaled]), shifts, rcond=None)[0][1:]
+        telling = np.abs(slopes).max(axis=1, initial=0.0) > least
+        if telling.all():
+            break
+        names = [name for name, tells in zip(names, telling, strict=True) if tells]
+    slopes = slopes / size[:, None]
+    rest = shifts - values @ slopes
+    x, y, z = ((rest.min(axis=0) + rest.max(axis=0)) / 2).tolist()
+    return Displacement((x, y, z), tuple((n, (a, b, c)) for n, (a, b, c) in zip(names, slopes.tolist(), strict=True)))
+
+
+def shared_shifts(
+    counts: Sequence[int], shifts: Array, numbers: Sequence[Mapping[str, float]], least: float
+) -> dict[int, Array]:
+    """The correction (6,) that runs of a statement can share, by row, where one can serve them all.
+
+    That is where it takes more than half of the smallest correction off (runs that arrive at another speed or from
+    another side, layers of a weld, displaced work): left alone, each would keep all of it.
 
     Args:
         counts: runs of each statement; shifts: (n, 6) what they ask for, one statement after the other, in the axes in
             which they share it.
+        numbers: by which each run may be displaced otherwise; least: see ``straight``.
     """
     found: dict[int, Array] = {}
     end = 0
     for count in counts:
         begin, end = end, end + count
         shift = shifts[begin:end]
-        middle = (shift.min(axis=0) + shift.max(axis=0)) / 2
-        stays = np.linalg.norm((shift - middle)[:, :3], axis=1).max()
+        shared = np.tile((shift.min(axis=0) + shift.max(axis=0)) / 2, (count, 1))
+        way = straight(numbers[begin:end], shift[:, :3], least)
+        shared[:, :3] = [way.at(run) for run in numbers[begin:end]]
+        stays = np.linalg.norm((shift - shared)[:, :3], axis=1).max()
         if stays < np.linalg.norm(shift[:, :3], axis=1).min() / 2:
-            found |= dict.fromkeys(range(begin, end), middle)
+            found |= dict(zip(range(begin, end), shared, strict=True))
     return found

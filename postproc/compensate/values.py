@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
@@ -35,6 +36,21 @@ class TargetValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Displacement:
+    """A displacement that goes straight with numbers: the constant and, by name of the number, what each unit adds."""
+
+    constant: Vec3
+    slopes: tuple[tuple[str, Vec3], ...] = ()
+
+    def at(self, numbers: Mapping[str, float]) -> Vec3:
+        """What it is where the numbers have these values."""
+        x, y, z = self.constant
+        for name, (dx, dy, dz) in self.slopes:
+            x, y, z = x + numbers[name] * dx, y + numbers[name] * dy, z + numbers[name] * dz
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
 class Change:
     """One target to rewrite.
 
@@ -43,13 +59,15 @@ class Change:
         value: the corrected target.
         spans: literal numbers that are replaced in place; None replaces the whole text.
         displacement: of whatever target the text leads to [mm], object frame; None writes an aggregate.
+        inner: part of a displaced text that leads to one target in all runs and is replaced by ``value``.
     """
 
     source: Source
     span: Span
     value: TargetValue
     spans: TargetSpans | None = None
-    displacement: Vec3 | None = None
+    displacement: Displacement | None = None
+    inner: Span | None = None
 
 
 @dataclass(frozen=True, slots=True)

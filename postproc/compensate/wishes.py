@@ -13,6 +13,7 @@ from postproc.compensate.decisions import SAME_MM, Wish, same_value
 from postproc.compensate.insertions import insertion_of
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.reading import Motion
+from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
 from postproc.motion.moves import any_configuration
@@ -32,9 +33,10 @@ class Wishes:
     """Corrected targets of one round, as the program writes them."""
 
     def __init__(
-        self, robot: Robot, motion: Motion, events: Sequence[MotionEvent], written: Exact, curve: Array
+        self, robot: Robot, motion: Motion, events: Sequence[MotionEvent], written: Exact, curve: Array, least: float
     ) -> None:
         self.robot, self.motion, self.events, self.written, self.curve = robot, motion, events, written, curve
+        self.least = 1e3 * least  # [mm] see ``straight``
         nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, written.q_goal)
         self.crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
@@ -59,9 +61,8 @@ class Wishes:
             if role == "via" and i in shared:
                 vias.setdefault(key_of(self.events[self.motion.moves[i].event].statement), []).append(row)
         for rows in vias.values():
-            taught = [self.events[self.motion.moves[asked[row][0]].event].via for row in rows]
-            points = [via for via in taught if via is not None]
-            for row, value in zip(rows, _alike([values[row] for row in rows], points), strict=True):
+            runs = [self.events[self.motion.moves[asked[row][0]].event] for row in rows]
+            for row, value in zip(rows, _alike([values[row] for row in rows], runs, self.least), strict=True):
                 values[row] = value
         found = []
         for (i, role, _, _), value in zip(asked, values, strict=True):
@@ -167,15 +168,17 @@ def middle_value(values: Sequence[TargetValue]) -> TargetValue:
     return replace(values[0], pose=Pose((x, y, z), (q1, q2, q3, q4)))
 
 
-def _alike(values: Sequence[TargetValue], taught: Sequence[RobTarget]) -> list[TargetValue]:
+def _alike(values: Sequence[TargetValue], runs: Sequence[MotionEvent], least: float) -> list[TargetValue]:
     """One value for one circle point; other points, another one in each run, are displaced alike and not turned."""
+    taught = [event.via for event in runs if event.via is not None]
     if all(via == taught[0] for via in taught):
         return [middle_value(values)] * len(values)
     shifts = np.array([np.subtract(v.pose.trans, via.trans) for v, via in zip(values, taught, strict=True)])
-    middle = (shifts.min(axis=0) + shifts.max(axis=0)) / 2
+    numbers = [dict(event.numbers) for event in runs]
+    way = straight(numbers, shifts, least)
     found = []
-    for value, via in zip(values, taught, strict=True):
-        x, y, z = np.add(via.trans, middle).tolist()
+    for value, via, named in zip(values, taught, numbers, strict=True):
+        x, y, z = np.add(via.trans, way.at(named)).tolist()
         found.append(replace(value, pose=Pose((x, y, z), via.rot)))
     return found
 

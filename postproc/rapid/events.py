@@ -182,3 +182,4 @@ class MotionEvent:
     first: bool = False  # where the arm comes from is not known
     again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
+    numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target

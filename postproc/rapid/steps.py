@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import ExpressionError, Name, read_whole_expression
 from postproc.rapid.memory import Memory
 from postproc.rapid.missing import UNKNOWN_SPEED, Missing
 from postproc.rapid.motion import fits
@@ -127,6 +127,7 @@ class EventMaker:
             velocity_override=override,
             velocity_limit=limit,
             acceleration=100.0 if isinstance(acceleration, NotKnown) else acceleration,
+            numbers=named_numbers(statement, memory) if origin.kind == "expression" else (),
         )
 
     def settings(
@@ -252,6 +253,23 @@ class EventMaker:
         except NotKnown as error:
             self.missing.say_untimed(error, argument, statement.source, found)
             return Weld(phase, None)
+
+
+def named_numbers(statement: MotionStatement, memory: Memory) -> tuple[tuple[str, float], ...]:
+    """The variables, parameters and loop indices of type num that a statement names, with their present values."""
+    found = []
+    for word in sorted(identifiers(statement.source.data[slice(*statement.span)])):
+        bound = memory.frame.bindings.get(word)
+        declaration = memory.find(word) if bound is None else None
+        if bound is None and (declaration is None or declaration.storage == "CONST" or declaration.type != "num"):
+            continue
+        try:
+            value = memory.lookup(Name((0, 0), word))
+        except NotKnown:
+            continue
+        if value.type == "num" and isinstance(value.data, float):
+            found.append((word, value.data))
+    return tuple(found)
 
 
 def _speed(name: str, data: Data) -> SpeedData:

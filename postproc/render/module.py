@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.values import Change, Insertion, TargetValue
+from postproc.compensate.values import Change, Displacement, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
-from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like
+from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
 # What a plain move keeps of the statement it is derived from (no triggers, signals, seam data, stop-point data).
 _PLAIN_ROLES = frozenset({"to", "via", "speed", "zone", "tool", "\\v", "\\t", "\\wobj", "\\corr", "\\tload"})
 _DROPPED_ROLES = frozenset({"\\inpos", "\\z", "\\on", "\\off"})  # belong to the original's stop point or zone
 
+SLOPE_DECIMALS = 7  # of what a displacement adds by unit of a number that may go into the thousands
 _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a target's numbers
 
 
@@ -33,9 +35,25 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
             continue
         text = fill(target, {"target": change.value})
         if change.displacement is not None:
-            written = change.source.data[slice(*change.span)].decode("latin-1")
-            text = fill(displaced, {"text": written, "displacement": change.displacement})
+            begin, end = change.inner or (change.span[0], change.span[0])
+            before, after = change.source.data[change.span[0] : begin], change.source.data[end : change.span[1]]
+            written = before.decode("latin-1") + (text if change.inner else "") + after.decode("latin-1")
+            text = fill(displaced, {"text": written, "displacement": _sums(change.displacement, written)})
         yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
+
+
+def _sums(displacement: Displacement, text: str) -> list[str]:
+    """The displacement along x, y, z as RAPID writes it, with names as they are spelled in the text."""
+    found = []
+    for axis in range(3):
+        parts = [rapid_number(displacement.constant[axis], MM_DECIMALS)]
+        for name, slope in displacement.slopes:
+            spelled = re.search(rf"\b{re.escape(name)}\b", text, re.IGNORECASE)
+            number = rapid_number(slope[axis], SLOPE_DECIMALS)
+            parts += [f"{number}*{spelled[0] if spelled else name}"] if number != "0" else []
+        told = [part for part in parts if part != "0"] or ["0"]
+        found.append("+".join(told).replace("+-", "-"))
+    return found
 
 
 def _number_edit(change: Change) -> Edit | None:

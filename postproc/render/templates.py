@@ -14,8 +14,8 @@ from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, rapid_numb
 from postproc.resources import resource
 
 
-def mm(values: Sequence[float]) -> list[str]:
-    return [rapid_number(v, MM_DECIMALS) for v in values]
+def mm(values: Sequence[float | str]) -> list[str]:
+    return [v if isinstance(v, str) else rapid_number(v, MM_DECIMALS) for v in values]
 
 
 def quaternion(values: Sequence[float]) -> list[str]:

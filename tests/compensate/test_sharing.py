@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
+import numpy as np
 import pytest
 
 from postproc.compensate.outcomes import SHARED
+from postproc.compensate.sharing import straight
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)
@@ -117,3 +121,36 @@ def test_what_is_derived_follows_in_all_of_its_runs_or_in_none() -> None:
     assert found.report["max_error_after_mm"] < 0.06
     assert "MoveL Offs(Offs(q,0,-20,30)," in written(found)
     assert independent(text, found).after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("body", "expected", "most"),
+    [
+        ("FOR nStep FROM 0 TO 8 DO\nMoveL Offs(a,0,nStep*25,0),v50,z1,tT;\nENDFOR", r"\*nStep", 0.01),
+        ("FOR i FROM 0 TO 3 DO\nFOR j FROM 0 TO 2 DO\nMoveL RelTool(a,i*30,j*40,-i),v50,fine,tT;\nENDFOR\nENDFOR", r"\*i[-+].*\*j", 0.02),
+        ("n:=0;\nWHILE n<120 DO\nMoveL Offs(a,0,n,0),v50,fine,tT;\nn:=n+40;\nENDWHILE", r"\*n", 0.01),
+        ("n:=3;\nFOR i FROM 1 TO 2 DO\nMoveL Offs(a,0,n*i,0),v50,fine,tT;\nENDFOR", r"^MoveL Offs\(\[\[", 0.01),
+    ],
+)  # fmt: skip
+def test_displacements_go_straight_with_the_numbers_that_a_statement_names(
+    body: str, expected: str, most: float
+) -> None:
+    """Over 200 mm the correction changes by tenths of a millimetre: its middle alone would not do."""
+    text = module(f"VAR num n;\nCONST robtarget a:={A};\nCONST robtarget b:={B};", f"MoveJ b,v300,fine,tT;\n{body}")
+    found = convert(text)
+    (line,) = [line for line in lines_of(written(found)) if re.match(r"MoveL (Offs|RelTool)", line)]
+    assert re.search(expected, line), line
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < most
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+def test_a_straight_displacement_is_the_plane_through_what_the_runs_ask_for() -> None:
+    numbers = [{"i": i, "j": j, "same": 7.0, "idle": i * j} for i in (1.0, 2.0, 4.0) for j in (0.0, 10.0)]
+    asked = np.array([(0.1 + 0.5 * n["i"], -0.02 * n["j"], 3.0 + 0.001 * n["i"]) for n in numbers])
+    way = straight(numbers, asked, 0.01)
+    assert [name for name, _ in way.slopes] == ["i", "j"]
+    assert [way.at(n) for n in numbers] == [pytest.approx(row, abs=1e-9) for row in asked]
+    assert straight(numbers[:2], asked[:2], 1.0).slopes == ()
+    assert straight(numbers[:2], asked[:2], 1.0).constant == pytest.approx(asked[:2].mean(axis=0))
