@@ -15,6 +15,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 Keys = tuple[str | int, ...]
 Schema = TypeVar("Schema", bound=BaseModel)
 
+WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
 _PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
@@ -45,11 +46,18 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
         return tomllib.loads(source.data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise PostprocError(
-            Diagnostic(code, "error", "the file is not UTF-8 text", source, (error.start, error.start + 1))
+            Diagnostic(
+                code,
+                "error",
+                "the file is not UTF-8 text",
+                source,
+                (error.start, error.start + 1),
+                help="save it as UTF-8",
+            )
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise PostprocError(
-            Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)))
+            Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)), help=WRITTEN)
         ) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"

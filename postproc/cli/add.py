@@ -7,7 +7,7 @@ from pathlib import Path
 from postproc.cli.inputs import load_model, own_effects
 from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
-from postproc.cli.report import print_json, say, say_next
+from postproc.cli.report import print_json, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
@@ -36,13 +36,17 @@ def run(
     from postproc.identify.add import add_effects
     from postproc.report.addition import addition_page
 
-    if not effect:
+    keys = [key for word in effect for key in word.split(",") if key]
+    if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
     check_outputs((model, data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = add_effects(arm, measured, effect, own_effects(effects), noise=table.sigma)
+    show(
+        Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
+    )
+    found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
         write(report, addition_page(f"{model.name} {Path(data).name}", found).encode())

@@ -40,7 +40,8 @@ def _named(finding: Diagnostic) -> Diagnostic:
     if finding.source is None or finding.span is None:
         return finding
     name = re.escape(finding.source.data[slice(*finding.span)].strip())
-    declares = re.compile(rb"(?i)\b(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
+    # LOCAL data serves its own module alone.
+    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
     for path in _nearby(Path(finding.source.path)):
         try:
             found = declares.search(path.read_bytes())

@@ -42,7 +42,7 @@ def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:
     if len(values) > most:
         return [f"{len(values)} numbers, in the model file"]
     width = max((len(name) for name, *_ in values), default=0)
-    return [f"{name:{width}s} {_with_sigma(value, sigma)} {unit}".rstrip() for name, value, sigma, unit in values]
+    return [f"{name:{width}s} {with_sigma(value, sigma)} {unit}".rstrip() for name, value, sigma, unit in values]
 
 
 def place(label: str) -> str:
@@ -112,7 +112,8 @@ def _readable(unit: str) -> tuple[float, str]:
     return 1.0, "" if unit == "1" else unit
 
 
-def _with_sigma(value: float, sigma: float) -> str:
+def with_sigma(value: float, sigma: float) -> str:
+    """``0.109 ± 0.001``: the value has the digits that its standard deviation leaves it."""
     if not sigma > 0 or not 1e-3 <= max(abs(value), sigma) < 1e6:
         return f"{value:.3g} ± {sigma:.2g}"
     digits = max(0, 1 - int(np.floor(np.log10(sigma))))

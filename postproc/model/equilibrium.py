@@ -81,7 +81,7 @@ def unsettled(index: int) -> PostprocError:
             "MOD010",
             "error",
             f"the deflection of pose {index} does not settle",
-            help="a compliance is too large for the loads: check its unit (rad/(N m)) and the payload",
+            help="a compliance is too large for the loads: check its unit (rad/(N m)), payload [kg] and force [N]",
         ),
         exit_code=1,
     )

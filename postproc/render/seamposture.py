@@ -17,7 +17,7 @@ def seam_configuration(robot: Robot, T_base_flange: Array) -> NDArray[np.int64] 
     """Confdata (n, 4) of poses (n, 4, 4) passed one after the other, None where no configuration holds them all.
 
     Raises:
-        PostprocError: KIN005, the arm has no spherical wrist.
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     best, most = None, 0.0
     for start in inverse(robot, T_base_flange[:1])[0]:

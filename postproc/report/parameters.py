@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from postproc.identify.fitted import Fit
-from postproc.identify.wording import FEW, fitted_values
+from postproc.identify.wording import FEW, fitted_values, with_sigma
 from postproc.report.page import table
 
 
@@ -15,7 +15,7 @@ def parameter_table(fit: Fit, keys: Iterable[str]) -> str:
     for key in keys:
         values = list(fitted_values(fit, key))
         if len(values) > 4 * FEW:
-            rows.append((key, f"{len(values)} numbers, in the model file", None, None, ""))
+            rows.append((key, f"{len(values)} numbers, in the model file", "", ""))
         else:
-            rows += [(key, *value) for value in values]
-    return table(("effect", "parameter", "value", "± 1 σ", "unit"), rows)
+            rows += [(key, name, with_sigma(value, sigma), unit) for name, value, sigma, unit in values]
+    return table(("effect", "parameter", "value ± 1 σ", "unit"), rows)

@@ -32,7 +32,7 @@ def inverse(robot: Robot, T_base_flange: Array) -> Array:
     Rotations are normalised. Slots are those of py-opw-kinematics; `branch` gives the cfx of each.
 
     Raises:
-        PostprocError: KIN005, the arm has no spherical wrist.
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     from py_opw_kinematics import RigidTransform
 

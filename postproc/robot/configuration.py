@@ -19,15 +19,16 @@ def closed_form(robot: Robot) -> Opw:
     """The closed-form parameters of an arm.
 
     Raises:
-        PostprocError: KIN005, the arm has no spherical wrist.
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     if robot.opw is None:
         raise PostprocError(
             Diagnostic(
                 "KIN005",
                 "error",
-                f"robot `{robot.name}` has no spherical wrist: confdata and closed-form inverse do not apply to it",
-                help="give joint angles instead of poses, or choose an arm with a spherical wrist",
+                f"robot `{robot.name}` does not stand as ABB arms do at zero (axes z, y, y, x, y, x, the last three "
+                "through one point): confdata and the closed-form inverse do not apply to it",
+                help="give joint angles instead of poses; fitting and prediction work for any serial arm",
             )
         )
     return robot.opw
@@ -49,7 +50,7 @@ def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
     cf is the quarter turn k with q in [90 k, 90 (k + 1)) degrees; cfx is given by `branch`.
 
     Raises:
-        PostprocError: KIN005, the arm has no spherical wrist.
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     opw = closed_form(robot)
     turns = np.floor((np.asarray(q)[..., TURNING] + ON_BOUNDARY) / QUARTER).astype(np.int64)

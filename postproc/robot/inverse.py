@@ -60,7 +60,7 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
         T_base_flange: (n, 4, 4). conf: (n, 4) [cf1, cf4, cf6, cfx].
 
     Raises:
-        PostprocError: KIN005, the arm has no spherical wrist.
+        PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)

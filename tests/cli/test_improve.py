@@ -235,3 +235,14 @@ def test_what_has_no_name_becomes_an_effect_of_the_users_own(call: Call, samples
     assert (added.code, added.err) == (0, "")
     document = json.loads(added.out)
     assert document["held_out_rms_mm"] < 1.2 * document["noise_mm"] < 0.6 * document["before"]["held_out_rms_mm"]
+
+
+def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cell: Path, tmp_path: Path) -> None:
+    base, again = tmp_path / "base.toml", tmp_path / "again.toml"
+    call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", base)
+    outcome = call("add", base, "backlash,servo_lag", "--data", cell / "fit.csv", "-o", again)
+    assert (outcome.code, "DAT021" in outcome.err) == (2, True)  # both were read: there is no speed in the table
+    outcome = call("add", base, "backlash", "--data", cell / "fit.csv", "-o", again)
+    assert outcome.err.splitlines()[0] == "info[DAT029]: `backlash` is in the model: it is fitted again"
+    assert outcome.out.startswith("Adding `backlash` does not help")
+    assert "next:" not in outcome.err

@@ -166,8 +166,10 @@ def test_the_help_names_the_file_that_declares_what_is_missing(call: Call, tmp_p
     path, system = tmp_path / "PROGMOD" / "a.mod", tmp_path / "SYSMOD" / "user.sys"
     path.write_text("".join([rest[0], *rest[2:]]))
     system.write_text(f"MODULE user\n{tool}ENDMODULE\n")
+    (path.parent / "b.mod").write_text(f"MODULE b\nLOCAL {tool}ENDMODULE\n")  # serves its own module alone
     missing = call("inspect", path)
     assert missing.code == 1
+    assert "b.mod" not in missing.err
     assert f"`{system}` declares it: add `--with {system}`" in missing.err
     assert call("inspect", path, "--with", system).code == 0
     assert call("compensate", path, "--with", system, "-o", tmp_path / "out.mod").code == 0

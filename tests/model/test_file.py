@@ -59,6 +59,7 @@ def problems(old: str, new: str) -> list[tuple[str, str]]:
         ("half_gap_rad", "half_gap", ("EFF021", "cell.toml:10:1")),
         ("[0, 1e-4, 9e-5, 0, 0, 0]", "[0, 1e-4]", ("EFF022", "cell.toml:10:1")),
         ("[0, 1e-4, 9e-5, 0, 0, 0]", "[0, 1e-4", ("MOD001", "cell.toml:11:1")),
+        ("[0, 1e-4, 9e-5, 0, 0, 0]", "[0 1e-4]", ("MOD001", "cell.toml:10:19")),
     ],
 )
 def test_mistakes_are_found_at_their_place(old: str, new: str, expected: tuple[str, str]) -> None:
