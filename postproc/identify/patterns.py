@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
@@ -17,8 +18,41 @@ from postproc.identify.channels import varies
 from postproc.identify.cycles import EIGHTHS, GEAR, LOW, TEETH, sways, waves
 from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, sharper, unit
 
+PLACES = 17
+"""Joints, base, instrument, tool, and four bodies that turn or shift."""
+Single = NDArray[np.float32]
 SIDES = ((0, 1), (1, -1), (1, -2))
 """What a gate makes of a pattern, a + b g: it acts only there, only elsewhere, and there the other way round."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Patterns that are tried together."""
+
+    some: list[Pattern]
+    kinds: Mapping[str, int]
+
+    @cached_property
+    def values(self) -> Single:
+        """(n, P), in single precision: screening many takes half the time."""
+        return np.array([p.values for p in self.some], dtype=np.float32).T
+
+    @cached_property
+    def odds(self) -> Array:
+        """(P,) how many patterns at places stand beside each."""
+        return np.array([odds(p, self.kinds) for p in self.some], dtype=float)
+
+
+def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
+    """How many patterns at places stand beside one.
+
+    Every kind is as likely, in it every one of its kind, and of those every place where it makes sense.
+
+    Args:
+        kinds: how many patterns there are of each kind.
+    """
+    rooms = {None: PLACES, "joint": 6}.get(pattern.where, 1)
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * rooms
 
 
 @dataclass(frozen=True)
@@ -31,18 +65,24 @@ class Patterns:
 
     every: Sequence[Pattern]
     gates: Sequence[Pattern] = ()
+    known: dict[str, Group] = field(default_factory=dict)
 
     @cached_property
-    def anywhere(self) -> list[Pattern]:
-        return [p for p in self.every if p.where is None]
+    def kinds(self) -> Mapping[str, int]:
+        """How many patterns there are of each kind."""
+        return Counter(p.kind for p in self.every)
 
     @cached_property
-    def values(self) -> Array:
-        """(n, P) of those that make sense anywhere."""
-        return np.array([p.values for p in self.anywhere]).T
+    def anywhere(self) -> Group:
+        """Patterns that make sense at every place."""
+        return Group([p for p in self.every if p.where is None], self.kinds)
 
-    def only(self, where: str) -> list[Pattern]:
-        return [p for p in self.every if p.where == where]
+    def only(self, where: str) -> Group:
+        """Patterns that make sense at a place alone, or at every joint."""
+        if where not in self.known:
+            some = [p for p in self.every if p.where in (where, where.rstrip(" 123456"))]
+            self.known[where] = Group(some, self.kinds)
+        return self.known[where]
 
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
@@ -50,23 +90,9 @@ class Patterns:
         return [(g, side, g.values * b + a) for g in self.gates for side, (a, b) in enumerate(SIDES[: len(g.gate)])]
 
     @cached_property
-    def switched(self) -> Array:
+    def switched(self) -> Single:
         """(n, G) values of the switches."""
-        return np.array([values for _, _, values in self.switches]).T
-
-    def odds(self, some: Sequence[Pattern]) -> Array:
-        """(P,) how many patterns stand beside each: every kind is as likely, and in it every one of its kind."""
-        if some is self.anywhere:
-            return self._anywhere
-        return np.array([len(self._kinds) * self._kinds.get(p.kind, 1) * p.tries for p in some])
-
-    @cached_property
-    def _anywhere(self) -> Array:
-        return self.odds(list(self.anywhere))
-
-    @cached_property
-    def _kinds(self) -> Counter[str]:
-        return Counter(p.kind for p in self.every)
+        return np.array([values for _, _, values in self.switches], dtype=np.float32).T
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Patterns:
@@ -87,7 +113,9 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
             found += _of_two(first, channels[first], second, channels[second])
     angles = [name for name in names if name[0] == "q" and name[1:].isdigit()]
     for name in angles:
-        found += waves(name, channels[name], range(1, TEETH + 1))
+        found += waves(name, channels[name], range(1, GEAR + 1))
+        # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
+        found += (replace(p, where="joint") for p in waves(name, channels[name], range(GEAR + 1, TEETH + 1)))
     for a, b in pairwise(angles):
         found += _of_sum((a, b), f"{a} + {b}", channels[a] + channels[b])
         found += _of_sum((a, b), f"{a} - {b}", channels[a] - channels[b])
@@ -101,14 +129,14 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     return Patterns([*single, *found], [p for p in single if p.gate])
 
 
-def grown(pattern: Pattern, every: Patterns) -> tuple[Array, list[tuple[Pattern, Pattern, int]]]:
+def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, Pattern, int]]]:
     """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; and what they are."""
     some: list[tuple[Pattern, Pattern, int]] = []
-    values = [np.zeros((len(pattern.values), 0))]
+    values = []
     for factor, channel in pattern.factors or ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
         use = [k for k, (gate, _, _) in enumerate(every.switches) if gate.channels[0] in names]
-        values.append(every.switched[:, use] * factor.values[:, None])
+        values.append(every.switched[:, use] * np.asarray(factor.values, dtype=np.float32)[:, None])
         some += [(factor, *every.switches[k][:2]) for k in use]
     return np.hstack(values), some
 

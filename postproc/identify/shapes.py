@@ -204,10 +204,10 @@ def _window(name: str, values: Array, low: Edge, high: Edge, exact: bool = False
         return [replace(_window(name, values, a, b, True), finer=None) for a in lows for b in highs if a < b]
 
     def finer() -> list[Pattern]:
-        some = edges(values, 48)
+        some = edges(values, 36)
         windows = [_window(name, values, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]]
-        widths = [float(np.ptp(values)) * share for share in np.geomspace(0.01, 0.2, 10)]
-        return windows + [_bump(name, values, e, w) for e in knots(values, 100) for w in widths]
+        widths = [float(np.ptp(values)) * share for share in np.geomspace(0.01, 0.2, 7)]
+        return windows + [_bump(name, values, e, w) for e in knots(values, 60) for w in widths]
 
     inside = ((values >= low[1]) & (values <= high[0])).astype(float)
     sides = only("between {} and {}")
@@ -216,9 +216,9 @@ def _window(name: str, values: Array, low: Edge, high: Edge, exact: bool = False
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
-    """The places next to an edge, as far as the neighbouring one of 48 and ten at most."""
+    """The places next to an edge, as far as the neighbouring one of 36 and ten at most."""
     at = int(np.searchsorted([e[0] for e in places], edge[0]))
-    reach = min(max(2, len(places) // 24), 10)
+    reach = min(max(2, len(places) // 18), 10)
     return places[max(0, at - reach) : at + reach]
 
 

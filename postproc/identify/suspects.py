@@ -74,18 +74,15 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns, top: int = 
 
     With the fitted parameters projected out.
     """
-    somewhere = places(problem)
-    tried = Tried(problem, linear, every, len(somewhere))
-    for where, moves in somewhere.items():
+    tried = Tried(problem, linear, every)
+    for where, moves in places(problem).items():
         tried.moves[where] = moves
-        tried.screen(where, every.anywhere, top, every.values)
-        tried.screen(where, every.only(where), top)
+        tried.screen(where, top)
     smooth = list(fields(problem))
     for where, names, text, moves in smooth:
         tried.moves[where] = moves
         # One of so many, and all together are one kind of patterns.
-        one = Pattern(names, text, np.ones(len(problem.error)), "field", tries=len(smooth) / len(somewhere))
-        tried.screen(where, [one], top)
+        tried.add(where, Pattern(names, text, np.ones(len(problem.error)), "field", where=where, tries=len(smooth)))
     tried.sharpen()
     above = max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
     result: list[Suspect] = []

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.linear import Linear
-from postproc.identify.patterns import Patterns, grown, switched
+from postproc.identify.patterns import Patterns, Single, grown, odds, switched
 from postproc.identify.problem import Problem
 from postproc.identify.shapes import CLOSER, Pattern, sharper
 
@@ -44,26 +44,26 @@ class Tried:
     problem: Problem
     linear: Linear
     every: Patterns
-    places: int
     found: list[Found] = field(default_factory=list)
     moves: dict[str, Array] = field(default_factory=dict)
     prepared: dict[str, Seen] = field(default_factory=dict)
 
-    def screen(self, where: str, some: Sequence[Pattern], top: int, values: Array | None = None) -> list[Found]:
-        """The best of some patterns at a place, each with the price of all that were tried.
+    def screen(self, where: str, top: int) -> None:
+        """The best patterns at a place, each with the price of all that were tried."""
+        for group in (self.every.anywhere, self.every.only(where)):
+            if group.some:
+                self._best(where, group.values, group.odds, group.some.__getitem__, top)
 
-        Args:
-            values: (n, P) of these patterns, where many places share them.
-        """
-        if not some:
-            return []
-        values = _values(some) if values is None else values
-        return self._best(where, values, self.every.odds(some), some.__getitem__, top)
+    def add(self, where: str, pattern: Pattern) -> None:
+        """A single pattern at a place of its own."""
+        self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
 
-    def _best(self, where: str, values: Array, odds: Array, made: Made, top: int, told: bool = False) -> list[Found]:
+    def _best(
+        self, where: str, values: Single, price: Array | float, made: Made, top: int, told: bool = False
+    ) -> list[Found]:
         moves, seen = self.moves[where], self._seen(where)
         linear, falls, count = seen.linear, seen.falls(values), moves.shape[2]
-        tried = np.broadcast_to(odds, falls.shape) * self.places * (RARER if where.startswith("body") else 1)
+        tried = np.broadcast_to(price, falls.shape) * (RARER if where.startswith("body") else 1)
         worth = _worth(linear.square, falls, count, linear.freedom, tried)
         best = []
         for k in np.argsort(-worth)[:top]:
@@ -101,7 +101,8 @@ class Tried:
                 done.add(kind)
                 best = self._closest(one)
                 known = len(self.found)
-                more = [self._closest(other) for other in self._switched(best)]
+                # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
+                more = [self._closest(other) for other in self._switched(best) if other.worth > best.worth - ODDS]
                 if not any(other.worth > best.worth for other in more):
                     del self.found[known:]
         self.found.sort(key=lambda f: -f.worth)
@@ -115,24 +116,26 @@ class Tried:
             best = max(best, one, key=lambda f: f.worth)
         return best
 
-    def _rarer(self, pattern: Pattern, times: float, made: Callable[[int], Pattern]) -> tuple[Array, Made]:
+    def _rarer(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
         tries = times * pattern.tries
-        odds = times * self.every.odds([pattern])
-        return odds, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
+        price = times * odds(pattern, self.every.kinds)
+        return price, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
 
     def _switched(self, one: Found) -> list[Found]:
         """The pattern, or a factor of it, where another channel switches it on: at the price of all switches."""
+        if one.worth < -ODDS or one.pattern.kind == "field":
+            return []
         values, which = grown(one.pattern, self.every)
-        if not which or one.pattern.kind == "field":
+        if not which:
             return []
         where = one.pattern.where
         rarer = self._rarer(one.pattern, len(which), lambda k: replace(switched(*which[k]), where=where))
         return self._best(one.where, values, *rarer, 1)
 
 
-def _values(some: Sequence[Pattern]) -> Array:
-    return np.array([p.values for p in some]).T
+def _values(some: Sequence[Pattern]) -> Single:
+    return np.array([p.values for p in some], dtype=np.float32).T
 
 
 def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
@@ -174,11 +177,13 @@ class Seen:
                 return np.asarray(x.reshape(len(self.pose), size, *x.shape[1:]).sum(axis=1))
             return np.add.reduceat(x, starts, axis=0)
 
-        self.nuisance = [by_pose(linear.nuisance * place[:, i, None]).T for i in range(self.count)]
-        self.square = by_pose(place[:, :, None] * place[:, None, :]).reshape(len(self.pose), -1)
-        self.rest = by_pose(linear.rest[:, None] * place)
+        whole = np.hstack([by_pose(linear.nuisance * place[:, i, None]) for i in range(self.count)])
+        square = by_pose(place[:, :, None] * place[:, None, :]).reshape(len(self.pose), -1)
+        self.nuisance: Single = whole.T.astype(np.float32)
+        self.square: Single = square.T.astype(np.float32)
+        self.rest: Single = by_pose(linear.rest[:, None] * place).T.astype(np.float32)
 
-    def falls(self, values: Array) -> Array:
+    def falls(self, values: Single) -> Array:
         """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values."""
         P, m = values.shape[1], self.count
         fall = np.zeros(P)
@@ -186,13 +191,13 @@ class Seen:
         for at in range(0, P, chunk):
             b = values[:, at : at + chunk]
             b = b if len(self.pose) == len(values) else b[self.pose]
-            inside = np.stack([(V @ b).T for V in self.nuisance], axis=1)
-            raw = ((b * b).T @ self.square).reshape(-1, m, m)
-            gram = raw - inside @ np.swapaxes(inside, 1, 2)
-            along = (self.rest.T @ b).T
-            scale = np.einsum("cii->c", raw)
+            inside = (self.nuisance @ b).T.reshape(b.shape[1], m, -1)
+            gram = (self.square @ (b * b)).T.reshape(-1, m, m).astype(float)
+            along = (self.rest @ b).T.astype(float)
+            scale = np.einsum("cii->c", gram).copy()
+            gram -= inside @ np.swapaxes(inside, 1, 2)
             alive = np.einsum("cii->c", gram) > 1e-5 * scale
-            ridge = 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
-            solved = np.linalg.solve(gram + ridge, along[:, :, None])[:, :, 0]
+            gram += 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
+            solved = np.linalg.solve(gram, along[:, :, None])[:, :, 0]
             fall[at : at + chunk] = np.where(alive, np.einsum("ci,ci->c", along, solved), 0.0)
         return fall
