@@ -25,6 +25,10 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "y": ("mm", 1e3),
     "z": ("mm", 1e3),
     "session": ("", 1.0),
+    "gravity": ("m/s^2", 1.0),
+    "acceleration": ("m/s^2", 1.0),
+    "payload's": ("N", 1.0),
+    "process": ("N", 1.0),
 }
 """Unit shown to people and the factor to it, by the channel's name without its number."""
 

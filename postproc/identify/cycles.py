@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.channels import shown
-from postproc.identify.shapes import Edge, Pattern, gap
+from postproc.identify.shapes import Edge, Pattern
 
 LOW, GEAR, TEETH = (1, 2, 3), 12, 128
 """Orders of what tilts, bends or hangs; the highest of most gears; of pole pairs, teeth and marks on one turn."""
@@ -70,12 +70,14 @@ def _shaped(wave: Pattern, name: str, values: Array, order: float) -> Pattern:
     """A wave that may turn out to be another shape of its period."""
 
     def finer() -> list[Pattern]:
-        phases = np.linspace(0.0, 1.0, 36, endpoint=False)
-        cosines = [replace(_wave(name, values, order, np.pi * p), finer=None) for p in phases]
-        teeth = [_tooth(name, values, order, p) for p in phases]
-        folds = [p for start in phases for p in _folds(name, values, order, start)]
-        pulses = [_pulse(name, values, order, p, duty) for p in phases for duty in DUTIES]
-        return [*cosines, *teeth, *folds, *pulses]
+        phases, middle = np.linspace(0.0, 1.0, 36, endpoint=False), float(np.median(values))
+        fine = [replace(_wave(name, values, order, np.pi * p), finer=None) for p in phases]
+        fine += [p for start in phases for p in _folds(name, values, middle, order, start)]
+        if order * np.ptp(values) > 4 * np.pi:
+            # What does not come twice is a step, or acts in a window.
+            fine += [_tooth(name, values, middle, order, p) for p in phases]
+            fine += [_pulse(name, values, middle, order, p, duty) for p in phases for duty in DUTIES]
+        return fine
 
     return replace(wave, finer=finer)
 
@@ -84,50 +86,50 @@ def _cycle(values: Array, order: float, start: float) -> Array:
     return np.asarray(np.mod(order * values / (2 * np.pi) - start, 1.0), dtype=np.float64)
 
 
-def _again(values: Array, order: float, share: float) -> float:
-    """The place in the middle of the values at which a share of a period is over."""
-    period, middle = 2 * np.pi / order, float(np.median(values))
-    return float((share + np.round(middle / period - share)) * period)
+def _again(middle: float, order: float, share: float) -> Edge:
+    """The place next to the middle of the values at which a share of a period is over."""
+    period = 2 * np.pi / order
+    place = (share + round(middle / period - share)) * period
+    return place, place
 
 
-def _tooth(name: str, values: Array, order: float, start: float) -> Pattern:
+def _tooth(name: str, values: Array, middle: float, order: float, start: float) -> Pattern:
     """What an encoder does that repeats on each of its marks; a jump in the wrong place costs most."""
 
     def finer() -> list[Pattern]:
         starts = start + np.linspace(-0.05, 0.05, 31)
-        return [replace(_tooth(name, values, k, s), finer=None) for k in _close(values, order) for s in starts]
+        return [replace(_tooth(name, values, middle, k, s), finer=None) for k in _close(values, order) for s in starts]
 
-    jump = _again(values, order, start)
     form = f"saw tooth {_each(name, order)}, with a jump near {{}}"
-    return Pattern((name,), form, _cycle(values, order, start) - 0.5, "wave", ((jump, jump),), name, finer=finer)
+    return Pattern(
+        (name,), form, _cycle(values, order, start) - 0.5, "wave", (_again(middle, order, start),), name, finer=finer
+    )
 
 
-def _folds(name: str, values: Array, order: float, start: float) -> Iterator[Pattern]:
+def _folds(name: str, values: Array, middle: float, order: float, start: float) -> Iterator[Pattern]:
     """Waves that only go one way: an eccentric that pushes, a bearing that gives."""
     turn = 2 * np.pi * _cycle(values, order, start)
-    top = _again(values, order, start)
     for word, value in (("folded", np.abs(np.cos(turn / 2))), ("halved", np.maximum(np.cos(turn), 0.0))):
         form = f"{word} wave {_each(name, order)}, highest near {{}}"
-        yield Pattern((name,), form, np.asarray(value), "wave", ((top, top),), name)
+        yield Pattern((name,), form, np.asarray(value), "wave", (_again(middle, order, start),), name)
 
 
-def _pulse(name: str, values: Array, order: float, start: float, duty: float) -> Pattern:
+def _pulse(name: str, values: Array, middle: float, order: float, start: float, duty: float) -> Pattern:
     """On for a share of each period."""
 
     def finer() -> list[Pattern]:
         move = np.linspace(-0.03, 0.03, 13)
         return [
-            replace(_pulse(name, values, k, start + a, duty - a + b), finer=None)
+            replace(_pulse(name, values, middle, k, start + a, duty - a + b), finer=None)
             for k in _close(values, order)
             for a in move
             for b in move
             if duty - a + b > 0.02
         ]
 
-    on = _again(values, order, start)
+    on, _ = _again(middle, order, start)
     off = on + duty * 2 * np.pi / order
-    distinct = np.unique(values)
-    at: tuple[Edge, ...] = tuple(gap(distinct, e) for e in (on, off))
+    at = (on, on), (off, off)
     form = f"pulses {_each(name, order)}, one from {{}} to {{}}"
     inside = (_cycle(values, order, start) < duty).astype(float)
     return Pattern((name,), form, inside, "wave", at, name, finer=finer)

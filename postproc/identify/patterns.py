@@ -16,7 +16,7 @@ from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.identify.channels import varies
 from postproc.identify.cycles import EIGHTHS, GEAR, LOW, TEETH, sways, waves
-from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, sharper, unit
+from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, renamed, sharper, unit
 
 PLACES = 17
 """Joints, base, instrument, tool, and four bodies that turn or shift."""
@@ -222,23 +222,25 @@ def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
             continue
         before = values[np.maximum(last - 1, 0)]
         way = values[last] - before
-        yield Pattern((name,), "side on which it stood in the row before", np.sign(way), "before")
-        yield Pattern((name,), "way from the row before", unit(way), "before")
-        yield Pattern((name,), "way from the row before, of its size", unit(np.abs(way)), "before")
-        if name == "payload":
-            for pattern in of_channel(name, before):
-                yield replace(pattern, form=f"{pattern.form} in the row before", kind="before", finer=None, gate=())
+        yield Pattern((name,), "whether it rose or fell since the row before", np.sign(way), "way")
+        yield Pattern((name,), "by how much it rose since the row before", unit(way), "way")
+        yield Pattern((name,), "by how much it rose or fell since the row before", unit(np.abs(way)), "way")
+        if name == "payload" or name[0] == "q":
+            cycles = waves(name, before, LOW) if name[0] == "q" else ()
+            for pattern in (*of_channel(name, before), *cycles):
+                yield replace(renamed(pattern, " in the row before", (name,)), kind="before", gate=())
 
 
 def _pulls(state: State, position: Array) -> Iterator[Pattern]:
-    """Gravity, and its acceleration, as the tool feels them: along its axes, and by their side."""
+    """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
     for what, names, felt in felt_by_tool(state, position):
         for axis, along in zip("xyz", felt.T, strict=True):
             if varies(along):
-                form = f"{what} along {axis} of the tool"
-                yield Pattern(names, form, unit(along), "pull", where="tool")
-                form = f"side to which {what} pulls along {axis} of the tool"
-                yield Pattern(names, form, np.sign(along), "pull", where="tool")
+                label = f"{what} along {axis} of the tool"
+                for pattern in of_channel(what, along):
+                    some = renamed(pattern, f" of {label}", names)
+                    form = label if some.kind == "line" else some.form
+                    yield replace(some, form=form, where="tool", gate=())
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array]]:

@@ -49,7 +49,7 @@ class Search:
     patterns: Patterns
     outside: list[Suspect]
     cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
-    seen: list[tuple[Linear, list[Suspect]]] = field(default_factory=list)
+    seen: dict[tuple[float, int, int], list[Suspect]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
         fresh = {k: forms for k, forms in self._made().items() if self.fit.model.effect(k) is None}
@@ -68,11 +68,10 @@ class Search:
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
-        known = next((found for one, found in self.seen if one is linear), None)
-        if known is None:
-            known = find_suspects(fit.problem, linear, self.patterns)
-            self.seen.append((linear, known))
-        return known
+        key = (linear.square, linear.parameters, linear.freedom)
+        if key not in self.seen:
+            self.seen[key] = find_suspects(fit.problem, linear, self.patterns)
+        return self.seen[key]
 
     def linear(self) -> Linear:
         linear = self.fit.linear

@@ -126,10 +126,20 @@ def of_sum(pattern: Pattern, names: tuple[str, ...], label: str) -> Pattern:
 
 
 def of_size(name: str, values: Array) -> Iterator[Pattern]:
-    """All shapes of the size of a channel that goes both ways: speeds, accelerations, loads."""
-    if name[0] in "val" and values.min() < 0 < values.max():
+    """Shapes of the size of a channel that goes both ways: angles, speeds, accelerations, loads.
+
+    What grows from a size on may do so to the same side, or each way to its own: stops, free play.
+    """
+    if name[0] in "qval" and values.min() < 0 < values.max():
         for pattern in of_channel(name, np.abs(values)):
             yield renamed(pattern, " of its size", (name,))
+            if pattern.kind == "ramp":
+                yield _sided(renamed(pattern, " of its size, by its side", (name,)), np.sign(values))
+
+
+def _sided(pattern: Pattern, side: Array) -> Pattern:
+    finer = None if pattern.finer is None else lambda: [_sided(p, side) for p in sharper(pattern)]
+    return replace(pattern, values=pattern.values * side, finer=finer, gate=())
 
 
 def renamed(pattern: Pattern, suffix: str, names: tuple[str, ...]) -> Pattern:
@@ -165,10 +175,19 @@ def knots(values: Array, most: int = FINE) -> list[float]:
 
 def _step(name: str, values: Array, edge: Edge) -> Pattern:
     def finer() -> list[Pattern]:
-        return [replace(_step(name, values, e), finer=None) for e in edges(values)]
+        widths = [float(np.ptp(values)) * share for share in np.geomspace(0.02, 0.3, 6)]
+        rises = [_rise(name, values, e, w) for e in knots(values, 40) for w in widths]
+        return [replace(_step(name, values, e), finer=None) for e in edges(values)] + rises
 
     above = (values >= edge[1]).astype(float)
     return Pattern((name,), "step near {}", above, "step", (edge,), name, None, finer, only("above {}", "below {}"))
+
+
+def _rise(name: str, values: Array, centre: float, width: float) -> Pattern:
+    """A step that takes its time: friction that sets in, a seat that lets go."""
+    at = ((centre, centre), (2 * width, 2 * width))
+    value = np.asarray(np.tanh((values - centre) / width), dtype=np.float64)
+    return Pattern((name,), "rising about {}, over {}", value, "step", at, name)
 
 
 def _kink(name: str, values: Array, knot: float) -> Pattern:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
@@ -37,12 +38,10 @@ def test_no_step_where_nothing_was_measured():
     side = np.where(np.arange(200) % 2, 1.0, -1.0)
     q5 = side * np.linspace(0.3, 1.8, 200)
     steps = [
-        p
-        for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))).every
-        if p.text.startswith("step")
+        p for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))).every if p.form == "step near {}"
     ]
     assert len(steps) > 10
-    for step in [*steps, *sharper(steps[0])]:
+    for step in [*steps, *(p for p in sharper(steps[0]) if p.form == "step near {}")]:
         split = (q5[step.values > 0].min(), q5[step.values == 0].max())
         assert split[0] - split[1] < 0.2
 
@@ -100,6 +99,44 @@ def test_what_another_channel_switches_is_told_with_its_edge(law, said):
         assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-9
     found = best([one, closest(best(gates, truth), truth)], truth)
     assert found.text.startswith(said) and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.95
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q: np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
+        (lambda q: np.sign(q) * np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
+        (lambda q: np.tanh(3 * (q - 0.4)), "rising about 2"),
+    ],
+)
+def test_stops_on_both_sides_and_what_levels_off(law, said):
+    q = np.random.default_rng(12).uniform(-2.0, 2.1, 220)
+    found = closest(best(of_two(q5=q).every, law(q)), law(q))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.99
+
+
+def test_what_the_arm_did_before_is_told():
+    """Rows that are repeated keep the row before the first of them."""
+    g = np.random.default_rng(13)
+    q6 = np.repeat(g.uniform(-2.6, 2.6, 120), 2)
+    before = np.repeat(np.concatenate([q6[:1], q6[:-2:2]]), 2)
+    wave = closest(best(of_two(q6=q6).every, np.sin(2 * before)), np.sin(2 * before))
+    assert wave.text == "wave 2 times a turn in the row before" and wave.kind == "before"
+    rose = best(of_two(q6=q6).every, np.sign(q6 - before))
+    assert rose.text == "whether it rose or fell since the row before"
+
+
+def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
+    g = np.random.default_rng(14)
+    turned = Rotation.random(150, random_state=3).as_matrix()
+    T = np.tile(np.eye(4), (150, 7, 1, 1))
+    T[:, 6, :3, :3] = turned
+    at = State(q=g.uniform(-1, 1, (150, 6)), T_flange_tcp=np.eye(4), T_base_body=T)
+    truth = 1.0 * (turned[:, 2, 1] * -9.80665 > 2.0)  # gravity along y of the flange
+    every = patterns({}, at, np.zeros((150, 3)))
+    found = closest(best(every.only("tool").some, truth), truth)
+    assert found.text.startswith("step near ") and found.text.endswith("m/s^2 of gravity along y of the tool")
+    assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
 
 
 @pytest.mark.parametrize(
