@@ -79,9 +79,7 @@ class Conversion:
         )
         passing = f" at steady speed{transient}{jump}" if transient else jump
         expected = (
-            f"; 95 % of positions within {known['within_95_percent_mm']:.3f} mm of where the program says"
-            if known
-            else ""
+            f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
         )
         count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
         return (

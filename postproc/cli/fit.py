@@ -8,13 +8,16 @@ from cyclopts import Parameter
 
 from postproc.cli.options import Flag, MeasuredOptions, Output
 from postproc.cli.output import check_outputs, write_model
-from postproc.cli.report import print_json, say, say_next
+from postproc.cli.report import print_json, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
+
+NO_FRAME = 1e-3
+"""Error [m] beyond which a fit without the instrument's frame is told so."""
 
 
 def run(
@@ -57,6 +60,9 @@ def run(
     for cls in dict.fromkeys(classes):
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
+    if fit.rms > NO_FRAME and not any(cls.key == "instrument_frame" for cls in classes):
+        message = "the instrument's frame is not fitted: the table has to be in the axes of the arm's base"
+        show([Diagnostic("DAT030", "warning", message, help="fit `instrument_frame` and `tool_frame`, too")])
     write_model(output, fit.recorded(), silent=json)
     if json:
         print_json(fit.as_json())

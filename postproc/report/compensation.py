@@ -33,7 +33,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
             "before": document["max_error_before_mm"],
             "after": document["max_error_after_mm"],
             "tolerance": document["tolerance_mm"],
-            "95 % of positions within": (document["expected_accuracy"] or {}).get("within_95_percent_mm"),
+            "the model is sure to (95 %)": (document["expected_accuracy"] or {}).get("within_95_percent_mm"),
             "targets added": document["added_targets"],
             "cycle time": f"{document['cycle_time_s']:.1f} s",
         }

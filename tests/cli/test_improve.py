@@ -237,6 +237,14 @@ def test_what_has_no_name_becomes_an_effect_of_the_users_own(call: Call, samples
     assert document["held_out_rms_mm"] < 1.2 * document["noise_mm"] < 0.6 * document["before"]["held_out_rms_mm"]
 
 
+def test_a_fit_without_the_frame_of_the_instrument_is_told_so(call: Call, cell: Path, tmp_path: Path) -> None:
+    outcome = call(
+        "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", "backlash", "-o", tmp_path / "m.toml"
+    )
+    assert outcome.err.startswith("warning[DAT030]")
+    assert "`instrument_frame` and `tool_frame`" in outcome.err
+
+
 def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cell: Path, tmp_path: Path) -> None:
     base, again = tmp_path / "base.toml", tmp_path / "again.toml"
     call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", base)
