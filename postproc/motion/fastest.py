@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import ModuleType
-from typing import Any
-
 import numpy as np
 
 from postproc.arrays import Array
@@ -36,13 +29,8 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     Returns:
         The speeds, and the grid point where toppra finds no way on, if there is one.
     """
-    with _without_plots():
-        from toppra.algorithm import TOPPRA
-        from toppra.constraint import JointVelocityConstraint, LinearConstraint
-        from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
-        from toppra.interpolator import AbstractGeometricPath
+    from postproc.motion.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
 
-    logging.getLogger("toppra").setLevel(logging.ERROR)
     # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
     last = np.append(np.diff(grid.run) > 0, True)
     inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
@@ -51,48 +39,19 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
     values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * robot.acceleration] = 0.0
     low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
 
-    class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
-        dof = 6
-        path_interval = np.array([grid.s[0], grid.s[-1]]) / UNIT
-        waypoints = None
-
-        def __call__(self, positions: Array, order: int = 0) -> Array:
-            return values[order]
-
-    class SpeedBounds(LinearConstraint):  # type: ignore[misc]
-        dof = 6
-
-        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            return None, None, None, None, None, None, np.column_stack([low, np.maximum(high, _STOP)])
-
-    class JointLimits(LinearConstraint):  # type: ignore[misc]
-        """a u + b x + c within the limits of the joints, coefficients (g, 6)."""
-
-        dof = 6
-
-        def __init__(self, terms: tuple[Array, Array, Array], limit: Array) -> None:
-            super().__init__()
-            self.identical = True
-            self.terms, self.limit = terms, np.tile(limit, 2)
-
-        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            F = np.vstack([np.eye(6), -np.eye(6)])
-            found: tuple[Any, ...] = canlinear_colloc_to_interpolate(
-                *self.terms, F, self.limit, None, None, gridpoints, identical=True
-            )
-            return found
-
+    bounds = SpeedBounds(low, np.maximum(high, _STOP))
+    whole = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
     ease = grid.ease[:, None]
     eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
     ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
     blocked = 0
     for share in _SHARES:
         acceleration = JointLimits(eased, share * robot.acceleration)
-        limits = [JointVelocityConstraint(robot.speed), acceleration, SpeedBounds()]
+        limits = [JointVelocityConstraint(robot.speed), acceleration, bounds]
         if robot.torque is not None:
             # M q' u + (M q'' + C(q') q') x + g
             limits.append(JointLimits(_torque_terms(robot, path, runs, grid, values, gravity), robot.torque))
-        solver = TOPPRA(limits, OnGrid(), gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+        solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
         if speed is not None and not np.isnan(speed).any():
@@ -100,19 +59,6 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
         unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
         blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
     return np.zeros(len(grid.s)), blocked
-
-
-@contextmanager
-def _without_plots() -> Iterator[None]:
-    """Lets toppra be imported without matplotlib, which it needs for plots alone: a quarter of a second."""
-    names = ("matplotlib", "matplotlib.pyplot")
-    spared = [name for name in names if not any(n in sys.modules for n in ("toppra", *names))]
-    sys.modules.update({name: ModuleType(name) for name in spared})
-    try:
-        yield
-    finally:
-        for name in spared:
-            del sys.modules[name]
 
 
 def _torque_terms(

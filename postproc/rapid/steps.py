@@ -2,97 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import Argument, MotionEvent, MotionStatement, Origin
-from postproc.rapid.expressions import ExpressionError, Name, read_whole_expression
+from postproc.rapid.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.expressions import Name
 from postproc.rapid.memory import Memory
-from postproc.rapid.missing import UNKNOWN_SPEED, Missing
+from postproc.rapid.missing import Missing
 from postproc.rapid.motion import fits
-from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
-from postproc.rapid.records import (
-    NO_AXIS,
-    JointTarget,
-    LoadData,
-    Pose,
-    RobTarget,
-    SpeedData,
-    ToolData,
-    Weld,
-    WobjData,
-    ZoneData,
-)
+from postproc.rapid.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.settings import SettingsReader
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.state import NO_MASS
 from postproc.rapid.targets import Targets
 from postproc.rapid.tokens import identifiers
-from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_tool, to_wobj, to_zone
+from postproc.rapid.values import Data, NotKnown
 
 T = TypeVar("T")
-_KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
-
-
-# Roles of the arguments that Settings are made of.
-_SETTINGS = frozenset({"tool", "\\wobj", "speed", "zone", "\\v", "\\t", "\\z", "\\tload", "weld"})
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """What one statement names beside its target."""
-
-    tool: ToolData
-    wobj: WobjData
-    speed: SpeedData
-    zone: ZoneData
-    duration: float | None
-    total: LoadData | None
-    weld: Weld | None
 
 
 class EventMaker:
-    """Makes events; values of names that cannot change are read once."""
+    """Makes events."""
 
     def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
         self.program = program
         self.targets = Targets()
-        self.fixed: dict[tuple[str, str, str, str], Any] = {}
-        self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
         self.missing = Missing(program, diagnostics)
+        self.settings = SettingsReader(program, self.missing)
         self.options: dict[tuple[Data, ...], Mapping[str, bool]] = {}
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""
-        signature = SIGNATURES[statement.instruction.lower()]
         found: list[Diagnostic] = []
         reasons: list[str] = []
-        target: RobTarget | JointTarget | NotKnown
-        via: RobTarget | NotKnown | None = None
-        target, origin, via_origin = NotKnown("it names no target"), Origin("runtime"), None
-        to, circle = statement.argument("to"), statement.argument("via")
-        if signature.why_not and not signature.roles:
-            target = NotKnown(signature.why_not)
-        elif signature.roles and not fits(statement, signature):
-            target = NotKnown("its arguments cannot be read")
-        elif to is not None and signature.jointed:
-            target, origin = self.targets.jointtarget(statement.source, to.span, memory)
-        elif to is not None:
-            target, origin = self.targets.robtarget(statement.source, to.span, memory)
-            if circle is not None:
-                via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
-        if isinstance(target, NotKnown):
-            reasons.append(self.missing.explain(target, to, statement, found))
-        if isinstance(via, NotKnown):
-            reasons.append(self.missing.explain(via, circle, statement, found))
-        if signature.why_not and signature.roles:
-            reasons.append(signature.why_not)
-
-        settings = self.settings(statement, memory, reasons, found)
+        target, origin, via, via_origin = self.places(statement, memory, reasons, found)
+        settings = self.settings.read(statement, memory, reasons, found)
         tool, wobj, total = settings.tool, settings.wobj, settings.total
         state = memory.changed
         payload = self.state(state, "@gripload", LoadData(), "the payload is not known", reasons)
@@ -108,8 +56,8 @@ class EventMaker:
         acceleration = state.get("@accset", 100.0)
         return MotionEvent(
             statement,
-            None if isinstance(target, NotKnown) or isinstance(via, NotKnown) else target,
-            None if isinstance(via, NotKnown) else via,
+            target,
+            via,
             origin,
             via_origin,
             tool,
@@ -130,95 +78,32 @@ class EventMaker:
             numbers=named_numbers(statement, memory) if origin.kind == "expression" else (),
         )
 
-    def settings(
+    def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]
-    ) -> Settings:
-        """The data a statement names beside its target; remembered by their text if they cannot change."""
-        data, span, routine = statement.source.data, statement.span, memory.frame.routine
-        to = statement.argument("to")
-        first = statement.argument("via") or to
-        before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
-        key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
-        varying = memory.frame.varying()
-        lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))
-        if lasting and key in self.settled:
-            return self.settled[key]
-        arguments = {a.role: a for a in statement.arguments}
-        count = len(reasons)
-
-        def known(role: str, convert: Callable[[str, Data], T], default: T, times: bool = False) -> T:
-            argument = arguments.get(role)
-            if argument is None or not self.given(argument, memory):
-                return default
-            try:
-                return self.constant(argument, convert, memory)
-            except NotKnown as error:
-                if times:
-                    self.missing.say_untimed(error, argument, statement.source, found)
-                else:
-                    reasons.append(self.missing.explain(error, argument, statement, found))
-                return default
-
-        tool = known("tool", to_tool, ToolData())
-        wobj = known("\\wobj", to_wobj, WobjData())
-        speed = known("speed", _speed, UNKNOWN_SPEED, times=True)
-        zone = known("zone", _zone, ZoneData(True))
-        v_tcp = known("\\v", _number, None, times=True)
-        duration = known("\\t", _number, None)
-        size = known("\\z", _number, None)
-        total = known("\\tload", _load, None)
-        if v_tcp is not None:
-            speed = replace(speed, v_tcp=v_tcp)
-        if size is not None:
-            zone = replace(zone, pzone_tcp=size)
-        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
-        used = [a for role, a in arguments.items() if role in _SETTINGS]
-        names = [(a.role, a.text, routine.module, routine.name) for a in used]
-        if lasting and len(reasons) == count and all(name in self.fixed for name in names):
-            self.settled[key] = settings
-        return settings
-
-    def given(self, argument: Argument, memory: Memory) -> bool:
-        r"""Whether an optional argument counts: ``\Opt?name`` only if the routine got that parameter."""
-        if not argument.role.startswith("\\"):
-            return True
-        between = argument.whole[0], argument.span[0]
-        return b"?" not in memory.frame.routine.source.data[slice(*between)] or (
-            argument.text.strip().lower() in memory.frame.present
-        )
-
-    def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
-        """Value of an argument, remembered if the name it consists of cannot change."""
-        routine = memory.frame.routine
-        key = (argument.role, argument.text, routine.module, routine.name)
-        low = argument.text.strip().lower()
-        if key in self.fixed and low not in memory.frame.bindings:
-            result: T = self.fixed[key]
-            return result
-        try:
-            tree = read_whole_expression(routine.source.data, *argument.span)
-        except ExpressionError as error:
-            raise NotKnown(f"`{argument.text}` cannot be read") from error
-        value = evaluate(tree, memory)
-        wanted = _KINDS.get(argument.role)
-        if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():
-            raise NotKnown(f"`{argument.text}` is {value.type}, not {wanted}")
-        result = convert(self.name(value, argument), value.data)
-        if low.isidentifier() and low not in memory.frame.bindings:
-            declaration = memory.find(low)
-            if low in PREDEFINED if declaration is None else memory.is_initial(declaration):
-                self.fixed[key] = result
-        return result
-
-    def name(self, value: Value, argument: Argument) -> str:
-        """Name of the declared data behind an argument, as it is declared."""
-        if value.declaration is None:
-            return argument.text.strip()
-        module, routine, name = value.declaration.split(".", 2)
-        declared = self.program.names[module, routine, name]
-        if len(value.at) > len(declared.dims):
-            return argument.text.strip()  # a component
-        return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
+    ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
+        """Target and circle point with their origins; without target where one of the two is not known."""
+        signature = SIGNATURES[statement.instruction.lower()]
+        to, circle = statement.argument("to"), statement.argument("via")
+        target: RobTarget | JointTarget | NotKnown = NotKnown("it names no target")
+        via: RobTarget | NotKnown | None = None
+        origin, via_origin = Origin("runtime"), None
+        if signature.why_not and not signature.roles:
+            target = NotKnown(signature.why_not)
+        elif signature.roles and not fits(statement, signature):
+            target = NotKnown("its arguments cannot be read")
+        elif to is not None and signature.jointed:
+            target, origin = self.targets.jointtarget(statement.source, to.span, memory)
+        elif to is not None:
+            target, origin = self.targets.robtarget(statement.source, to.span, memory)
+            if circle is not None:
+                via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
+        for place, argument in ((target, to), (via, circle)):
+            if isinstance(place, NotKnown):
+                reasons.append(self.missing.explain(place, argument, statement, found))
+        if signature.why_not and signature.roles:
+            reasons.append(signature.why_not)
+        known = None if isinstance(via, NotKnown) else via
+        return None if isinstance(target, NotKnown) or known is not via else target, origin, known, via_origin
 
     @staticmethod
     def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:
@@ -238,22 +123,6 @@ class EventMaker:
             self.options[key] = MappingProxyType(found)
         return self.options[key]
 
-    def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
-        """Phase of the seam and the speed while welding: the first number of welddata."""
-        signature = SIGNATURES[statement.instruction.lower()]
-        if not signature.phase:
-            return None
-        roles = statement.roles
-        phase: Any = "start" if "\\on" in roles else "end" if "\\off" in roles else signature.phase
-        argument = statement.argument("weld")
-        if argument is None:
-            return Weld(phase, None)
-        try:
-            return Weld(phase, self.constant(argument, _first, memory))
-        except NotKnown as error:
-            self.missing.say_untimed(error, argument, statement.source, found)
-            return Weld(phase, None)
-
 
 def named_numbers(statement: MotionStatement, memory: Memory) -> tuple[tuple[str, float], ...]:
     """The variables, parameters and loop indices of type num that a statement names, with their present values."""
@@ -270,30 +139,6 @@ def named_numbers(statement: MotionStatement, memory: Memory) -> tuple[tuple[str
         if value.type == "num" and isinstance(value.data, float):
             found.append((word, value.data))
     return tuple(found)
-
-
-def _speed(name: str, data: Data) -> SpeedData:
-    return to_speed(data)
-
-
-def _zone(name: str, data: Data) -> ZoneData:
-    return to_zone(data)
-
-
-def _load(name: str, data: Data) -> LoadData | None:
-    return to_load(data)
-
-
-def _number(name: str, data: Data) -> float | None:
-    if isinstance(data, bool) or not isinstance(data, (int, float)):
-        raise NotKnown(f"`{name}` is no number")
-    return float(data)
-
-
-def _first(name: str, data: Data) -> float | None:
-    if isinstance(data, tuple) and data and isinstance(data[0], float) and data[0] > 0:
-        return data[0]
-    return None
 
 
 def _pair(value: Data) -> tuple[float, float | None]:

@@ -1,0 +1,82 @@
+"""A path on a grid and what limits the speed along it, as toppra takes them; to be imported where toppra is needed."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+
+
+@contextmanager
+def _without_plots() -> Iterator[None]:
+    """Lets toppra be imported without matplotlib, which it needs for plots alone: a quarter of a second."""
+    names = ("matplotlib", "matplotlib.pyplot")
+    spared = [name for name in names if not any(n in sys.modules for n in ("toppra", *names))]
+    sys.modules.update({name: ModuleType(name) for name in spared})
+    try:
+        yield
+    finally:
+        for name in spared:
+            del sys.modules[name]
+
+
+with _without_plots():
+    from toppra.algorithm import TOPPRA
+    from toppra.constraint import JointVelocityConstraint, LinearConstraint
+    from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
+    from toppra.interpolator import AbstractGeometricPath
+
+__all__ = ["TOPPRA", "GridPath", "JointLimits", "JointVelocityConstraint", "SpeedBounds"]
+
+logging.getLogger("toppra").setLevel(logging.ERROR)
+
+
+class GridPath(AbstractGeometricPath):  # type: ignore[misc]
+    """A path that is known at the grid points alone: joint angles and their derivatives, (g, 6) each."""
+
+    dof = 6
+    waypoints = None
+
+    def __init__(self, values: Sequence[Array], interval: Array) -> None:
+        self.values, self.path_interval = values, interval
+
+    def __call__(self, positions: Array, order: int = 0) -> Array:
+        return self.values[order]
+
+
+class SpeedBounds(LinearConstraint):  # type: ignore[misc]
+    """Bounds (g,) of the squared path speed."""
+
+    dof = 6
+
+    def __init__(self, low: Array, high: Array) -> None:
+        super().__init__()
+        self.bounds = np.column_stack([low, high])
+
+    def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+        return None, None, None, None, None, None, self.bounds
+
+
+class JointLimits(LinearConstraint):  # type: ignore[misc]
+    """a u + b x + c within the limits of the joints, coefficients (g, 6)."""
+
+    dof = 6
+
+    def __init__(self, terms: tuple[Array, Array, Array], limit: Array) -> None:
+        super().__init__()
+        self.identical = True
+        self.terms, self.limit = terms, np.tile(limit, 2)
+
+    def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+        F = np.vstack([np.eye(6), -np.eye(6)])
+        found: tuple[Any, ...] = canlinear_colloc_to_interpolate(
+            *self.terms, F, self.limit, None, None, gridpoints, identical=True
+        )
+        return found
