@@ -45,7 +45,11 @@ class GridPath(AbstractGeometricPath):  # type: ignore[misc]
     waypoints = None
 
     def __init__(self, values: Sequence[Array], interval: Array) -> None:
-        self.values, self.path_interval = values, interval
+        self.values, self.interval = values, interval
+
+    @property
+    def path_interval(self) -> Array:
+        return self.interval
 
     def __call__(self, positions: Array, order: int = 0) -> Array:
         return self.values[order]
