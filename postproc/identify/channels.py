@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
+
+if TYPE_CHECKING:
+    from postproc.identify.fitted import Fit
 
 UNITS: Mapping[str, tuple[str, float]] = {
     "q": ("deg", 180 / np.pi),
@@ -62,6 +66,11 @@ def channels(state: State, position: Array) -> dict[str, Array]:
     found.update({name: position[:, i] for i, name in enumerate("xyz")})
     found.update({name: np.asarray(column, dtype=float) for name, column in state.channels.items()})
     return {name: values for name, values in found.items() if varies(values)}
+
+
+def fit_channels(fit: Fit) -> dict[str, Array]:
+    """Every channel (n,) of the data beside a fit."""
+    return channels(fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3])
 
 
 def varies(values: Array) -> bool:

@@ -14,6 +14,7 @@ from postproc.identify.fitted import Fit
 from postproc.identify.forms import ordinary
 from postproc.identify.problem import Problem
 from postproc.identify.selection import Screen, compose
+from postproc.identify.shaped import formed
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -139,6 +140,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
         return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
+        candidate = formed(screen, fit.linear, candidate)
         return candidate.effect, candidate.free & candidate.effect.amplitudes()
     effect = fit.model.effect(cls.key) or cls.null()
     for form in cls.variants(pool.sensitivity.state, None):

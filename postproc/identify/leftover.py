@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.identify.channels import channels
+from postproc.identify.channels import fit_channels
 from postproc.identify.fitted import Fit, rms
 from postproc.identify.linear import contiguous_blocks
 from postproc.identify.sensitivity import INSTRUMENT
@@ -128,7 +128,7 @@ class _Field:
 def _processes(fit: Fit, rows: NDArray[np.int_]) -> Iterator[Array]:
     """Covariances (N, N) of free functions, with a mean variance of 1."""
     problem = fit.problem
-    named = channels(problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3])
+    named = fit_channels(fit)
     near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
     J = problem.whitened.matrix[rows][:, :3]
     turn, shift = J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3]

@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
-from postproc.identify.compare import fit_channels
+from postproc.identify.channels import fit_channels
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import suspect_size
 from postproc.identify.suspects import Suspect

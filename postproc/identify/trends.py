@@ -1,0 +1,118 @@
+"""The residual of a fit against every channel, in space and at the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.identify.channels import fit_channels, unit_of
+from postproc.identify.fitted import Fit
+
+FEWEST, MOST, IN_EACH = 12, 48, 30
+"""Bins of a channel, and the rows wanted in each: long records show finer patterns."""
+
+
+@dataclass(frozen=True)
+class Trend:
+    """The residual against one channel.
+
+    Args:
+        channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
+            less what as many bins would explain of noise.
+        values: (n,) the residual less its mean, mm along ``direction`` or mrad at the joint, NaN where not measured.
+        direction: (3,) unit vector in instrument axes, (1,) at a joint.
+        centre, mean, spread: per bin: channel, mean of the values, its standard error.
+    """
+
+    channel: str
+    where: str
+    share: float
+    values: Array
+    direction: Array
+    centre: Array
+    mean: Array
+    spread: Array
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of ``channels``, in the units that people read."""
+        unit, factor = unit_of(self.channel)
+        return {
+            "channel": self.channel,
+            "where": self.where,
+            "share": round(self.share, 4),
+            "centre_unit": unit,
+            "unit": "mm" if self.where == "space" else "mrad",
+            "centre": [factor * float(x) for x in self.centre],
+            "mean": [float(x) for x in self.mean],
+            "standard_error": [float(x) for x in self.spread],
+        }
+
+
+def joint_errors(fit: Fit) -> Array:
+    """(n, 6) joint errors of least square sum that would move the TCP by the position error, dq = J^+ e [rad]."""
+    e = np.nan_to_num(fit.problem.error[:, :3])
+    return np.asarray((joint_inverse(fit) @ e[:, :, None])[:, :, 0])
+
+
+def joint_inverse(fit: Fit) -> Array:
+    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m], damped with s = 0.05 m.
+
+    Near singular directions no joint is blamed for what it could hardly cause.
+    """
+    J = fit.problem.sensitivity.matrix[:, :3, :6]
+    square = J @ np.swapaxes(J, 1, 2) + 0.05**2 * np.eye(3)
+    return np.asarray(np.swapaxes(np.linalg.solve(square, J), 1, 2))
+
+
+def residual_trends(fit: Fit) -> tuple[Trend, ...]:
+    """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
+    error, joint, named = fit.problem.error[:, :3], joint_errors(fit), fit_channels(fit)
+    good = np.asarray(np.isfinite(error).all(axis=1))
+    if good.sum() < 3 * FEWEST:
+        return ()
+    found: list[Trend] = []
+    for name, values in named.items():
+        member, centre = _bins(values[good])
+        found.append(_trend(name, "space", error * 1e3, good, member, centre))
+        if name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456":
+            j = int(name[-1]) - 1
+            found.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))
+    return tuple(sorted(found, key=lambda t: -t.share))
+
+
+def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
+    distinct = np.unique(values)
+    count = int(np.clip(len(values) // IN_EACH, FEWEST, MOST))
+    if len(distinct) <= count:
+        member = np.searchsorted(distinct, values)
+        return member, distinct
+    edges = np.quantile(values, np.linspace(0, 1, count + 1)[1:-1])
+    member = np.searchsorted(edges, values)
+    centre = np.array([np.median(values[member == k]) if (member == k).any() else np.nan for k in range(count)])
+    return member, centre
+
+
+def _trend(
+    name: str, where: str, rows: Array, good: NDArray[np.bool_], member: NDArray[np.int_], centre: Array
+) -> Trend:
+    values = rows[good] - rows[good].mean(axis=0)
+    direction = np.linalg.svd(values, full_matrices=False)[2][0]
+    direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    main = values @ direction
+    bins = [k for k in range(len(centre)) if (member == k).sum() > 0]
+    means = np.array([values[member == k].mean(axis=0) for k in bins])
+    count = np.array([(member == k).sum() for k in bins])
+    total = float(np.sum(values**2))
+    between = float(np.sum(count[:, None] * means**2))
+    share = between / total if total > 0 else 0.0
+    chance = (len(bins) - 1) / max(1, len(values) - 1)
+    share = max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
+    spread = np.array([main[member == k].std() / np.sqrt(max(1, (member == k).sum())) for k in bins])
+    mean = np.array([main[member == k].mean() for k in bins])
+    every = np.full(len(rows), np.nan)
+    every[good] = main
+    return Trend(name, where, share, every, direction, centre[bins], mean, spread)
