@@ -19,6 +19,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear
+from postproc.identify.lines import lines_or_map
 from postproc.identify.patterns import patterns
 from postproc.identify.problem import Problem
 from postproc.identify.refits import final_fit, thinned
@@ -101,7 +102,7 @@ def diagnose(
     named = channels(state, position)
     search = Search(start, classes, patterns(named, state, position), [])
     first = ranking(search)
-    missing = select_forward(search, first)
+    missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:

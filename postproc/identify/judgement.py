@@ -13,7 +13,7 @@ from postproc.effects.similarity import ordinary_sizes
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
-from postproc.identify.linear import Linear, basis_of, f_test
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test
 from postproc.identify.problem import Problem
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
@@ -125,6 +125,16 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     columns, wide = after.columns[:, own], ordinary_sizes(effect, after.model.robot)[index]
     gram = columns.T @ others.project(columns)
     return laplace(base, rest, gram, effect.vector()[index], wide, effect.amplitudes()[index])
+
+
+def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
+    """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
+
+    Neighbours share what a model lacks, and what helps one block by chance harms the next.
+    """
+    gain = np.nansum(before.held_out_error**2 - after.held_out_error**2, axis=1)
+    by_block = np.bincount(contiguous_blocks(after.data.repeats), gain)
+    return bool(by_block.mean() > errors * by_block.std(ddof=1) / np.sqrt(len(by_block)))
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

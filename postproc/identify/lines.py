@@ -1,0 +1,65 @@
+"""Gear lines that stand for a free function of a joint's angle give way to it where rows held out say so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.effects.transmission_error import GEAR, TransmissionError
+from postproc.identify.fit import fit_model
+from postproc.identify.fitted import Fit
+from postproc.identify.judgement import judged, predicts_better, refit
+from postproc.identify.search import Missing, Search
+from postproc.identify.selection import Candidate, Screen, compose
+
+LINES, MAP = "transmission_error", "joint_error_map"
+MANY = 3
+"""Lines in all from which a map is tried in their place; on one joint two are enough."""
+CLEARLY = 2.0
+"""Standard errors by which the map must predict better."""
+
+
+def lines_or_map(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:
+    """What is missing with a map in the place of all gear lines, or of those of crowded joints, if it predicts better.
+
+    A line pays for two numbers and a map for many, so that a search takes lines one by one where a smooth function is
+    meant. The search is left with the better fit. Lines of a motor's order stay: no map reaches them.
+    """
+    named = next((m for m in missing if m.candidate.key == LINES), None)
+    lines = search.fit.model.effect(LINES)
+    if named is None or not isinstance(lines, TransmissionError):
+        return missing
+    if MAP not in search.classes or search.fit.model.effect(MAP) is not None:
+        return missing
+    joint, motor = np.array(lines.joint), np.array(lines.order) > GEAR
+    alone = motor | (np.bincount(joint[~motor], minlength=7)[joint] == 1)
+    choices = [alone] if not alone.all() else []
+    choices += [motor] if (~motor).sum() >= MANY and not (alone == motor).all() else []
+    trials = [t for stay in choices if (t := _mapped(search, lines, stay, noise)) is not None]
+    if not trials:
+        return missing
+    stay, candidate, after = min(trials, key=lambda t: t[2].held_out_rms)
+    if not predicts_better(after, search.fit, CLEARLY):
+        return missing
+    search.fit = after
+    kept = [m for m in missing if m is not named or stay.any()]
+    return [*kept, Missing(candidate, after.held_out_rms, ())]
+
+
+def _mapped(
+    search: Search, lines: TransmissionError, stay: NDArray[np.bool_], noise: float | None
+) -> tuple[NDArray[np.bool_], Candidate, Fit] | None:
+    """Which lines stay, and the map in the place of the others with the fit that it gives."""
+    fit = search.fit
+    kept = [e for e in fit.model.effects if e.key != LINES]
+    if stay.any():
+        some: Any = {name: np.array(getattr(lines, name))[stay] for name in lines.__dataclass_fields__}
+        kept.append(TransmissionError(**some))
+    free = {key: mask for key, mask in fit.free.items() if key != LINES}
+    without = fit_model(fit.model.with_effects(*kept), fit.data, free=free, noise=noise, penalty=fit.strength)
+    screen = Screen(without.problem, {MAP: search.classes[MAP]})
+    candidate = compose(screen, without.linear, MAP)
+    after = None if candidate is None else refit(without, screen, without.linear, candidate)
+    return None if candidate is None or after is None else (stay, judged(without, after, candidate), after)
