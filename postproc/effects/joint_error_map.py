@@ -93,12 +93,12 @@ class JointErrorMap(
             for k in orders:
                 if _carried(state, joints, k):
                     effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
-                    where = "all joints" if set(joints) == set(moving) else _named(joints)
+                    where = "all joints" if set(joints) == set(moving) else named(joints)
                     found.append(variant(effect, f"{where}, orders to {k}"))
         return tuple(found)
 
 
-def _named(joints: tuple[int, ...]) -> str:
+def named(joints: tuple[int, ...]) -> str:
     *most, last = map(str, sorted(joints))
     return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 

@@ -7,12 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.effects.joint_error_map import JointErrorMap, named
 from postproc.effects.transmission_error import GEAR, TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
-from postproc.identify.judgement import judged, predicts_better, refit
+from postproc.identify.forms import schwarz
+from postproc.identify.judgement import predicts_better
+from postproc.identify.linear import f_test
 from postproc.identify.search import Missing, Search
-from postproc.identify.selection import Candidate, Screen, compose
+from postproc.identify.selection import Candidate
 
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
@@ -59,7 +62,21 @@ def _mapped(
         kept.append(TransmissionError(**some))
     free = {key: mask for key, mask in fit.free.items() if key != LINES}
     without = fit_model(fit.model.with_effects(*kept), fit.data, free=free, noise=noise, penalty=fit.strength)
-    screen = Screen(without.problem, {MAP: search.classes[MAP]})
-    candidate = compose(screen, without.linear, MAP)
-    after = None if candidate is None else refit(without, screen, without.linear, candidate)
-    return None if candidate is None or after is None else (stay, judged(without, after, candidate), after)
+    joints = tuple(sorted({j for j, left in zip(lines.joint, stay, strict=True) if not left}))
+    # A fit chooses how fine a map is, and on three joints or more whether all that move have one.
+    every = (v.effect for v in JointErrorMap.variants(without.problem.sensitivity.state))
+    first = next((e for e in every if isinstance(e, JointErrorMap)), None)
+    if first is None:
+        return None
+    coarse = JointErrorMap(joint=joints, order=first.order, low_rad=first.low_rad, high_rad=first.high_rad)
+    after = fit_model(without.model, without.data, [coarse], free=without.free, noise=noise, penalty=without.strength)
+    found = after.model.effect(MAP)
+    assert isinstance(found, JointErrorMap)
+    before, count = without.linear, after.linear.parameters - without.linear.parameters
+    fall, left = before.square - after.linear.square, before.freedom - count
+    worth, p = (
+        schwarz(before.square, fall, count, before.freedom, 1.0),
+        f_test(before.square, after.linear.square, count, left),
+    )
+    label = f"{named(found.joint)}, orders to {found.order}"
+    return stay, Candidate(MAP, found, after.free[MAP], label, worth, fall, count, 0.0, 0.0, p, fit=after), after

@@ -1,0 +1,54 @@
+"""Gear lines, or a smooth function of the joint's angle: what predicts rows held out decides."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.effects.registry import effect_library
+from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.fit import fit_model
+from postproc.identify.lines import lines_or_map
+from postproc.identify.search import Missing, Search
+from postproc.identify.selection import Candidate
+from tests.identify.cells import base_fit, cell
+from tests.independent.cells import Hidden, column
+
+PHASE = np.random.default_rng(8).uniform(0, 6.3, 9)
+
+
+def _smooth(s):
+    return column(2, sum(6e-5 * np.sin(k * s.q[:, 2] + PHASE[k]) for k in range(1, 9)))
+
+
+def _line(joint, order):
+    return lambda s: column(joint, 2e-4 * np.sin(order * s.q[:, joint] + 0.5))
+
+
+def _hidden(*shares):
+    return lambda g, arm: Hidden("gears", "", joint=lambda s, tau: sum(share(s) for share in shares))
+
+
+@pytest.mark.parametrize(
+    ("shares", "lines", "expected"),
+    [
+        ((_smooth,), [(3, 2), (3, 5)], {"joint_error_map"}),
+        ((_line(2, 2), _line(2, 5)), [(3, 2), (3, 5)], {"transmission_error"}),
+        ((_smooth, _line(3, 4)), [(3, 2), (4, 4), (3, 5)], {"transmission_error", "joint_error_map"}),
+    ],
+    ids=["a smooth function", "two lines", "a smooth function and a line of another joint"],
+)
+def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expected):
+    data, _ = cell(_hidden(*shares), seed=640130, poses=120)
+    base = base_fit(data)
+    joint, order = zip(*lines, strict=True)
+    wave = TransmissionError(joint=joint, order=order)
+    fit = fit_model(base.model, base.data, [wave])
+    candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
+    search = Search(fit, effect_library(), None, [])
+    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms, ())], None)
+    assert {m.candidate.key for m in missing} == expected
+    assert expected <= {e.key for e in search.fit.model.effects}
+    kept = search.fit.model.effect(wave.key)
+    assert kept is None or kept.joint == tuple(j for j in joint if len(expected) == 1 or j == 4)
+    assert search.fit.held_out_rms <= fit.held_out_rms
