@@ -35,15 +35,27 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
     return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
 
 
-def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[str]]:
+NEVER = 10.0
+"""A parameter that all poses of the pool together leave so unsure, in ordinary sizes, no pose determines."""
+
+
+def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[str], list[str]]:
+    """Greedy D-optimal choice.
+
+    Returns:
+        the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before and after; the
+        names of the worst of that; the names of what no pose determines.
+    """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
     names = [f"{e.key}.{e.names()[i]}" for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
     arm = np.array([not name.startswith(("instrument_frame", "tool_frame")) for name in names])
     width = np.sqrt(np.diag(P))
-    known = arm & (width < 29)
-    before = float(width[known].max()) if known.any() else float(width.max())
-    worst = [names[i] for i in np.argsort(-np.where(arm, width, 0.0))[:3]]
+    every = Z.reshape(-1, Z.shape[2])
+    told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
+    known = arm & told
+    before = float(width[known].max(initial=0.0))
+    worst = [names[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
     chosen: list[int] = []
     for _ in range(n):
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
@@ -53,7 +65,7 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         chosen.append(best)
         P = _updated(P, Z[best])
     after = np.sqrt(np.diag(P))
-    return chosen, before, float(after[known].max()) if known.any() else float(after.max()), worst
+    return chosen, before, float(after[known].max(initial=0.0)), worst, [names[i] for i in np.flatnonzero(arm & ~told)]
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:

@@ -32,9 +32,8 @@ class Plan:
         state: (n) joints, approach sides and payloads, within the limits. T_base_tcp: (n, 4, 4) where the TCP will be.
         between: the two effects to be told apart, or None.
         before, after: how many standard deviations the difference of the two effects stands out without and with these
-            poses; or the
-            largest standard deviation of a parameter in ordinary sizes.
-        worst: names of the parameters that are determined worst.
+            poses; or the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
+        worst: names of those of them that are determined worst; never: of those that no pose determines.
     """
 
     state: State
@@ -43,6 +42,7 @@ class Plan:
     before: float
     after: float
     worst: tuple[str, ...] = ()
+    never: tuple[str, ...] = ()
 
     def as_csv(self) -> str:
         """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
@@ -70,6 +70,7 @@ class Plan:
             "before": round(self.before, 3),
             "after": round(self.after, 3),
             "worst_determined": list(self.worst),
+            "no_pose_determines": list(self.never),
         }
 
     def text(self) -> str:
@@ -88,11 +89,14 @@ class Plan:
                 f"deviations (now {self.before:.1f}); five or more tell them apart. Approach every joint from the "
                 "stated side and wait a second."
             )
-        worst = ", ".join(self.worst) or "none"
+        never = (
+            f" No pose determines {', '.join(self.never)}: others do the same, or no load moves them."
+            if self.never
+            else ""
+        )
         return (
             f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes "
-            f"(now {self.before:.2g}). "
-            f"Worst now: {worst}."
+            f"(now {self.before:.2g}). Worst now: {', '.join(self.worst) or 'none'}.{never}"
         )
 
 
@@ -108,10 +112,8 @@ def plan_poses(
     """Choose n poses one after another from random reachable ones.
 
     Between two effects: the pose that adds most to what is left of one effect after projecting out the other and all
-        fitted
-    parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
-    parameters'
-    covariance most (D-optimal), counted in ordinary sizes.
+    fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
+    parameters' covariance most (D-optimal), counted in ordinary sizes.
 
     Raises:
         PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses.
@@ -120,16 +122,16 @@ def plan_poses(
     state = _candidates(fit)
     pool = _pool(fit, state)
     if between is None:
-        chosen, before, after, worst = sharpen(fit, pool, n)
+        chosen, before, after, worst, never = sharpen(fit, pool, n)
     else:
         library = effect_library()
         library.update({cls.key: cls for cls in extra_effects})
         pair = [find_effect(key, library) for key in between]
         chosen, before, after = separate(fit, pool, pair, n)
-        worst = []
+        worst, never = [], []
     picked = pool.data.rows(np.array(chosen)).state
     T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
-    return Plan(picked, T, between, before, after, tuple(worst))
+    return Plan(picked, T, between, before, after, tuple(worst), tuple(never))
 
 
 def _candidates(fit: Fit) -> State:

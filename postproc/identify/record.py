@@ -41,8 +41,20 @@ def recorded_model(fit: Fit) -> Model:
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """What a user should know of a fit before relying on it: DAT016 and DAT026."""
-    return [*_scarce(fit), *_unphysical(fit)]
+    """What a user should know of a fit before relying on it: DAT016, DAT021 and DAT026."""
+    return [*_unread(fit), *_scarce(fit), *_unphysical(fit)]
+
+
+def _unread(fit: Fit) -> list[Diagnostic]:
+    """DAT021 where an effect of the model reads a channel that was not measured: nothing of it can be fitted."""
+    found = []
+    for effect in fit.model.effects:
+        missing = effect.missing(fit.problem.sensitivity.state)
+        if missing:
+            message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
+            help_ = "measure with that channel, or leave the effect out"
+            found.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
+    return found
 
 
 def _scarce(fit: Fit) -> list[Diagnostic]:

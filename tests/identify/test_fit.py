@@ -208,3 +208,11 @@ def test_what_stays_unexplained_is_the_error_on_other_poses_and_nothing_where_no
     assert lacking.unexplained < lacking.rms * np.sqrt(3 * len(data) / lacking.freedom)
     clean, _ = cell(seed=101)
     assert base_fit(clean).unexplained == 0.0
+
+
+def test_an_effect_whose_channel_was_not_measured_is_said():
+    data, _ = cell(seed=962)
+    without = replace(data, state=data.state.with_(temperature=None))
+    fit = base_fit(without, more=("thermal_joint_drift",))
+    (found,) = cautions(fit)
+    assert found.code == "DAT021" and "`thermal_joint_drift` reads temperature" in found.message
