@@ -69,7 +69,7 @@ def places(problem: Problem) -> dict[str, Array]:
     return {name: columns for name, columns in found.items() if columns.any()}
 
 
-def find_suspects(problem: Problem, linear: Linear, every: Patterns, top: int = 40) -> list[Suspect]:
+def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Suspect]:
     """The patterns that would bring the residual down most, strongest first.
 
     With the fitted parameters projected out.
@@ -77,7 +77,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns, top: int = 
     tried = Tried(problem, linear, every)
     for where, moves in places(problem).items():
         tried.moves[where] = moves
-        tried.screen(where, top)
+        tried.screen(where)
     smooth = list(fields(problem))
     for where, names, text, moves in smooth:
         tried.moves[where] = moves
@@ -86,8 +86,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns, top: int = 
     tried.sharpen()
     above = max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
     result: list[Suspect] = []
-    once = {(found.where, found.pattern.channels): found for found in reversed(tried.found)}
-    for found in sorted(once.values(), key=lambda f: -f.worth)[:top]:
+    for found in tried.best():
         share, text, names = min(1.0, found.fall / above), found.pattern.told(found.alike), found.pattern.channels
         place = tried.moves[found.where], found.pattern.values
         result += [Suspect(c, found.where, text, share, found.fall, found.worth, *place, names) for c in names]

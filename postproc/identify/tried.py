@@ -13,8 +13,12 @@ from postproc.identify.patterns import Patterns, Single, grown, odds, switched
 from postproc.identify.problem import Problem
 from postproc.identify.shapes import CLOSER, Pattern, sharper
 
-FINEST = 8
-"""Finer places of one pattern that are looked at closely."""
+MOST = 40
+"""Patterns at one place that are kept, and that are told in the end."""
+FINE = 400
+"""Edges of a pattern that are told at most."""
+SHARPER, SWITCHED = 1.65, 3.0
+"""As much more as a saw tooth may take off than its wave, and what acts in a third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 RARER = 3000
@@ -48,36 +52,41 @@ class Tried:
     moves: dict[str, Array] = field(default_factory=dict)
     prepared: dict[str, Seen] = field(default_factory=dict)
 
-    def screen(self, where: str, top: int) -> None:
+    def screen(self, where: str) -> None:
         """The best patterns at a place, each with the price of all that were tried."""
         for group in (self.every.anywhere, self.every.only(where)):
             if group.some:
-                self._best(where, group.values, group.odds, group.some.__getitem__, top)
+                self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
 
     def add(self, where: str, pattern: Pattern) -> None:
         """A single pattern at a place of its own."""
         self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
 
-    def _best(
-        self, where: str, values: Single, price: Array | float, made: Made, top: int, told: bool = False
-    ) -> list[Found]:
-        moves, seen = self.moves[where], self._seen(where)
-        linear, falls, count = seen.linear, seen.falls(values), moves.shape[2]
-        tried = np.broadcast_to(price, falls.shape) * (RARER if where.startswith("body") else 1)
-        worth = _worth(linear.square, falls, count, linear.freedom, tried)
-        best = []
-        for k in np.argsort(-worth)[:top]:
-            pattern, least = made(int(k)), float(worth[k])
-            if least > 0:
-                # One bad reading makes no law: without the row that gains most there must be something left to say.
-                columns = self.problem.whiten(moves * pattern.values[:, None, None])
-                square, shared = _without_a_row(linear, columns)
-                least = min(least, float(_worth(square, shared, count, linear.freedom, tried[k])))
-            best.append(Found(least, float(falls[k]), where, pattern))
-        best.sort(key=lambda f: -f.worth)
-        if told:
+    def best(self) -> list[Found]:
+        """The best pattern of the same channels at each place, strongest first.
+
+        One bad reading makes no law: without the row that gains most there must be something left to say.
+        """
+        once = {(f.where, f.pattern.channels): f for f in sorted(self.found, key=lambda f: f.worth)}
+        found = sorted(once.values(), key=lambda f: -f.worth)[:MOST]
+        return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
+
+    def _without_a_row(self, one: Found) -> Found:
+        moves, linear = self.moves[one.where], self._seen(one.where).linear
+        columns = self.problem.whiten(moves * one.pattern.values[:, None, None])
+        square, fall = _shared(linear, columns)
+        price = odds(one.pattern, self.every.kinds) * _rarer(one.where)
+        return replace(one, worth=min(one.worth, float(_worth(square, fall, moves.shape[2], linear.freedom, price))))
+
+    def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
+        seen = self._seen(where)
+        linear, falls, count = seen.linear, seen.falls(values), seen.count
+        worth = _worth(linear.square, falls, count, linear.freedom, price * _rarer(where))
+        order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
+        best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
+        if top == 1:
             near = np.flatnonzero(worth > best[0].worth - ALIKE)
-            best[0] = replace(best[0], alike=tuple(made(int(k)) for k in near))
+            best[0] = replace(best[0], alike=tuple(made(int(k)) for k in near[:FINE]))
         self.found += best
         return best
 
@@ -90,48 +99,64 @@ class Tried:
         return self.prepared[where]
 
     def sharpen(self, most: int = 10) -> None:
-        """The best patterns closer, and where another channel switches them."""
-        self.found.sort(key=lambda f: -f.worth)
+        """The best patterns closer, and where another channel switches them, as far as that may make them the best."""
         done: set[tuple[str, tuple[str, ...], str]] = set()
-        for one in list(self.found):
+        ranked = sorted(self.found, key=lambda f: -f.worth)
+        best = ranked[0].worth
+        for one in ranked:
             kind = (one.where, one.pattern.channels, one.pattern.kind)
-            if len(done) == most:
+            if len(done) == most or self._could(one, SHARPER) < max(0.0, best - ODDS):
                 break
             if kind not in done:
                 done.add(kind)
-                best = self._closest(one)
+                closest = self._closest(one)
+                best = max(best, closest.worth)
                 known = len(self.found)
-                # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
-                more = [self._closest(other) for other in self._switched(best) if other.worth > best.worth - ODDS]
-                if not any(other.worth > best.worth for other in more):
+                for other in self._switched(closest, max(0.0, best)):
+                    best = max(best, self._closest(other).worth)
+                if not any(other.worth > closest.worth for other in self.found[known:]):
                     del self.found[known:]
-        self.found.sort(key=lambda f: -f.worth)
+
+    def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
+        """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
+        seen = self._seen(one.where)
+        most = min(times * one.fall, 0.99 * seen.linear.square)
+        price = tries * odds(one.pattern, self.every.kinds) * _rarer(one.where)
+        return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
 
     def _closest(self, one: Found) -> Found:
         best = one
-        while one.pattern.finer is not None:
-            near = sharper(one.pattern)
-            rarer = self._rarer(one.pattern, CLOSER, near.__getitem__)
-            one = self._best(one.where, _values(near), *rarer, FINEST, True)[0]
+        while near := sharper(one.pattern):
+            one = self._best(one.where, _values(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
             best = max(best, one, key=lambda f: f.worth)
         return best
 
-    def _rarer(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
+    def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
         tries = times * pattern.tries
         price = times * odds(pattern, self.every.kinds)
         return price, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
 
-    def _switched(self, one: Found) -> list[Found]:
-        """The pattern, or a factor of it, where another channel switches it on: at the price of all switches."""
-        if one.worth < -ODDS or one.pattern.kind == "field":
+    def _switched(self, one: Found, least: float) -> list[Found]:
+        """The pattern, or a factor of it, where another channel switches it on: at the price of all switches.
+
+        None where that cannot be worth so much.
+        """
+        count = len(self.every.switches)
+        if not count or one.pattern.kind == "field" or self._could(one, SWITCHED, count) < least:
             return []
         values, which = grown(one.pattern, self.every)
         if not which:
             return []
         where = one.pattern.where
-        rarer = self._rarer(one.pattern, len(which), lambda k: replace(switched(*which[k]), where=where))
-        return self._best(one.where, values, *rarer, 1)
+        made = self._made(one.pattern, len(which), lambda k: replace(switched(*which[k]), where=where))
+        found = self._best(one.where, values, *made, 1)
+        # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
+        return [f for f in found if f.worth > one.worth - ODDS]
+
+
+def _rarer(where: str) -> float:
+    return RARER if where.startswith("body") else 1.0
 
 
 def _values(some: Sequence[Pattern]) -> Single:
@@ -146,7 +171,7 @@ def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: 
     return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)
 
 
-def _without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
+def _shared(linear: Linear, columns: Array) -> tuple[float, float]:
     """The sum of squares, and what columns take off it, without the row of which they take most."""
     inside = linear.project(columns)
     fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]

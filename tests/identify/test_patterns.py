@@ -8,8 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.identify.patterns import PLACES, grown, odds, patterns, switched
-from postproc.identify.shapes import breaks, sharper
+from postproc.identify.patterns import PLACES, Patterns, grown, odds, patterns, switched
+from postproc.identify.sensitivity import BODY
+from postproc.identify.shapes import Pattern, breaks, sharper
+from postproc.identify.suspects import find_suspects
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -185,3 +187,34 @@ def test_a_kind_of_which_there_are_few_is_cheap():
     line = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "line")
     product = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "swelling wave")
     assert product > 10 * line
+
+
+def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
+    data, _ = cell(kinds.elbow_wave, seed=311, noise=0.02, poses=40)
+    fit = base_fit(data)
+    side = np.where(np.arange(len(data)) % 2 == 0, 1.0, -1.0)
+    turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 3e-4 * side[fit.problem.row]
+    y = turned + np.random.default_rng(1).normal(size=len(turned))
+    still = Pattern(("q2",), "side", side, "side", finer=list)
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([still]))
+    assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
+
+
+def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere():
+    """The end of body 4 sits elsewhere by the side of a load, and by as much everywhere: the constant tells nothing."""
+    data, _ = cell(kinds.elbow_wave, seed=312, noise=0.02, poses=60)
+    fit = base_fit(data)
+    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, BODY + 24 : BODY + 27])
+    side = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0)
+    row = fit.problem.row
+    y = (
+        J @ [3e-4, -2e-4, 2e-4]
+        + (J * side[row, None]) @ [4e-4, 3e-4, -3e-4]
+        + np.random.default_rng(1).normal(size=len(row))
+    )
+    found = find_suspects(
+        fit.problem, replace(fit.linear, residual=y), Patterns([Pattern(("x",), "side", side, "side")])
+    )
+    assert found[0].where == "body 4, shifted"
+    after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
+    assert after.square < 1.3 * len(y)
