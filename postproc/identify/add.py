@@ -16,6 +16,7 @@ from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose
+from postproc.identify.solve import Terms
 from postproc.identify.step import FRAMES
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -186,7 +187,7 @@ def _without(final: Fit, key: str, noise: float | None) -> Fit:
     kept = [e for e in final.model.effects if e.key != key]
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}
-    return fit_model(final.model.with_effects(*kept), final.data, free=free, noise=noise, penalty=strength)
+    return fit_model(final.model.with_effects(*kept), final.data, noise=noise, terms=Terms(free, strength))
 
 
 def _floor(fit: Fit) -> float:

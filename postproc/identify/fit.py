@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +15,8 @@ from postproc.identify.fitted import Fit
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.reweight import far_off
 from postproc.identify.smooth import choose_smoothness
-from postproc.identify.solve import ROUGHLY, SETTLED, Terms, solve
+from postproc.identify.solve import ROUGHLY, Terms, solve
 from postproc.identify.start import start_frames
-from postproc.identify.step import Masks
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import estimate_noise
 from postproc.model.arm import Model
@@ -25,6 +24,7 @@ from postproc.model.arm import Model
 FIRST = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
+PLAIN = Terms()
 
 
 def fit_model(
@@ -32,22 +32,15 @@ def fit_model(
     data: Measurements,
     effects: Sequence[Effect] = (),
     *,
-    free: Masks | None = None,
     noise: float | None = None,
-    robust: bool = False,
-    penalty: Mapping[str, float] | None = None,
-    closely: float = SETTLED,
+    terms: Terms = PLAIN,
 ) -> Fit:
     """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
-        free: which entries of an effect's vector are fitted; the forms of its variants where an effect is not named.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
-        robust: Huber weights for all rows; rows far off are set aside in any case and named.
-        penalty: strength of the smoothness penalty by effect; with the resolution of the free function it is chosen on
-            held-out rows where it is not given.
-        closely: share of the sum of squares below which a step is the last.
+        terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -59,19 +52,19 @@ def fit_model(
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     problem, figures = problem.blurred(figures)
-    masks = {e.key: free[e.key] if free and e.key in free else default_free(e, problem) for e in every}
-    terms = Terms(masks, figures, robust, dict(penalty or {}), closely)
+    masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
+    terms = replace(terms, free=masks)
     fresh = frozenset(e.key for e in effects)
     rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]
     if not rough:
-        return solve(problem, terms, fresh)
+        return solve(problem, figures, terms, fresh)
     # The choice of smoothness needs a place to stand on, not the very minimum.
-    fit = solve(problem, replace(terms, closely=max(closely, ROUGHLY)), fresh)
+    fit = solve(problem, figures, replace(terms, closely=max(terms.closely, ROUGHLY)), fresh)
     smooth = {key: choose_smoothness(fit, key) for key in rough}
     finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
     masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}
     strength = {**terms.strength, **{key: s.strength for key, s in smooth.items()}}
-    return solve(fit.problem.at(finer), replace(terms, free=masks, strength=strength))
+    return solve(fit.problem.at(finer), figures, replace(terms, free=masks, strength=strength))
 
 
 def _place(effect: Effect) -> int:
@@ -95,7 +88,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
-        return solve(problem, Terms(masks, figures, robust=True))
+        return solve(problem, figures, Terms(masks, robust=True))
     none = np.zeros((len(problem.residual), 0))
     return Fit(problem, masks, (), (), none, np.zeros(0), figures, far_off(problem, problem.weights))
 

@@ -18,7 +18,7 @@ from postproc.identify.problem import Problem
 from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
-from postproc.identify.solve import SETTLED
+from postproc.identify.solve import SETTLED, Terms
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -61,15 +61,14 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
         if type(new).load is not Effect.load:
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
+    strength = {k: v for k, v in base.strength.items() if k != candidate.key}
     try:
         after = fit_model(
             model,
             base.data,
             [new],
-            free={**base.free, candidate.key: candidate.free},
             noise=base.noise.position if base.noise.origin == "user" else None,
-            penalty={k: v for k, v in base.strength.items() if k != candidate.key},
-            closely=closely,
+            terms=Terms({**base.free, candidate.key: candidate.free}, strength, closely=closely),
         )
     except PostprocError:
         return None

@@ -16,6 +16,7 @@ from postproc.identify.judgement import predicts_better
 from postproc.identify.linear import f_test
 from postproc.identify.search import Missing, Search
 from postproc.identify.selection import Candidate
+from postproc.identify.solve import Terms
 
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
@@ -61,7 +62,7 @@ def _mapped(
         some: Any = {name: np.array(getattr(lines, name))[stay] for name in lines.__dataclass_fields__}
         kept.append(TransmissionError(**some))
     free = {key: mask for key, mask in fit.free.items() if key != LINES}
-    without = fit_model(fit.model.with_effects(*kept), fit.data, free=free, noise=noise, penalty=fit.strength)
+    without = fit_model(fit.model.with_effects(*kept), fit.data, noise=noise, terms=Terms(free, fit.strength))
     joints = tuple(sorted({j for j, left in zip(lines.joint, stay, strict=True) if not left}))
     # A fit chooses how fine a map is, and on three joints or more whether all that move have one.
     every = (v.effect for v in JointErrorMap.variants(without.problem.sensitivity.state))
@@ -69,7 +70,7 @@ def _mapped(
     if first is None:
         return None
     coarse = JointErrorMap(joint=joints, order=first.order, low_rad=first.low_rad, high_rad=first.high_rad)
-    after = fit_model(without.model, without.data, [coarse], free=without.free, noise=noise, penalty=without.strength)
+    after = fit_model(without.model, without.data, [coarse], noise=noise, terms=Terms(without.free, without.strength))
     found = after.model.effect(MAP)
     assert isinstance(found, JointErrorMap)
     before, count = without.linear, after.linear.parameters - without.linear.parameters

@@ -8,6 +8,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import refit
 from postproc.identify.selection import Candidate, Screen, grown
+from postproc.identify.solve import Terms
 
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
@@ -24,7 +25,7 @@ def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float 
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
     free = {**base.free, **{key: fitted.free[key] for key in keys}}
     strength = {k: v for k, v in fitted.strength.items() if k in start}
-    return fit_model(base.model.with_effects(*start.values()), base.data, free=free, noise=noise, penalty=strength)
+    return fit_model(base.model.with_effects(*start.values()), base.data, noise=noise, terms=Terms(free, strength))
 
 
 def thinned(base: Fit, noise: float | None) -> Fit:
@@ -37,7 +38,7 @@ def thinned(base: Fit, noise: float | None) -> Fit:
         return base
     groups = base.data.repeats
     kept = (groups % step == 0) & ~np.isin(np.arange(len(groups)), base.set_aside)
-    return fit_model(base.model, base.data.rows(kept), free=base.free, noise=noise, penalty=base.strength)
+    return fit_model(base.model, base.data.rows(kept), noise=noise, terms=Terms(base.free, base.strength))
 
 
 def final_fit(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:

@@ -32,25 +32,27 @@ class Terms:
     """What a fit moves, and on which terms.
 
     Args:
-        free: what is fitted, by effect: masks over ``effect.vector()``. noise: of the instrument.
-        robust: Huber weights for all rows. strength: of the smoothness penalty by effect.
-        closely: share of the cost below which a step is none.
+        free: which entries of an effect's vector are fitted; all that its variants free where an effect is not named.
+        strength: of the smoothness penalty by effect; chosen on held-out rows, with the resolution of the free
+            function, where it is not given.
+        robust: Huber weights for all rows; rows far off are set aside in any case and named.
+        closely: share of the sum of squares below which a step is none.
     """
 
-    free: Masks
-    noise: Noise
-    robust: bool = False
+    free: Masks = field(default_factory=dict)
     strength: Mapping[str, float] = field(default_factory=dict)
+    robust: bool = False
     closely: float = SETTLED
 
 
-def solve(problem: Problem, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
+def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
     """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
     where a slope that still holds there foretells nothing.
 
     Args:
+        noise: of the instrument. terms: with masks for all effects.
         fresh: effects that no fit has seen: what the data cannot determine of them stands at null.
 
     Raises:
@@ -63,7 +65,7 @@ def solve(problem: Problem, terms: Terms, fresh: frozenset[str] = frozenset()) -
     place, good = problem, False
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
-            weights, aside = reweighted(problem, base, terms.noise, terms.robust)
+            weights, aside = reweighted(problem, base, noise, terms.robust)
             if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
                 problem = problem.weighted(weights)
                 at, good = None if at is None else at.reweighted(weights), False
@@ -94,7 +96,7 @@ def solve(problem: Problem, terms: Terms, fresh: frozenset[str] = frozenset()) -
         at = slope(problem, terms.free, stopped, terms.strength)
     bound = tuple(sorted(stopped))
     strength = dict(terms.strength)
-    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, terms.noise, aside, strength)
+    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)
 
 
 def _null_where_held(problem: Problem, held: Sequence[Name], fresh: frozenset[str]) -> Problem:

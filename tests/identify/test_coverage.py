@@ -10,6 +10,7 @@ import pytest
 from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.record import cautions
+from postproc.identify.solve import Terms
 from postproc.measure.repeat import Noise, estimate_noise
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
@@ -113,7 +114,7 @@ def test_a_joint_without_load_that_stops_at_its_bound_is_no_sign_of_missing_phys
     effect = fit.model.effect("joint_compliance")
     last = np.arange(6) == 5
     stopped = effect.with_vector(np.where(last, -1e-5, effect.vector()))
-    held = fit_model(fit.model, data, [stopped], free={**fit.free, effect.key: ~last})
+    held = fit_model(fit.model, data, [stopped], terms=Terms({**fit.free, effect.key: ~last}))
     assert cautions(replace(held, at_bound=((effect.key, 5),))) == []
 
 

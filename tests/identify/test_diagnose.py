@@ -18,6 +18,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
 from postproc.identify.selection import Screen
+from postproc.identify.solve import Terms
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -115,7 +116,7 @@ def test_more_of_an_effect_that_the_model_holds_is_fitted_with_what_it_holds():
         base_fit(data).model,
         data,
         [ThermalJointDrift.null()],
-        free={**base_fit(data).free, "thermal_joint_drift": _only(3)},
+        terms=Terms({**base_fit(data).free, "thermal_joint_drift": _only(3)}),
     )
     screen = Screen(held.problem, {"thermal_joint_drift": ThermalJointDrift}, {}, held.free)
     forms = {form.label: form for form in screen.forms("thermal_joint_drift", None)}

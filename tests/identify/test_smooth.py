@@ -7,6 +7,7 @@ import pytest
 
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.identify.fit import fit_model
+from postproc.identify.solve import Terms
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent.cells import Hidden
 
@@ -83,5 +84,5 @@ def test_a_model_with_more_coefficients_than_numbers_is_fitted_again_on_its_own_
     data, true = cell(broadband, seed=5, noise=0.02, poses=60)
     more = everywhere(25)
     assert len(more.vector()) > 3 * len(data)
-    fit = fit_model(base_fit(data).model, data, [more], penalty={"joint_error_map": 1.0})
+    fit = fit_model(base_fit(data).model, data, [more], terms=Terms(strength={"joint_error_map": 1.0}))
     assert fit.freedom > 0 and true_error(fit, true) < true_error(base_fit(data), true)

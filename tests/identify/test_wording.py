@@ -17,6 +17,7 @@ from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.record import fit_json, parameters_json
+from postproc.identify.solve import Terms
 from postproc.identify.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from tests.identify.cells import base_fit, cell
 
@@ -116,5 +117,7 @@ def test_deviations_in_json_are_standard_deviations() -> None:
 
 def test_a_map_of_a_joint_is_told_by_its_size() -> None:
     data, _ = cell(seed=101)
-    fit = fit_model(base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], penalty={"joint_error_map": 1.0})
+    fit = fit_model(
+        base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(strength={"joint_error_map": 1.0})
+    )
     assert re.fullmatch(r"1\d numbers, in the model file", values_lines(fit, "joint_error_map")[0])
