@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.samples import Samples
@@ -28,7 +27,7 @@ class Deviation:
         u: (n,) fraction along it.
         space: (n,) on a line or an arc with a known start, not on a joint move.
         steady: (n,) the load of inertia does not change there.
-        goal_distance: (m,) [m] between the real TCP and the programmed target; goal_angle: (m,) [rad];
+        goal_distance: (m,) [m] between the real TCP and the programmed target;
         goal_steady: (m,) as ``steady``, at the targets.
     """
 
@@ -38,7 +37,6 @@ class Deviation:
     space: Flags
     steady: Flags
     goal_distance: Array
-    goal_angle: Array
     goal_steady: Flags
 
     def largest(self, rows: Flags) -> float:
@@ -67,7 +65,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
         programmed: samples of the program as the user wrote it.
     """
     m = len(programmed.moves)
-    goal_distance, goal_angle, goal_steady = np.zeros(m), np.zeros(m), np.zeros(m, dtype=bool)
+    goal_distance, goal_steady = np.zeros(m), np.zeros(m, dtype=bool)
     again = np.array([move.again is not None for move in programmed.moves])
     found: list[tuple[Array, Index, Array, Flags, Flags]] = []
     for part in parts:
@@ -88,12 +86,10 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
         found.append((distance, of, u, ~in_joints, steady))
         # In the order of the moves: the last part of a divided move reaches its goal.
         wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
-        turn = np.swapaxes(reached[:, :3, :3], 1, 2) @ wanted[:, :3, :3]
-        goal_angle[part.owner] = np.asarray(Rotation.from_matrix(turn).magnitude())
         goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
         goal_steady[part.owner] = steady[ran.goal]
     distance, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
-    return Deviation(distance, of, u, space, steady, goal_distance, goal_angle, goal_steady)
+    return Deviation(distance, of, u, space, steady, goal_distance, goal_steady)
 
 
 def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:

@@ -13,7 +13,7 @@ from postproc.batch.journal import open_journal
 from postproc.batch.values import Settings, Shard
 from postproc.diagnostics import PostprocError
 
-from .folders import ROUGH, cached, convert, program, programs, statuses, tree, write
+from .folders import ROUGH, TOOL, cached, convert, program, programs, statuses, tree, write
 
 NAMES = {f"line{i % 3}/Seam{i}.mod" for i in range(4)}
 
@@ -58,6 +58,18 @@ def test_another_model_or_option_does_all_again(tmp_path: Path, settings: Settin
     convert(source, out)
     again, _ = convert(source, out, settings)
     assert not cached(again)
+
+
+@pytest.mark.parametrize("name", ["user.sys", "mine.py"])
+def test_code_of_effects_and_files_read_along_count(tmp_path: Path, name: str) -> None:
+    source = write(tmp_path / "in", {"One.mod": program("One", tool="")})
+    files = write(tmp_path, {"user.sys": f"MODULE user\n{TOOL}\nENDMODULE\n", "mine.py": "import numpy\n"})
+    settings = replace(ROUGH, side_files=(files / "user.sys",), effects=(files / "mine.py",))
+    first, _ = convert(source, tmp_path / "out", settings)
+    assert not first.failed and cached(convert(source, tmp_path / "out", settings)[0]) == {"One.mod"}
+    other = {"user.sys": f"MODULE user\n{TOOL.replace('[5,', '[6,')}\nENDMODULE\n", "mine.py": "import scipy\n"}
+    write(tmp_path, {name: other[name]})
+    assert not cached(convert(source, tmp_path / "out", settings)[0])
 
 
 def test_a_model_file_counts_by_what_it_says(tmp_path: Path) -> None:

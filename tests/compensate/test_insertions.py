@@ -306,6 +306,27 @@ def test_nothing_is_added_where_the_arm_may_come_from_elsewhere(way: str) -> Non
     assert found.outcomes[-1].status == "compensated"
 
 
+def test_nothing_is_added_before_a_statement_that_runs_elsewhere_too() -> None:
+    """`service` runs the same line to another place: targets added on this one would stand in its way."""
+    near, far = target(1350, -500), target(1350, -20)
+    go = "  PROC go(num h)\n    MoveL Offs(a,0,0,h),v50,fine,tT;\n  ENDPROC\n{service}"
+    text = module(f"CONST robtarget a:={far};", f"MoveJ {near},v200,fine,tT;\ngo 0;", go)
+    alone = convert(text.replace("{service}", ""), tolerance_m=4e-6)
+    assert alone.report["added_targets"] > 0
+    found = convert(text.replace("{service}", "  PROC service()\n    go 25;\n  ENDPROC\n"), tolerance_m=4e-6)
+    assert found.report["added_targets"] == 0
+
+
+def test_added_targets_take_the_small_zone_alone() -> None:
+    zone = "z50\\Z:=80\\Inpos:=inpos50"
+    body = f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -20)},v50,{zone},tT;\n"
+    text = module("", f"{body}MoveL {target(1350, -20, 800)},v50,fine,tT;")
+    steps = [s for s in body_of(written(convert(text, tolerance_m=4e-6))) if s.startswith("MoveL")]
+    assert len(steps) > 2
+    *added, own, _ = [("\\Z:=80" in step, "\\Inpos" in step) for step in steps]
+    assert set(added) == {(False, False)} and own == (True, True)
+
+
 def test_the_old_form_of_the_arc_statements() -> None:
     """`\\On` and `\\Off` light the arc and put it out at that statement's own target, not at an added one."""
     data = "v100,sm,wd,wv"

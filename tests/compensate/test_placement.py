@@ -68,3 +68,12 @@ def test_arc_is_split_until_it_fits() -> None:
     assert reached and len(arcs) > 1 and arcs[-1][1] == 200
     few, reached = place_arcs(bent, 1e-5, 100)
     assert not reached and 1 <= len(few) <= 2
+
+
+@pytest.mark.parametrize("shortest", [7, 20, 30, 45])
+def test_no_piece_of_an_arc_is_shorter_than_asked(shortest: int) -> None:
+    angle = np.linspace(0, 3, 101)
+    bent = np.stack([(1 + 3e-3 * np.cos(5 * angle)) * np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    arcs, _ = place_arcs(bent, 1e-6, shortest)
+    ends = [0, *(end for _, end in arcs)]
+    assert len(arcs) > 1 and min(np.diff(ends)) >= shortest

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.values import TargetValue
 from postproc.compensate.wishes import Wishes
+from postproc.diagnostics import Source
 from postproc.motion.curves import build_curves
 from postproc.rapid.records import Pose
 from tests.compensate.build import arm, codes, convert, independent, module, target, written
@@ -119,3 +121,20 @@ def test_what_would_be_worse_than_before_is_not_written(monkeypatch: pytest.Monk
     found = convert(module("", f"MoveJ {target(1300, -500)},v300,fine,tT;\nMoveL {target(1350, -430)},v100,fine,tT;"))
     assert not found.outputs
     assert [d.code for d in found.diagnostics if d.severity == "error"] == ["CMP013"]
+
+
+@pytest.mark.parametrize("share", [0.3, -0.3])
+def test_the_corrected_motion_is_the_programmed_one_with_the_correction_added(share: float) -> None:
+    """Joints that travel 30 % farther, or less far, in the same time are faster, or slower, by as much."""
+    text = module("", f"MoveJ {target(1150, -500, 960)},v200,fine,tT;\nMoveL {target(1350, -100)},vmax,fine,tT;")
+    plan = convert(text).plan
+    assert plan is not None
+    samples, source = plan.motion.samples, Source("m.mod", text.encode())
+    way = samples.q - samples.q[samples.goal[0]]
+    speeds = [
+        check_corrected(arm().robot, plan.motion.timeline, samples, samples.q + s * way, plan.curve, (), source)[
+            0
+        ].speed
+        for s in (0.0, share)
+    ]
+    assert speeds[1] == pytest.approx((1 + share) * speeds[0], rel=0.01)

@@ -141,7 +141,7 @@ def test_a_corner_stays_in_its_zone_and_keeps_the_direction_at_its_border() -> N
     assert not path.stop[1]
 
 
-@pytest.mark.parametrize(("ahead", "radius"), [(0.2, 0.1), (0.04, 0.02)])
+@pytest.mark.parametrize(("ahead", "radius"), [(0.2, 0.1), (0.04, 0.02), (0.5, 0.1)])
 def test_a_zone_reaches_half_way_to_the_neighbour_at_most(ahead: float, radius: float) -> None:
     path = corner(0.5, ahead)
     p = path.T_work_tcp[:, :3, 3] - np.array([1.1, 0.0, 0.5])

@@ -286,6 +286,8 @@ def test_payload_that_depends_on_a_signal_is_not_known() -> None:
 def test_total_load_of_a_move() -> None:
     event = events("GripLoad part; MoveL p,v5,z0,t\\TLoad:=part;", P + LOADS + TOOL)[0]
     assert (event.tool.tload.mass, event.gripload.mass) == (5, 0)
+    nothing = events("GripLoad part; MoveL p,v5,z0,t\\TLoad:=load0;", P + LOADS + TOOL)[0]
+    assert (nothing.tool.tload.mass, nothing.gripload.mass) == (2, 5)
 
 
 def test_program_displacement() -> None:

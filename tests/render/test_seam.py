@@ -126,6 +126,14 @@ def test_the_module_visits_the_points_and_every_confdata_is_right() -> None:
     assert notes == [n for n in notes if "seam data" in n or "weld data" in n]
 
 
+@pytest.mark.parametrize(("x", "zone"), [("1.9", "z0"), ("2.1", "z1")])
+def test_zones_are_smaller_than_the_shortest_gap(x: str, zone: str) -> None:
+    first, *rest = ROWS
+    near = ",".join([f"{float(first.split(',')[0]) + float(x)}", *first.split(",")[1:]])
+    source, _ = module(first, near, *rest)
+    assert {e.statement.argument("zone").text for e in walk(read_program(source))[2:5]} == {zone}  # type: ignore[union-attr]
+
+
 def test_each_speed_has_its_weld_data() -> None:
     rows = [f"{row},{speed}" for row, speed in zip(ROWS, (8, 8, 5.5, 8), strict=True)]
     source, _ = module(*rows, head=f"{HEAD},speed_mm_s", weld="wdRoot:=[7,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]]")
