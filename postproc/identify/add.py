@@ -18,19 +18,10 @@ from postproc.identify.record import fit_json, recorded_model
 from postproc.identify.selection import Screen, compose
 from postproc.identify.solve import Terms
 from postproc.identify.step import FRAMES
+from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
-COLUMNS = {
-    "v": "`v1_deg_s` .. `v6_deg_s`",
-    "a": "`a1_deg_s2` .. `a6_deg_s2`",
-    "approach": "`dir1` .. `dir6`",
-    "temperature": "`temperature_C`",
-    "time": "`time_s`",
-    "session": "`session`",
-    "wrench": "`fx_N` .. `mz_Nm`",
-}
-"""Columns of a table by the channel that an effect reads."""
 HELPS = 0.005
 """Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
 
@@ -159,7 +150,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     """
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
-        columns = ", ".join(COLUMNS.get(m, m) for m in missing)
+        columns = ", ".join(BY_CHANNEL.get(m, m) for m in missing)
         message = f"`{cls.key}` reads {columns}: the measurements have no such column"
         raise PostprocError(Diagnostic("DAT021", "error", message, fit.data.source, help="measure with that channel"))
     screen = Screen(fit.problem, {cls.key: cls})

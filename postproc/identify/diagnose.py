@@ -27,6 +27,7 @@ from postproc.identify.search import Missing, Search, check_backward, clear, ran
 from postproc.identify.selection import Candidate
 from postproc.identify.suspects import Suspect, by_channel
 from postproc.identify.tried import ODDS
+from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -107,8 +108,9 @@ def diagnose(
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
-    suspects = _suspects(search, final)
-    verdict: Verdict = "unknown" if suspects or _lack_of_fit(final) else "missing" if missing else "complete"
+    lacking = _lack_of_fit(final)
+    suspects = _suspects(search, final, lacking)
+    verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
     return Diagnosis(
@@ -128,12 +130,16 @@ def diagnose(
     )
 
 
-def _suspects(search: Search, final: Fit) -> tuple[Suspect, ...]:
-    """What the remaining structure follows; empty where nothing is clearly above the noise."""
+def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
+    """What the remaining structure follows; empty where nothing is clearly above the noise.
+
+    Args:
+        lacking: whether more is left than the noise.
+    """
     linear, share = search.fit.linear, worth_saying(final)
     strongest = search.suspects(search.fit, linear)
     still = any(_still(s, search.fit.problem, linear, share) for s in search.outside)
-    if not (still or _lack_of_fit(final) or (strongest and clear(strongest[0], linear, share))):
+    if not (still or lacking or (strongest and clear(strongest[0], linear, share))):
         strongest = []
     return (*by_channel(strongest, search.outside[1:]), *suspects_aside(final))
 
@@ -167,13 +173,7 @@ def _lack_of_fit(fit: Fit) -> bool:
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
     missing = cls.missing(fit.problem.sensitivity.state)
-    names = {
-        "v": "joint speed",
-        "a": "acceleration",
-        "approach": "approach side (dir1 .. dir6)",
-        "wrench": "external force",
-    }
-    return f"no {' or '.join(names.get(m, m) for m in missing)} channel"
+    return f"the table has no {' and no '.join(BY_CHANNEL.get(m, m) for m in missing)}"
 
 
 def _why_blind(candidate: Candidate) -> str:

@@ -161,7 +161,7 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
 
 
 def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    text = f"product of {first} and {second}"
+    text = f"{first} times {second}"
     names = (first, second)
     lines = Pattern((first,), "proportional", unit(a), "line"), Pattern((second,), "proportional", unit(b), "line")
     factors = ((lines[0], second), (lines[1], first))
@@ -171,7 +171,7 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
         for k in LOW:
             for j in LOW:
                 for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
-                    form = f"product of {k} {first} and {j} {second} waves"
+                    form = f"wave of {first}, {k} times a turn, times one of {second}, {j} times a turn"
                     yield Pattern(names, form, f(k * a) * g(j * b), "product of waves")
     elif first[0] == "q" and second not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
@@ -198,7 +198,7 @@ def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, p
     form = f"wave {order:.3g} times a turn"
     wave = Pattern(names[:1], form, np.asarray(np.cos(order * angle - phase), dtype=np.float64), "wave")
     line = Pattern(names[1:], "proportional", unit(size), "line")
-    text, value = f"product of {order:.3g} {names[0]} waves and {names[1]}", unit(wave.values * size)
+    text, value = f"{names[1]} times a wave of {names[0]}, {order:.3g} times a turn", unit(wave.values * size)
     factors = ((wave, names[1]), (line, names[0]))
     return Pattern(names, text, value, "swelling wave", where=where, finer=finer, factors=factors)
 

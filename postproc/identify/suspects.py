@@ -17,6 +17,9 @@ from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
 from postproc.identify.shapes import Pattern
 from postproc.identify.tried import ODDS, Tried
 
+TOGETHER = 0.97
+"""Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
+
 
 @dataclass(frozen=True)
 class Suspect:
@@ -90,7 +93,21 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
         share, text, names = min(1.0, found.fall / above), found.pattern.told(found.alike), found.pattern.channels
         place = tried.moves[found.where], found.pattern.values
         result += [Suspect(c, found.where, text, share, found.fall, found.worth, *place, names) for c in names]
-    return result
+    return [*result[:1], *_together(result[:1], every), *result[1:]]
+
+
+def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
+    """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
+    from scipy.stats import rankdata
+
+    lines = {p.channels[0]: rankdata(p.values) for p in every.every if p.kind == "line"}
+    return [
+        replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
+        for s in first
+        if len(s.channels) == 1 and s.channel in lines
+        for name, ranks in lines.items()
+        if name != s.channel and abs(np.corrcoef(ranks, lines[s.channel])[0, 1]) > TOGETHER
+    ]
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:

@@ -46,14 +46,25 @@ def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:
 
 
 def place(label: str) -> str:
-    """The forms of an effect as one phrase: ``joint 2; joint 3`` is ``joints 2 and 3``."""
-    parts = label.split("; ")
-    numbers = [re.fullmatch(r"(joint|body) (\d)", part) for part in parts]
-    kinds = {m[1] for m in numbers if m}
-    if len(parts) < 2 or len(kinds) != 1 or not all(numbers):
+    """The forms of an effect as one phrase.
+
+    ``joint 2; joint 3`` is ``joints 2 and 3``; ``joint 2, order 6; joint 2, order 7`` is ``joint 2, orders 6 and 7``.
+    """
+    parts = [re.fullmatch(r"(joint|body) (\d(?: and \d)*)(?:, order (\d+))?", part) for part in label.split("; ")]
+    found = [m for m in parts if m]
+    if len(found) < len(parts) or len({(m[1], m[3] is None) for m in found}) > 1:
         return label
-    plural = {"joint": "joints", "body": "bodies"}[kinds.pop()]
-    return f"{plural} {joined(sorted(m[2] for m in numbers if m))}"
+    orders: dict[str, list[str]] = {}
+    for m in found:
+        orders.setdefault(m[2], []).append(m[3])
+    if found[0][3]:
+        return "; ".join(f"{found[0][1]} {number}, {_several('order', some)}" for number, some in orders.items())
+    return _several(found[0][1], sorted(number for m in found for number in m[2].split(" and ")))
+
+
+def _several(word: str, numbers: Sequence[str]) -> str:
+    plural = {"joint": "joints", "body": "bodies", "order": "orders"}[word]
+    return f"{word if len(numbers) == 1 else plural} {joined(numbers)}"
 
 
 def held_text(fit: Fit, which: Iterable[tuple[str, int]]) -> str:

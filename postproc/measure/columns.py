@@ -50,6 +50,16 @@ APPROACH = tuple(f"dir{j}" for j in range(1, 7))
 SPEED = tuple(f"v{j}_deg_s" for j in range(1, 7))
 ACCELERATION = tuple(f"a{j}_deg_s2" for j in range(1, 7))
 TEXT = ("pose_id", "session", "target")
+BY_CHANNEL: Mapping[str, str] = {
+    "v": "`v1_deg_s` .. `v6_deg_s`",
+    "a": "`a1_deg_s2` .. `a6_deg_s2`",
+    "approach": "`dir1` .. `dir6`",
+    "temperature": "`temperature_C`",
+    "time": "`time_s`",
+    "session": "`session`",
+    "wrench": "`fx_N` .. `mz_Nm`",
+}
+"""The columns of a table by the channel that an effect reads; a column of the table's own is its own channel."""
 NUMBERS = (
     *JOINTS,
     *POSITION,

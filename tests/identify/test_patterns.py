@@ -11,7 +11,7 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.patterns import PLACES, Patterns, grown, odds, patterns, switched
 from postproc.identify.sensitivity import BODY
 from postproc.identify.shapes import Pattern, breaks, sharper
-from postproc.identify.suspects import find_suspects
+from postproc.identify.suspects import by_channel, find_suspects
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -218,3 +218,17 @@ def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere():
     assert found[0].where == "body 4, shifted"
     after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
     assert after.square < 1.3 * len(y)
+
+
+def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
+    """A hall that warms up all the time: temperature or time, this data cannot say."""
+    data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
+    fit = base_fit(data)
+    time, row = np.linspace(0.0, 7200.0, len(data)), fit.problem.row
+    warm, other = 20.0 + np.sqrt(time), np.random.default_rng(2).normal(size=len(data))
+    turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * ((warm - 20.0) / 50.0)[row]
+    y = turned + np.random.default_rng(1).normal(size=len(row))
+    lines = [Pattern((n,), "proportional", v, "line") for n, v in (("temperature", warm), ("time", time), ("x", other))]
+    shown = by_channel(find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns(lines)))
+    assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
+    assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}

@@ -25,6 +25,8 @@ from tests.identify.cells import base_fit, cell
 @pytest.mark.parametrize(
     ("label", "said"),
     [
+        ("body 2 and 3", "bodies 2 and 3"),
+        ("joint 2, order 6; joint 2, order 7; joint 3, order 4", "joint 2, orders 6 and 7; joint 3, order 4"),
         ("joint 2; joint 3", "joints 2 and 3"),
         ("body 5; body 2; body 3", "bodies 2, 3 and 5"),
         ("joint 2", "joint 2"),
