@@ -43,10 +43,11 @@ def run(
     from postproc.identify.add import grown
     from postproc.identify.fit import fit_model
     from postproc.model.arm import Model
-    from postproc.robot.catalogue import load_robot
+    from postproc.robot.catalogue import doubts, load_robot
 
     check_outputs((data, *table.inputs, robot), output)
     arm = load_robot(robot)
+    show(doubts(arm))
     words = [word.strip() for word in effects.split(",") if word.strip()]
     if not words:
         help_ = f"write `--effects {BASE}`"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.options import Flag
 from postproc.cli.report import print_json
+from postproc.cli.report import show as show_findings
 
 if TYPE_CHECKING:
     from postproc.arrays import Array
@@ -40,9 +41,10 @@ def show(name: str, /, *, json: Flag = False) -> int:
     """
     import numpy as np
 
-    from postproc.robot.catalogue import load_robot
+    from postproc.robot.catalogue import doubts, load_robot
 
     robot = load_robot(name)
+    show_findings(doubts(robot))
     if json:
         print_json({"schema": "postproc/robot/1", **_summary(robot), "sources": dict(robot.sources)})
         return 0

@@ -62,14 +62,15 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
 
 def _place(suspect: Suspect) -> dict[str, object] | None:
     """How the template moves the place; None for one that is no joint, body, tool or instrument as a whole."""
-    kind, _, number = suspect.where.partition(" ")
-    if kind == "joint":
-        return {"kind": "joint", "number": int(number) - 1, "unit": "rad"}
-    if kind in ("tool", "instrument") and not number and suspect.place.shape[2] == 3:
-        return {"kind": kind, "number": 0, "unit": "m"}
-    if kind in ("base", "body") and suspect.place.shape[2] == 3:
-        return {"kind": "body", "number": int(number or 0), "unit": "rad"}
-    return None
+    found = re.fullmatch(r"(joint|base|body|tool|instrument)(?: (\d))?(, shifted)?", suspect.where)
+    if found is None or suspect.place.shape[2] != (1 if found[1] == "joint" else 3):
+        return None
+    number = int(found[2] or 0)
+    if found[1] == "joint":
+        return {"kind": "joint", "number": number - 1, "unit": "rad"}
+    if found[1] in ("tool", "instrument"):
+        return {"kind": found[1], "number": 0, "unit": "m"}
+    return {"kind": "body", "number": number, "unit": "m" if found[3] else "rad"}
 
 
 def _numbers(values: Array) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -19,6 +19,8 @@ from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 ARMS = Path(__file__).parent / "arms"
 
+SHORTEST, LONGEST = 0.1, 20.0
+"""Sum of the links' lengths [m] of arms that exist, with a margin."""
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Positive = Annotated[float, Field(gt=0)]
@@ -61,7 +63,7 @@ class _Body(_Table):
 
 
 class _Bodies(_Table):
-    center_frame: str = Field("body", pattern="^(body|base_at_zero|dh)$")
+    center_frame: Literal["body", "base_at_zero", "dh"] = "body"
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)]
 
 
@@ -95,17 +97,25 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
         return read_urdf(path)
     if path.suffix.lower() != ".toml" or not isfile(path):
+        what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml") else "robot"
         known = ", ".join(f"`{r}`" for r in list_robots())
-        raise PostprocError(
-            Diagnostic(
-                "KIN006",
-                "error",
-                f"there is no robot `{name_or_path}`",
-                help=f"known: {known}; or the path of a robot TOML or URDF",
-            )
-        )
+        help_ = f"known: {known}; or the path of a robot TOML or URDF"
+        raise PostprocError(Diagnostic("KIN006", "error", f"there is no {what} `{name_or_path}`", help=help_))
     source = read_source(path, "KIN007")
     return read_robot(source)
+
+
+def doubts(robot: Robot) -> list[Diagnostic]:
+    """KIN010 where an arm is hardly meant: nothing on it has a mass, or it is shorter or longer than any arm."""
+    found = []
+    if not robot.mass.any():
+        text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
+        found.append(Diagnostic("KIN010", "warning", text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML"))
+    reach = float(np.linalg.norm(robot.link[:, :3, 3], axis=1).sum())
+    if not SHORTEST < reach < LONGEST:
+        text = f"the links of `{robot.name}` are {reach:.4g} m long, one after another"
+        found.append(Diagnostic("KIN010", "warning", text, help="lengths are in m in a URDF, in mm in a TOML"))
+    return found
 
 
 def read_robot(source: Source) -> Robot:

@@ -12,6 +12,8 @@ from postproc.robot.arm import Robot
 from postproc.robot.opw import derive
 
 ACCELERATION = np.array([8.0, 8.0, 8.0, 20.0, 20.0, 25.0])  # estimate: URDF has no accelerations
+ENDLESS = 2 * np.pi
+"""A joint without limits turns so far to either side: poses are drawn inside limits."""
 
 
 def read_urdf(path: Path) -> Robot:
@@ -44,14 +46,18 @@ def read_urdf(path: Path) -> Robot:
     link = np.array([model.jointPlacements[i].homogeneous for i in range(1, 7)] + [flange.placement.homogeneous])
     endless = np.array([model.joints[i].nq == 2 for i in range(1, 7)])
     first = np.array([model.joints[i].idx_q for i in range(1, 7)])
+    lower = np.where(endless, -ENDLESS, np.array(model.lowerPositionLimit)[first])
+    upper = np.where(endless, ENDLESS, np.array(model.upperPositionLimit)[first])
+    if not (lower < upper).all():
+        raise _wrong(path, "a lower limit is not below its upper limit")
     speed = np.array(model.velocityLimit)
     effort = np.array(model.effortLimit)
     return Robot(
         name=str(model.name),
         link=link,
         axis=motion[:, 3:],
-        lower=np.where(endless, -np.inf, np.array(model.lowerPositionLimit)[first]),
-        upper=np.where(endless, np.inf, np.array(model.upperPositionLimit)[first]),
+        lower=lower,
+        upper=upper,
         speed=np.where((speed > 0) & np.isfinite(speed), speed, np.pi),
         acceleration=ACCELERATION,
         jerk=10 * ACCELERATION,

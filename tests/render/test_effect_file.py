@@ -101,6 +101,11 @@ def test_a_key_of_the_library_is_not_taken() -> None:
     found = diagnose(base_fit(data).model, data)
     assert effect_file(found, "backlash", "cell.csv")[0] == "own_backlash"
     assert effect_file(found, "77", "cell.csv")[0] == "own"
+    beside = replace(found.suspects[0], where="body 4, shifted", place=np.repeat(found.suspects[0].place, 3, axis=2))
+    text = effect_file(replace(found, suspects=(beside,)), "own", "cell.csv")[1]
+    assert text is not None
+    assert "moved[:, :3] = shape[:, None] * self.size_m" in text
+    assert "Displacement(body={4: moved})" in text
     # What is no single place of the arm cannot be drafted.
     scale = replace(found.suspects[0], where="instrument, scale")
     assert effect_file(replace(found, suspects=(scale,)), "own", "cell.csv")[1] is None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.robot.catalogue import ARMS, list_robots, load_robot, read_robot
+from postproc.robot.catalogue import ARMS, doubts, list_robots, load_robot, read_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import body_poses, forward
@@ -113,3 +114,34 @@ def test_urdf_gives_the_same_arm(tmp_path: Path) -> None:
     with pytest.raises(PostprocError) as error:
         load_robot(path)
     assert error.value.diagnostics[0].code == "KIN007"
+
+
+def test_a_urdf_that_is_hardly_meant_is_doubted(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+
+    def said(text: str) -> list[str]:
+        path.write_text(text, encoding="utf-8")
+        return [f"{d.code} {d.message} {d.help}" for d in doubts(load_robot(path))]
+
+    assert said(urdf()) == []
+    [massless] = said(re.sub("<inertial>.*?</inertial>", "", urdf()))
+    assert "no masses" in massless
+    [long] = said(urdf().replace("0 0 0.9", "0 0 900").replace("0.96 0 0", "960 0 0"))
+    assert "lengths are in m in a URDF" in long
+    assert [doubts(load_robot(name)) for name in list_robots()] == [[]] * len(list_robots())
+
+
+def test_limits_of_a_urdf_are_an_interval(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace('lower="-3" upper="3"', 'lower="3" upper="-3"'), encoding="utf-8")
+    with pytest.raises(PostprocError, match="lower limit"):
+        load_robot(path)
+    path.write_text(urdf().replace('type="revolute"', 'type="continuous"'), encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.lower.tolist() == [-2 * np.pi] * 6
+    assert robot.upper.tolist() == [2 * np.pi] * 6
+
+
+def test_a_file_that_is_not_there_is_no_name(tmp_path: Path) -> None:
+    with pytest.raises(PostprocError, match="there is no robot file"):
+        load_robot(tmp_path / "mine.toml")
