@@ -308,23 +308,20 @@ def test_nothing_is_added_where_the_arm_may_come_from_elsewhere(way: str) -> Non
 
 def test_nothing_is_added_before_a_statement_that_runs_elsewhere_too() -> None:
     """`service` runs the same line to another place: targets added on this one would stand in its way."""
-    near, far = target(1350, -500), target(1350, -20)
-    go = "  PROC go(num h)\n    MoveL Offs(a,0,0,h),v50,fine,tT;\n  ENDPROC\n{service}"
-    text = module(f"CONST robtarget a:={far};", f"MoveJ {near},v200,fine,tT;\ngo 0;", go)
-    alone = convert(text.replace("{service}", ""), tolerance_m=4e-6)
-    assert alone.report["added_targets"] > 0
-    found = convert(text.replace("{service}", "  PROC service()\n    go 25;\n  ENDPROC\n"), tolerance_m=4e-6)
-    assert found.report["added_targets"] == 0
+    go = "  PROC go(robtarget p)\n    MoveL p,v50,fine,tT;\n  ENDPROC\n  PROC service()\n{call}  ENDPROC\n"
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\ngo {target(1350, -20)};", go)
+    assert convert(text.replace("{call}", ""), tolerance_m=4e-6).report["added_targets"] > 0
+    found = convert(text.replace("{call}", f"    go {target(1300, -60)};\n"), tolerance_m=4e-6)
+    assert found.report["added_targets"] == 0 and outcome(found, 1).edited == "call"
 
 
 def test_added_targets_take_the_small_zone_alone() -> None:
     zone = "z50\\Z:=80\\Inpos:=inpos50"
-    body = f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {target(1350, -20)},v50,{zone},tT;\n"
-    text = module("", f"{body}MoveL {target(1350, -20, 800)},v50,fine,tT;")
-    steps = [s for s in body_of(written(convert(text, tolerance_m=4e-6))) if s.startswith("MoveL")]
-    assert len(steps) > 2
-    *added, own, _ = [("\\Z:=80" in step, "\\Inpos" in step) for step in steps]
-    assert set(added) == {(False, False)} and own == (True, True)
+    body = f"ArcLStart {target(1350, -500)},v100,sm,wd,fine,tT;\nArcL {target(1350, -20)},v100,sm,wd,{zone},tT;\n"
+    text = module("", f"{body}ArcLEnd {target(1350, -20, 800)},v100,sm,wd,fine,tT;")
+    steps = [s for s in body_of(written(convert(text, tolerance_m=4e-6))) if s.startswith("ArcL ")]
+    *added, own = [("\\Z:=80" in step, "\\Inpos" in step) for step in steps]
+    assert added and set(added) == {(False, False)} and own == (True, True)
 
 
 def test_the_old_form_of_the_arc_statements() -> None:
