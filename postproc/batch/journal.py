@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
@@ -22,6 +23,7 @@ from postproc.batch.values import Result
 from postproc.diagnostics import Diagnostic, PostprocError
 
 STATE = ".postproc"
+EDITED = "edited"  # in it: files of the tree that somebody changed
 Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
 KINDS = {"name": str, "key": str, "status": str, "outputs": dict}
 Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
@@ -43,6 +45,15 @@ class Journal:
     log: IO[bytes]
     now: dict[Subject, Line] = field(default_factory=dict)
 
+    @cached_property
+    def written(self) -> Mapping[str, AbstractSet[str]]:
+        """Hashes of what earlier runs wrote, by file."""
+        found: dict[str, set[str]] = {}
+        for line in chain.from_iterable(self.before.values()):
+            for path, hash_ in line["outputs"].items():
+                found.setdefault(path, set()).add(hash_)
+        return found
+
     def find(self, name: str, key: str) -> Line | None:
         """The line about a task that was made from the same input, if all it wrote still stands in the tree."""
         for line in reversed(self.before.get((False, name), [])):
@@ -62,10 +73,11 @@ class Journal:
         return line
 
     def add(self, result: Result) -> Line:
-        """Write the files of a result, then its line."""
+        """Write the files of a result, then its line; the line as it is told, with what was edited by hand since."""
+        edited = [d.as_json() for path, data in result.outputs.items() for d in self.spare(path, data)]
         for path, data in result.outputs.items():
             self.write(path, data)
-        return self.note(
+        line = self.note(
             {
                 "name": result.name,
                 "key": result.key if result.final else "",
@@ -75,6 +87,19 @@ class Journal:
                 "findings": [dict(f) for f in result.findings],
             }
         )
+        return {**line, "findings": [*line["findings"], *edited]}
+
+    def spare(self, path: str, data: bytes) -> Iterator[Diagnostic]:
+        """Put a file aside that is about to be written anew and is not as a batch wrote it."""
+        try:
+            there = (self.root / path).read_bytes()
+        except OSError:
+            return
+        if there != data and sha256(there).hexdigest() not in self.written.get(path, set()):
+            self.write(f"{STATE}/{EDITED}/{path}", there)
+            text = f"`{path}` was edited since a batch wrote it, and is written anew"
+            help_ = f"the edited file is kept as `{self.root / STATE / EDITED / path}`: make such changes in the input"
+            yield Diagnostic("BAT016", "warning", text, help=help_)
 
     def copy(self, path: str, data: bytes) -> None:
         """Put a file into the tree as it is."""

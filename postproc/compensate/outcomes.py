@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction import BEFORE_TARGET, FROM_START, Transition
+from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
@@ -168,11 +168,11 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
         move = plan.motion.moves[t.move]
         text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:
-            action = (
-                "start and end the seam with a stop, or let the force act on the whole program"
-                if t.where in (BEFORE_TARGET, FROM_START)
-                else "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
-            )
+            action = "start and end the seam with a stop"
+            if plan.motion.states.sides is not None:
+                action = "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
+            elif plan.motion.states.options.force_on == "arc":
+                action += ", or let the force act on the whole program"
             text += ", while the arc burns"
             findings.append(_finding("CMP008", "warning", events[move.event].statement, text, action))
         else:

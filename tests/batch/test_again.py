@@ -42,7 +42,22 @@ def test_what_changed_is_done_again(tmp_path: Path) -> None:
     again, _ = convert(source, out)
     assert cached(again) == {"line0/Seam3.mod"}
     fresh, _ = convert(source, tmp_path / "fresh")
-    assert tree(out) == tree(tmp_path / "fresh") and not fresh.failed
+    left = {path: content for path, content in tree(out).items() if "/edited/" not in path}
+    assert left == tree(tmp_path / "fresh") and not fresh.failed
+
+
+def test_what_somebody_edited_is_put_aside_before_it_is_written_anew(tmp_path: Path) -> None:
+    source, out = programs(tmp_path / "in", 2), tmp_path / "out"
+    convert(source, out)
+    by_hand = (out / "line0/Seam0.mod").read_bytes() + b"! touched up on the pendant\n"
+    (out / "line0/Seam0.mod").write_bytes(by_hand)
+    write(source, {"line1/Seam1.mod": program("Seam1", 1300)})
+    again, _ = convert(source, out)
+    told = {o.task.name: [f["code"] for f in o.findings] for o in again.outcomes}
+    assert told == {"line0/Seam0.mod": ["BAT016"], "line1/Seam1.mod": []}
+    assert (out / ".postproc/edited/line0/Seam0.mod").read_bytes() == by_hand
+    quiet, _ = convert(source, out)
+    assert cached(quiet) == {"line0/Seam0.mod", "line1/Seam1.mod"} and not any(o.findings for o in quiet.outcomes)
 
 
 @pytest.mark.parametrize(
