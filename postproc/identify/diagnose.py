@@ -124,7 +124,7 @@ def diagnose(
         untestable=untestable,
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
-        floor=base.noise.position,
+        floor=final.scatter.position,
         bound=search.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )

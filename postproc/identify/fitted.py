@@ -16,13 +16,15 @@ from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_o
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise
+from postproc.measure.repeat import Noise, estimate_noise
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 
 if TYPE_CHECKING:
     from postproc.identify.leftover import Leftover
 
+QUIETER = 0.8
+"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 SURE = 100.0
 """Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
 
@@ -200,6 +202,15 @@ class Fit:
         return rms(self.held_out_error)
 
     @cached_property
+    def scatter(self) -> Noise:
+        """The noise by what the model leaves: repeats of another time or temperature differ by what it tells."""
+        left = estimate_noise(self.data, error=self.problem.error[:, :3])
+        known, quiet = self.noise.position, left.position
+        if self.noise.origin != "repeats" or self.data.rounding or not (known and quiet) or quiet > QUIETER * known:
+            return self.noise
+        return left
+
+    @cached_property
     def leftover(self) -> Leftover:
         """How much of the residual is noise, and how far free functions of the channels would bring it."""
         from postproc.identify.leftover import leftover
@@ -213,12 +224,12 @@ class Fit:
         The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
         follows no channel where the noise is not known.
         """
-        own, noise = self._square, self.noise.position
+        own, noise = self._square, self.scatter.position
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc
 
-        dof = self.noise.dof if np.isfinite(self.noise.dof) else 1e6
+        dof = self.scatter.dof if np.isfinite(self.scatter.dof) else 1e6
         if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
             return 0.0
         return float(np.sqrt(own - noise**2))

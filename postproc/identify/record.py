@@ -31,9 +31,9 @@ def recorded_model(fit: Fit) -> Model:
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
-    if fit.noise.position is not None:
-        table["noise_mm"] = _mm(fit.noise.position)
-        table["noise_from"] = fit.noise.origin
+    if fit.scatter.position is not None:
+        table["noise_mm"] = _mm(fit.scatter.position)
+        table["noise_from"] = fit.scatter.origin
     if data.source is not None:
         table["data"] = data.source.path.replace("\\", "/").rsplit("/", 1)[-1]
         table["data_sha256"] = hashlib.sha256(data.source.data).hexdigest()
@@ -99,7 +99,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "rms_mm": _mm(fit.rms),
         "rms_3d_mm": _mm(fit.rms * np.sqrt(3)),
         "held_out_rms_mm": _mm(fit.held_out_rms),
-        "noise_mm": None if fit.noise.position is None else _mm(fit.noise.position),
+        "noise_mm": None if fit.scatter.position is None else _mm(fit.scatter.position),
         "noise_from": fit.noise.origin,
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],

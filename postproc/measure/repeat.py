@@ -29,17 +29,21 @@ class Noise:
     origin: Literal["repeats", "sigma_mm", "user", "none"]
 
 
-def estimate_noise(data: Measurements, stated: float | None = None) -> Noise:
+def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
     """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
 
     Else from column ``sigma_mm``. Repeats of one visit count where there are enough of them: those of a later round, at
     another temperature, differ by drift and growth as well.
+
+    Args:
+        error: (n, 3) what a model leaves of the positions [m]: its scatter within repeats counts in place of theirs.
     """
+    places = data.position if error is None else error
     rotation, rotation_dof = _rotation_scatter(data, data.repeats)
     if stated is not None:
         return Noise(stated, np.inf, rotation, rotation_dof, "user")
     for groups in (visits(data), data.repeats):
-        square, dof = pooled_scatter(_without_strays(data.position, groups), groups)
+        square, dof = pooled_scatter(_without_strays(places, groups), groups)
         if dof >= 9 and square > 0:
             return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
     if data.sigma is not None:

@@ -7,14 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.effects.contract import State
 from postproc.identify.fit import fit_model
 from postproc.identify.problem import Problem, make_weights
-from postproc.identify.record import cautions
+from postproc.identify.record import cautions, fit_json
 from postproc.identify.solve import Terms
+from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds
+from tests.independent.arm import ARMS as ARMS_BY_NAME
+from tests.independent.cells import States, draw_cell, draw_states, measure
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -123,3 +127,34 @@ def test_too_few_poses_are_said():
     few = data.rows(np.isin(data.repeats, data.repeats[:8]))
     assert "DAT016" in [d.code for d in cautions(base_fit(few))]
     assert cautions(base_fit(data)) == []
+
+
+def warm_rounds(seed: int, noise: float):
+    """Twelve poses measured again in a later, warmer round of a cell whose joints drift with temperature."""
+    g = np.random.default_rng(seed)
+    arm = ARMS_BY_NAME["irb4600_60_205"]()
+    cell_ = draw_cell(g, arm, (kinds.thermal_joint_drift(g, arm),))
+    s = draw_states(g, 100, arm, False, False)
+    later = replace(s.take(np.arange(0, 96, 8)), temperature=np.full(12, 45.0), time=np.linspace(30000, 31000, 12))
+    parts = {k: (s, later) for k in ("q", "approach", "temperature", "time", "mass", "center")}
+    whole = States(**{k: np.concatenate([getattr(a, k), getattr(b, k)]) for k, (a, b) in parts.items()})
+    places = measure(cell_, whole) + g.normal(0, noise, (112, 3))
+    state = State(
+        whole.q,
+        approach=whole.approach,
+        temperature=whole.temperature,
+        time=whole.time,
+        payload_mass=whole.mass,
+        payload_center=whole.center,
+    )
+    ids = [*range(100), *range(0, 96, 8)]
+    return Measurements(state, places, pose_id=tuple(str(i) for i in ids), row=tuple(range(1, 113)), line=(1,) * 112)
+
+
+def test_repeats_of_a_warmer_round_tell_the_noise_once_the_drift_is_known():
+    data = warm_rounds(71, 2e-5)
+    lacking, whole = base_fit(data), base_fit(data, more=("thermal_joint_drift",))
+    assert lacking.noise.position == whole.noise.position > 2 * 2e-5
+    assert lacking.scatter is lacking.noise
+    assert whole.scatter.position == pytest.approx(2e-5, rel=0.25)
+    assert fit_json(whole)["noise_mm"] == pytest.approx(0.02, rel=0.25)
