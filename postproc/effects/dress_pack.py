@@ -59,13 +59,13 @@ class DressPack(
         if current is not None or state.T_base_body is None or state.robot is None:
             return (variant(current or cls()),)
         found: list[Variant] = []
-        for (body, here), (far, there) in _routes(state.robot):
+        for taut, (body, here), (far, there) in _routes(state.robot):
             start = cls(body_from=body, body_to=far, from_m=here, to_m=there)
             distance = start._ends(state)[2]
+            slack = 0.8 * distance.min() if taut else np.quantile(distance, 0.3)
             where = f"from body {body}" if far == 6 else f"from body {body} to {far}"
-            for label, slack in (("always taut", 0.8 * distance.min()), ("slack at times", np.quantile(distance, 0.3))):
-                odds = 1.0 if far == 6 else RARE
-                found.append(variant(replace(start, slack_m=float(slack)), f"{where}, {label}", odds=odds))
+            label = f"{where}, {'always taut' if taut else 'slack at times'}"
+            found.append(variant(replace(start, slack_m=float(slack)), label, odds=1.0 if far == 6 else RARE))
         return tuple(found)
 
 
@@ -74,18 +74,18 @@ RARE = 0.1
 Place = tuple[int, Array]
 
 
-def _routes(robot: Robot) -> list[tuple[Place, Place]]:
-    """Where a search of both ends begins: every body that pulls at one beyond its neighbour.
+def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
+    """Where a search of both ends begins, and whether taut: from every body to the one after next and to the flange.
 
     From half way along the one, two hands' width to either side, to four places around the axis that carries the other.
     """
-    found: list[tuple[Place, Place]] = []
+    found: list[tuple[bool, Place, Place]] = []
     for body in range(1, 5):
-        middle, sides = 0.5 * distal_point(robot, body), _across(joint_axis(robot, body))
-        starts = [(body, middle + 0.2 * side) for side in sides[:2]]
-        for far in range(body + 2, 7):
-            ends = [(far, 0.1 * way) for way in _across(robot.axis[far - 1])]
-            found += [(start, end) for start in starts for end in ends]
+        middle, (side, other, _, _) = 0.5 * distal_point(robot, body), _across(joint_axis(robot, body))
+        for far in sorted({body + 2, 6}):
+            for way in _across(robot.axis[far - 1]):
+                end = (far, 0.1 * way)
+                found += [(True, (body, middle + 0.2 * side), end), (False, (body, middle + 0.2 * other), end)]
     return found
 
 

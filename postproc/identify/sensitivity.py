@@ -82,7 +82,10 @@ class Sensitivity:
             load = None if type(effect).load is Effect.load else load_of(moved, state)
             return flat(displacement_of(moved, state), n), flat_load(load, n)
 
-        here = answer(x) if effect.linear and amplitude[index].any() else None
+        here = None
+        if effect.linear and amplitude[index].any():
+            # At null nothing moves, which need not be worked out.
+            here = (np.zeros((n, PLACES)), np.zeros((n, 54))) if effect.is_null else answer(x)
         for i in index:
             exact = here is not None and bool(amplitude[i])
             step = np.zeros_like(x)

@@ -20,7 +20,7 @@ from postproc.identify.sensitivity import flat
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
-STAGES = ((3, 10), (6, 4), (25, 3))
+STAGES = ((3, 6), (6, 3), (25, 2))
 """Steps of a search, and how many of the best starts go on after them."""
 ENOUGH = 3e-3
 """Share of the sum of squares below which a step is the last: a full fit follows."""
