@@ -13,7 +13,14 @@ from postproc.cli.report import print_json
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
 from postproc.effects.conformance import check_effect
-from postproc.effects.registry import effect_library, find_effect, keys_taken_twice, load_effect_file, origin
+from postproc.effects.registry import (
+    effect_library,
+    find_effect,
+    installed_effects,
+    keys_taken_twice,
+    load_effect_file,
+    origin,
+)
 
 
 def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
@@ -24,6 +31,7 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
         json: print the postproc/effects/1 document.
     """
     library = effect_library(effects)
+    report.show(installed_effects()[1])
     if json:
         print_json({"schema": "postproc/effects/1", "effects": [_document(cls) for cls in library.values()]})
         return 0

@@ -9,13 +9,17 @@ import inspect
 import sys
 import traceback
 from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
+from dataclasses import replace
 from difflib import get_close_matches
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, has_errors
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect
@@ -77,7 +81,7 @@ def effect_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     Raises:
         PostprocError: a file is wrong, or two effects claim one key (EFF007 names both places).
     """
-    every = [*BUILT_IN, *installed_effects()]
+    every = [*BUILT_IN, *installed_effects()[0]]
     for file in dict.fromkeys(Path(f).resolve() for f in files):
         every += load_effect_file(file)
     if found := keys_taken_twice(every):
@@ -108,24 +112,48 @@ def find_effect(key: str, library: Library) -> type[Effect]:
         return library[key]
     close = get_close_matches(key, list(library), n=3, cutoff=0.5)
     hint = "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else "known: " + ", ".join(library)
-    raise PostprocError(Diagnostic("EFF020", "error", f"there is no effect `{key}`", help=hint))
+    unknown = Diagnostic("EFF020", "error", f"there is no effect `{key}`", help=hint)
+    raise PostprocError([unknown, *installed_effects()[1]])
 
 
-def installed_effects() -> tuple[type[Effect], ...]:
-    """Effects of installed packages; an entry point names a class, or a module whose effects are all taken.
+def installed_effects() -> tuple[list[type[Effect]], list[Diagnostic]]:
+    """Effects of installed packages, and what is wrong with those that are left out.
 
-    Raises:
-        PostprocError: EFF001, an entry point does not load.
+    An entry point names a class, or a module whose effects are all taken. One that does not load (EFF001), whose key is
+    taken (EFF007) or that fails a check is a warning, for who asks for it: most commands need none of them.
     """
     found: list[type[Effect]] = []
+    wrong: list[Diagnostic] = []
     for entry in entry_points(group=GROUP):
-        try:
+        classes, problems = _installed(entry)
+        wrong += [replace(d, severity="warning") for d in problems]
+        for cls in classes:
+            taken = keys_taken_twice([*BUILT_IN, *found, cls])
+            found += [] if taken else [cls]
+            wrong += [replace(d, severity="warning") for d in taken]
+    return found, wrong
+
+
+@cache
+def _installed(entry: EntryPoint) -> tuple[tuple[type[Effect], ...], tuple[Diagnostic, ...]]:
+    """Effects of one entry point, and what is wrong with it."""
+    try:
+        with redirect_stdout(sys.stderr):  # stdout is for results
             loaded = entry.load()
-        except Exception as error:
-            message = f"the entry point `{entry.name}` ({entry.value}) does not load: {describe(error)}"
-            raise PostprocError(Diagnostic("EFF001", "error", message, help="repair or remove that package")) from error
-        found += effects_of(loaded) if isinstance(loaded, ModuleType) else [loaded]
-    return tuple(found)
+    except (Exception, SystemExit) as error:
+        message = f"the entry point `{entry.name}` ({entry.value}) does not load: {describe(error)}"
+        return (), (Diagnostic("EFF001", "error", message, help="repair or remove that package"),)
+    classes = tuple(effects_of(loaded)) if isinstance(loaded, ModuleType) else (loaded,)
+    problems = [_problems((cls,)) for cls in classes]
+    sound = tuple(cls for cls, found in zip(classes, problems, strict=True) if not found)
+    return sound, tuple(chain.from_iterable(problems))
+
+
+def _problems(classes: Iterable[type[Effect]]) -> tuple[Diagnostic, ...]:
+    """Errors that the conformance kit finds."""
+    from postproc.effects.conformance import check_effect
+
+    return tuple(d for cls in classes for d in check_effect(cls) if d.severity == "error")
 
 
 def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect], ...]:
@@ -151,12 +179,8 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
         message = "the file defines no effect"
         raise PostprocError(Diagnostic("EFF008", "error", message, Source(str(path), data), help=help))
     _check_names(Source(str(path), data))
-    if check:
-        from postproc.effects.conformance import check_effect
-
-        found = [d for cls in classes for d in check_effect(cls)]
-        if has_errors(found):
-            raise PostprocError([d for d in found if d.severity == "error"])
+    if check and (found := _problems(classes)):
+        raise PostprocError(found)
     return classes
 
 
@@ -220,7 +244,8 @@ def _run(name: str, path: Path, data: bytes) -> None:
     # Pickle and inspect look classes up by the module's name.
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        with redirect_stdout(sys.stderr):  # stdout is for results
+            spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         del sys.modules[name]
         line = line_of(error, str(path))

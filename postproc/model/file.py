@@ -13,7 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.effects.base import Effect
 from postproc.effects.joint_compliance import JointCompliance
-from postproc.effects.registry import effect_library
+from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -128,6 +128,8 @@ def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -
         found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]
         if not problems:
             effects.append(library[key].from_file(table))
+    if any(d.code == "MOD003" for d in found):
+        found += installed_effects()[1]
     if found:
         raise PostprocError(found)
     return tuple(effects)

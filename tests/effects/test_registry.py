@@ -5,10 +5,12 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint
 
+import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.effects import registry
+from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
 from postproc.effects.registry import BUILT_IN, effect_library, find_effect, load_effect_file, origin
 
@@ -156,6 +158,20 @@ class Rattle(Effect):
 
     size_rad: float = param(unit="rad")
 
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, 1] = self.size_rad * np.sin(9 * state.q[:, 1])
+        return dq
+
+
+class Rattler(Effect, reads=("q",)):
+    """Raises."""
+
+    size_rad: float = param(unit="rad")
+
+    def displacement(self, state):
+        raise ValueError("no data for joint 6")
+
 
 def test_entry_points_of_installed_packages(monkeypatch):
     def declared(value):
@@ -166,11 +182,36 @@ def test_entry_points_of_installed_packages(monkeypatch):
     assert effect_library()["rattle"] is Rattle
     declared("rattling_package")
     assert effect_library()["rattle"] is Rattle
-    declared("rattling_package:Missing")
+
+
+@pytest.mark.parametrize(
+    ("value", "code", "said"),
+    [
+        ("rattling_package:Missing", "EFF001", "the entry point `rattle` (rattling_package:Missing) does not load"),
+        ("rattling_package:Rattler", "EFF005", "no data for joint 6"),
+        ("rattling_package:Taken", "EFF007", "the key `backlash` is taken twice"),
+    ],
+)
+def test_a_broken_package_stops_only_who_asks_for_it(monkeypatch, value, code, said):
+    taken = type("Taken", (Rattle,), {"__doc__": "Has a taken key.", "__module__": __name__}, key="backlash")
+    monkeypatch.setattr(sys.modules[__name__], "Taken", taken, raising=False)
+    monkeypatch.setitem(sys.modules, "rattling_package", sys.modules[__name__])
+    monkeypatch.setattr(registry, "entry_points", lambda group: [EntryPoint("rattle", value, group)])
+    library = effect_library()
+    assert list(library) == [cls.key for cls in registry.BUILT_IN]
+    assert library["backlash"] is Backlash
     with pytest.raises(PostprocError) as error:
-        effect_library()
-    assert error.value.diagnostics[0].code == "EFF001"
-    assert "the entry point `rattle` (rattling_package:Missing) does not load" in error.value.diagnostics[0].message
+        find_effect("rattler", library)
+    unknown, *rest = error.value.diagnostics
+    assert unknown.code == "EFF020"
+    assert [(d.code, d.severity) for d in rest[:1]] == [(code, "warning")]
+    assert said in rest[0].message
+
+
+def test_what_an_effect_file_prints_is_not_a_result(step_file, capsys):
+    step_file.write_text("print('hi')\n" + step_file.read_text(encoding="utf-8"), encoding="utf-8")
+    load_effect_file(step_file)
+    assert capsys.readouterr() == ("", "hi\n")
 
 
 def test_effects_of_a_file_travel_to_another_process(step_file, tmp_path):
