@@ -11,11 +11,12 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
+from postproc.identify.candidate import Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
-from postproc.identify.selection import Screen, compose
+from postproc.identify.selection import compose
 from postproc.identify.solve import Terms
 from postproc.identify.step import FRAMES
 from postproc.measure.columns import BY_CHANNEL

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.linear import Linear, basis_of, independent_share
+from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
-from postproc.identify.search import Missing, Search, clear, worth_saying
-from postproc.identify.selection import Candidate
+from postproc.identify.search import Missing, clear, worth_saying
 from postproc.identify.suspects import Suspect
 
 MOST = 3

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
+from postproc.identify.candidate import Screen
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import ordinary
 from postproc.identify.problem import Problem
-from postproc.identify.selection import Screen, compose
+from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
 
 

@@ -12,6 +12,8 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.identify.aside import suspects_aside
+from postproc.identify.backward import check_backward
+from postproc.identify.candidate import Candidate
 from postproc.identify.channels import channels
 from postproc.identify.contest import contested
 from postproc.identify.findings import MANY, data_findings, larger_noise, standing_out
@@ -22,9 +24,9 @@ from postproc.identify.linear import Linear
 from postproc.identify.lines import lines_or_map
 from postproc.identify.patterns import patterns
 from postproc.identify.problem import Problem
+from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
-from postproc.identify.search import Missing, Search, check_backward, clear, ranking, select_forward, worth_saying
-from postproc.identify.selection import Candidate
+from postproc.identify.search import Missing, clear, select_forward, worth_saying
 from postproc.identify.suspects import Suspect, by_channel
 from postproc.identify.tried import ODDS
 from postproc.measure.columns import BY_CHANNEL

@@ -10,12 +10,13 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test
 from postproc.identify.problem import Problem
-from postproc.identify.selection import Candidate, Screen, columns_of, corrected, linear_part
+from postproc.identify.selection import columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED, Terms

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from postproc.effects.joint_error_map import JointErrorMap, named
 from postproc.effects.transmission_error import GEAR, TransmissionError
+from postproc.identify.candidate import Candidate
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.judgement import predicts_better
 from postproc.identify.linear import f_test
-from postproc.identify.search import Missing, Search
-from postproc.identify.selection import Candidate
+from postproc.identify.ranking import Search
+from postproc.identify.search import Missing
 from postproc.identify.solve import Terms
 
 LINES, MAP = "transmission_error", "joint_error_map"

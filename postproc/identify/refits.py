@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import refit
-from postproc.identify.selection import Candidate, Screen, grown
+from postproc.identify.selection import grown
 from postproc.identify.solve import Terms
 
 ENOUGH = 3000

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.record import cautions, parameters_json, structure_json
-from postproc.identify.selection import Candidate
 from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:

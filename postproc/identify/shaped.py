@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, displacement_of, load_of
 from postproc.effects.similarity import ordinary_sizes
+from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import laplace
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem, Weights
-from postproc.identify.selection import Candidate, Screen, corrected, kind
+from postproc.identify.selection import corrected
 from postproc.identify.sensitivity import flat
 
 POSES = 120

@@ -9,10 +9,11 @@ import numpy as np
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.candidate import Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
 from postproc.identify.judgement import confusable
-from postproc.identify.selection import Screen, compose
+from postproc.identify.selection import compose
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 

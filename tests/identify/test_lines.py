@@ -7,10 +7,11 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.candidate import Candidate
 from postproc.identify.fit import fit_model
 from postproc.identify.lines import lines_or_map
-from postproc.identify.search import Missing, Search
-from postproc.identify.selection import Candidate
+from postproc.identify.ranking import Search
+from postproc.identify.search import Missing
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 

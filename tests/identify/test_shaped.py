@@ -11,8 +11,9 @@ import pytest
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.identify.add import add_effects
+from postproc.identify.candidate import Screen
 from postproc.identify.linear import Linear
-from postproc.identify.selection import Screen, compose
+from postproc.identify.selection import compose
 from postproc.identify.shaped import Glimpse, formed, glimpse, shaped
 from postproc.model.equilibrium import predict
 from tests.identify.cells import base_fit, cell, true_error

@@ -1,0 +1,45 @@
+"""The search for missing effects, back again: each must still be needed beside the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from postproc.identify.fitted import Fit
+from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
+from postproc.identify.ranking import Search, ranking
+from postproc.identify.refits import refit_all
+from postproc.identify.search import Missing
+
+
+def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
+    """Each effect that was added must still be needed beside the others, and be the best for its part."""
+    at = 0
+    while len(missing) > 1 and at < len(missing):
+        one = missing[at].candidate
+        others = [m.candidate for m in missing if m.candidate.key != one.key]
+        without = refit_all(base, search.fit, others, noise)
+        trial = replace(search, fit=without)
+        ranked = ranking(trial)
+        mine = next((c for c in ranked if c.key == one.key), None)
+        taken = {c.key for c in others}
+        rivals = [c for c in ranked if c.key not in taken]
+        needed = mine is not None and convincing(mine, without, len(search.classes))
+        better = next((c for c in rivals if c.key != one.key and convincing(c, without, len(search.classes))), None)
+        clearly = mine is not None and better is not None and better.evidence > mine.evidence
+        if better is not None and (not needed or (clearly and at < len(missing) - 1)):
+            # What does the same part of the work takes the place, or an effect that others cover would leave a hole.
+            after = refit(without, trial.screen(), trial.linear(), better)
+            enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
+            if after is not None and after.held_out_rms < enough:
+                alike = confusable(rivals, better, without, after)
+                missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
+                search.fit = after
+                at += 1
+                continue
+        if mine is None or not needed:
+            missing = [m for m in missing if m.candidate.key != one.key]
+            search.fit, at = without, 0
+            continue
+        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without, search.fit))
+        at += 1
+    return missing

@@ -1,0 +1,113 @@
+"""What could be missing: one effect at its best, and the forms of every effect on one problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.effects.base import Effect
+from postproc.identify.fitted import Fit
+from postproc.identify.forms import Form, forms_of
+from postproc.identify.problem import Problem
+from postproc.identify.step import Masks
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """The best composition of one effect's forms on this data.
+
+    Args:
+        key: of the effect; effect: with starting amplitudes; free: what a fit of it moves; label: which forms.
+        evidence: worth in 2 log of odds; fall: of the whitened sum of squares; count: parameters; searched: 2 log of
+            the odds against this form among all that were tried.
+        visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
+            tried.
+        starts: itself and its next best forms, where its worth must be found by full fits.
+        fit: the full fit that it was judged by.
+    """
+
+    key: str
+    effect: Effect
+    free: NDArray[np.bool_]
+    label: str
+    evidence: float
+    fall: float
+    count: int
+    searched: float
+    visible: float
+    p_value: float
+    starts: tuple[Candidate, ...] = ()
+    fit: Fit | None = None
+
+    @property
+    def forming(self) -> int:
+        """How many parameters only form the effect: a knee, the ends of a hose."""
+        return int((self.free & ~self.effect.amplitudes()).sum())
+
+    @property
+    def far(self) -> bool:
+        """Whether its forms may all be far from the truth: a grid of knees is fine enough, one of points is not."""
+        return 2 * self.forming > int(self.free.sum())
+
+    @property
+    def curved(self) -> bool:
+        """Whether a linear problem is not enough.
+
+        Parameters that form the effect move its columns, and so does the compliance that its load acts through.
+        """
+        return self.forming > 0 or type(self.effect).load is not Effect.load
+
+
+@dataclass
+class Screen:
+    """Forms of every testable effect on one problem, made once and screened often."""
+
+    problem: Problem
+    classes: Mapping[str, type[Effect]]
+    first: dict[str, list[Form]] = field(default_factory=dict)
+    free: Masks = field(default_factory=dict)
+
+    def forms(self, key: str, current: Effect | None) -> list[Form]:
+        found = self._made(key, current)
+        if key != "transmission_error":
+            return found
+        error_map = self.problem.model.effect("joint_error_map")
+        mapped = () if error_map is None else getattr(error_map, "joint", ())
+        return [f for f in found if not _broadband(f.effect, mapped)]
+
+    def _made(self, key: str, current: Effect | None) -> list[Form]:
+        if current is not None:
+            return forms_of(self.problem, self.classes[key], current)
+        if key not in self.first:
+            held = self.problem.model.effect(key)
+            found = forms_of(self.problem, self.classes[key], held)
+            self.first[key] = found if held is None else [g for f in found if (g := self._more(f, held)) is not None]
+        return self.first[key]
+
+    def _more(self, form: Form, held: Effect) -> Form | None:
+        """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
+
+        What the fit already moves cannot be missing, even where it stands at a bound.
+        """
+        moved = self.free.get(held.key)
+        if len(form.refit) != len(held.vector()) or moved is None:
+            return form if len(form.refit) > len(held.vector()) else None
+        return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
+
+
+def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
+    """Three lines in the spectrum of one joint, or four orders in all, or one more line beside a map, are a map.
+
+    Not eccentric gears: those have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a
+    mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
+    """
+    joint, order = getattr(effect, "joint", ()), getattr(effect, "order", ())
+    many = int(np.max(np.bincount(joint, minlength=1))) > 2 or len(set(order)) > 3
+    return many or len(mapped) > 2 or bool(set(joint) & set(mapped))
+
+
+def kind(effect: Effect) -> tuple[object, ...]:
+    return tuple(getattr(effect, name) for name in effect.structures())

@@ -1,0 +1,105 @@
+"""Every effect at its best on what a fit leaves, best first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from postproc.effects.base import Effect
+from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.fitted import Fit
+from postproc.identify.forms import Form
+from postproc.identify.judgement import fitted_best
+from postproc.identify.linear import Linear
+from postproc.identify.patterns import Patterns
+from postproc.identify.selection import compose
+from postproc.identify.shaped import formed
+from postproc.identify.solve import ROUGHLY
+from postproc.identify.suspects import Suspect, find_suspects
+
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+
+
+@dataclass
+class Search:
+    """The state of the search: the fit so far, what was added, and patterns outside the library."""
+
+    fit: Fit
+    classes: Mapping[str, type[Effect]]
+    patterns: Patterns
+    outside: list[Suspect]
+    cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
+    seen: dict[tuple[float, int, int], list[Suspect]] = field(default_factory=dict)
+
+    def screen(self) -> Screen:
+        fresh = {k: forms for k, forms in self._made().items() if self.fit.model.effect(k) is None}
+        return Screen(self.fit.problem, self.classes, fresh, self.fit.free)
+
+    def remember(self, screen: Screen) -> None:
+        self._made().update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
+
+    def _made(self) -> dict[str, list[Form]]:
+        """Forms are made once for the rows in use and the springs that loads act on.
+
+        Other refits move their columns by no more than a few parts in a thousand.
+        """
+        springs = tuple(e.key for e in self.fit.model.effects if "load" in e.reads)
+        return self.cache.setdefault((self.fit.problem.weights.used.tobytes(), springs), {})
+
+    def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
+        """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
+        key = (linear.square, linear.parameters, linear.freedom)
+        if key not in self.seen:
+            self.seen[key] = find_suspects(fit.problem, linear, self.patterns)
+        return self.seen[key]
+
+    def linear(self) -> Linear:
+        linear = self.fit.linear
+        for suspect in self.outside:
+            linear = linear.extended(suspect.columns(self.fit.problem))
+        return linear
+
+
+def ranking(search: Search) -> list[Candidate]:
+    """Every testable effect at its best on the present fit, best first.
+
+    Those that a linear problem cannot judge after a full refit, and so all that come near the best.
+    """
+    screen, linear = search.screen(), search.linear()
+    found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
+    search.remember(screen)
+    if not found or search.outside:
+        return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+
+    def settled(candidate: Candidate) -> Candidate:
+        best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
+        return replace(candidate, evidence=-np.inf) if best is None else best[0]
+
+    if _audible(search.fit):
+        found = [formed(screen, linear, c) if c.far else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    found = [settled(c) if c.forming and c.evidence > near else c for c in found]
+    near = max(0.0, NEAR * max(c.evidence for c in found))
+    rivals = [c for c in found if c.evidence > near]
+    if len(rivals) > 1:
+        found = [settled(c) if c in rivals and c.fit is None else c for c in found]
+    return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+
+
+def _audible(fit: Fit) -> bool:
+    """Whether more is left than the noise, as far as that is known."""
+    rest, freedom = fit.linear.square, fit.linear.freedom
+    return fit.noise.position is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
+
+
+def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:
+    """What stands beside another effect that is missing as well is worth nothing before that one is in.
+
+    Every arm winds up in its joints: what else bends, a model without those springs cannot tell.
+    """
+    beside = type(candidate.effect).beside
+    first = any(c.key == beside and c.evidence > 0 for c in found)
+    return replace(candidate, evidence=min(candidate.evidence, 0.0)) if first else candidate
