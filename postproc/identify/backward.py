@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
 from postproc.identify.ranking import Search, ranking
@@ -30,9 +32,10 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             # What does the same part of the work takes the place, or an effect that others cover would leave a hole.
             after = refit(without, trial.screen(), trial.linear(), better)
             enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
-            if after is not None and after.held_out_rms < enough:
+            found = better if after is None else judged(without, after, better)
+            if after is not None and after.held_out_rms < enough and found.evidence > -np.inf:
                 alike = confusable(rivals, better, without, after)
-                missing[at] = Missing(judged(without, after, better), after.held_out_rms, alike)
+                missing[at] = Missing(found, after.held_out_rms, alike)
                 search.fit = after
                 at += 1
                 continue

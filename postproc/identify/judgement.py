@@ -49,10 +49,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
 
 
 def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
-    """The model with a candidate, everything fitted again, from where it was judged.
-
-    None where that fails, or no arm can be like that.
-    """
+    """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
     else:
@@ -64,7 +61,7 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
     try:
-        after = fit_model(
+        return fit_model(
             model,
             base.data,
             [new],
@@ -73,8 +70,6 @@ def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, close
         )
     except PostprocError:
         return None
-    every = {e.key: e for e in after.model.effects}
-    return after if every[candidate.key].possible(after.model.robot, every) else None
 
 
 def fitted_best(
@@ -92,7 +87,7 @@ def fitted_best(
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
-    """The candidate with the fall of its full refit in place of the linear one."""
+    """The candidate with the fall of its full refit in place of the linear one; worth nothing where no arm is so."""
     before = base.linear.square
     rest = min(after.linear.square, before)
     freedom = base.linear.freedom
@@ -110,6 +105,8 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
     else:
         worth = candidate.evidence + gained
+    if not effect.possible(after.model.robot, {e.key: e for e in after.model.effects}):
+        worth = -np.inf
     free = after.free.get(candidate.key, candidate.free)
     return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p, fit=after)
 

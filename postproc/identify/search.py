@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
@@ -102,14 +104,18 @@ def _select(
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
     """The effect in the model, everything refitted.
 
-    None where rows that the fit has not seen are not predicted better.
+    None where rows that the fit has not seen are not predicted better, or no arm is like that.
     """
     screen = search.screen()
-    after = refit(search.fit, screen, search.linear(), best)
-    if after is None or after.held_out_rms >= search.fit.held_out_rms:
+    before = search.fit
+    after = refit(before, screen, search.linear(), best)
+    if after is None or after.held_out_rms >= before.held_out_rms:
         return None
-    before, search.fit = search.fit, after
-    return Missing(judged(before, after, best), after.held_out_rms, confusable(ranked, best, before, after))
+    taken = judged(before, after, best)
+    if taken.evidence == -np.inf:
+        return None
+    search.fit = after
+    return Missing(taken, after.held_out_rms, confusable(ranked, best, before, after))
 
 
 def worth_saying(fit: Fit) -> float:

@@ -6,15 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.effects.arm_load import ArmLoad
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
-from postproc.identify.judgement import confusable
+from postproc.identify.judgement import confusable, judged, refit
 from postproc.identify.selection import compose
 from tests.identify.cells import base_fit, cell
+from tests.independent.arm import Wrenches, point_load
 from tests.independent.cells import Hidden, column
 
 
@@ -25,6 +28,16 @@ def _waves(g, arm):
 
 def _short_wave(g, arm):
     return Hidden("wave", "transmission_error", joint=lambda s, tau: _nine_times(s))
+
+
+def _lifted(g, arm):
+    """A balloon under the forearm: 4000 N upwards."""
+
+    def force(s, f):
+        p = f.body[3][:, :3, 3] + f.body[3][:, :3, :3] @ [0.3, 0, 0.1]
+        return Wrenches([point_load(3, p, np.broadcast_to([0.0, 0, 4000.0], p.shape))])
+
+    return Hidden("balloon", "", force=force)
 
 
 def _once(s):
@@ -42,6 +55,20 @@ def test_a_balancer_that_hides_behind_one_of_several_waves_is_said_to_do_so():
     data, _ = cell(_short_wave, seed=640120, poses=80)
     (missing,) = diagnose(base_fit(data).model, data).missing
     assert missing.candidate.key == "transmission_error" and "gravity_compensator" not in missing.not_separable
+
+
+def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
+    # A spring that pushes the forearm up as three times its weight would pull it down.
+    data, _ = cell(_lifted, seed=640121, poses=60)
+    base = base_fit(data)
+    screen = Screen(base.problem, {"arm_load": ArmLoad})
+    candidate = compose(screen, base.linear, "arm_load")
+    after = refit(base, screen, base.linear, candidate)
+    own = base.model.robot.mass[list(after.model.effect("arm_load").body)]
+    assert (after.model.effect("arm_load").mass_kg < -own).any()
+    assert judged(base, after, candidate).evidence == -np.inf
+    assert "arm_load" not in {m.candidate.key for m in diagnose(base.model, data).missing}
+    assert add_effects(base.model, data, ["arm_load"]).fit.rms < 0.5 * base.rms
 
 
 def test_what_hides_is_told_from_fits_that_use_other_rows():
