@@ -14,8 +14,8 @@ from postproc.identify.fitted import Fit, rms
 from postproc.identify.linear import contiguous_blocks
 from postproc.identify.sensitivity import INSTRUMENT
 
-ROWS = 250
-RATIOS = (0.03, 0.3, 3.0, 30.0, 300.0)
+ROWS = 150
+RATIOS = (0.1, 1.0, 10.0, 100.0)
 """Variance of the free function in units of that of the noise; its prior is flat in the logarithm."""
 WIDTHS = (0.03, 0.1, 0.3, 1.0)
 """Lengths over which a free function changes, as shares of a channel's range."""

@@ -168,7 +168,7 @@ class Problem:
 
     def _rows(self, whitened: Array) -> Array:
         used = self.weights.used
-        return whitened.reshape(-1, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
+        return whitened.reshape(used.size, whitened.shape[2]) if used.all() else np.asarray(whitened[used])
 
     def at(self, effects: Iterable[Effect]) -> Problem:
         """The same measurements beside a model with other effects."""

@@ -86,3 +86,11 @@ def test_a_model_with_more_coefficients_than_numbers_is_fitted_again_on_its_own_
     assert len(more.vector()) > 3 * len(data)
     fit = fit_model(base_fit(data).model, data, [more], terms=Terms(strength={"joint_error_map": 1.0}))
     assert fit.freedom > 0 and true_error(fit, true) < true_error(base_fit(data), true)
+
+
+def test_a_free_function_beside_an_effect_of_which_nothing_is_fitted():
+    data, _ = cell(seed=731, poses=60)
+    base = base_fit(data)
+    none = {**base.free, "joint_compliance": np.zeros(6, dtype=bool)}
+    fit = fit_model(base.model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(none))
+    assert not any(key == "joint_compliance" for key, _ in fit.parameters)
