@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.conversion import ConvertOptions
+from postproc.cli.conversion import UNMEASURED, ConvertOptions
 from postproc.cli.options import Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
@@ -68,9 +68,11 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     shown.summary(batch)
+    if convert.model is None and folder_or_jobs.is_dir():
+        say(UNMEASURED)
     document = plain(batch.as_json(part))
     if report is not None:
-        write(report, batch_page(folder_or_jobs.name, document).encode())
+        write(report, batch_page(folder_or_jobs.name, document, convert.told()).encode())
     if json:
         print_json(document)
     return int(batch.failed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import tempfile
@@ -9,6 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from postproc.cli.run import SPACE
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -68,7 +70,8 @@ def write(path: Path | None, data: bytes) -> None:
     except OSError as error:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise _error("CLI008", f"cannot write `{path}`: {error.strerror}", "check the folder and its rights") from None
+        help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
+        raise _error("CLI008", f"cannot write `{path}`: {error.strerror}", help_) from None
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:

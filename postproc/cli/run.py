@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -22,6 +23,7 @@ MISTAKES = {
     r"(?i)nothing takes .*\.(prg|modx?|sysx?)`": "`--with FILE` reads a second module, `postproc batch` takes several",
 }
 """What is commonly meant by words that no command takes."""
+SPACE = "make space, or write elsewhere"
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
@@ -36,15 +38,23 @@ def run(app: App, arguments: Sequence[str]) -> int:
         return result if isinstance(result, int) else OK
     except PostprocError as error:
         return _fail(arguments, error)
-    except BrokenPipeError:
-        # The reader of stdout has gone (``| head``); the interpreter must not complain at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader of stdout has gone (``| head``)
+        _close_stdout()
         return FINDINGS
     except KeyboardInterrupt:
         print("stopped; nothing was written", file=sys.stderr)
         return INTERRUPTED
     except Exception as error:
-        return internal_error(error)
+        if not (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+            return internal_error(error)
+        _close_stdout()
+        show([Diagnostic("CLI008", "error", "cannot write to stdout: the disk is full", help=SPACE)])
+        return BAD_INPUT
+
+
+def _close_stdout() -> None:
+    """What could not be written is not tried again when the interpreter exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _call(app: App, arguments: Sequence[str]) -> object:

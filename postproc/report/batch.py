@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from postproc.report.page import Section, render_page, table
+from postproc.report.page import Section, made_section, render_page, table
 
 MOST_ROWS = 2000
 COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "cycle [s]", "warnings")
 
 
-def batch_page(name: str, document: Mapping[str, Any]) -> str:
+def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] | None = None) -> str:
     """HTML of a batch.
 
     Args:
-        name: of the folder or the jobs file. document: ``postproc/batch/1``, plain values.
+        name: of the folder or the jobs file. document: ``postproc/batch/1``, plain values. made: with which model,
+            loads and choices, where no jobs file says otherwise.
     """
     tasks, count = document["tasks"], document["counts"]
     done = [t for t in tasks if "max_error_after_mm" in t]
@@ -40,6 +41,7 @@ def batch_page(name: str, document: Mapping[str, Any]) -> str:
     rows = [_row(t) for t in sorted(tasks, key=_rank)]
     note = "Failures first, then the largest deviations that remain. " + _cut(len(rows))
     sections.append(Section("Every program", table(COLUMNS, rows[:MOST_ROWS]), note))
+    sections.append(made_section(made or {}))
     return render_page(f"postproc batch {name}", _sentence(count, worst), sections, document, key)
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from postproc import __version__
 from postproc.arrays import Array
 from postproc.compensate.proof import Deviation
 from postproc.convert import Conversion
 from postproc.report.charts import course
 from postproc.report.document import plain
 from postproc.report.figures import chosen, enlargement, plane_views
-from postproc.report.page import Section, render_page, table
+from postproc.report.page import Section, made_section, render_page, table
 from postproc.report.svg import BLUE, RED
 
 MOST_ROWS = 2000
@@ -51,8 +50,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
         sections.append(
             Section("Every motion statement", table(COLUMNS, [_row(r) for r in rows[:MOST_ROWS]]), _cut(rows))
         )
-    origin = {**({"arm": document["robot"]} if found.outputs else {}), **(made or {}), "postproc": __version__}
-    sections.append(Section("How this was made", table(("what", "with"), [*origin.items()])))
+    sections.append(made_section({**({"arm": document["robot"]} if found.outputs else {}), **(made or {})}))
     return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from postproc import __version__
 from postproc.resources import resource
 
 
@@ -72,6 +73,11 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     head = "".join(f"<th{_kind(cell)}>{escape(name)}</th>" for name, cell in zip(columns, rows[0] if rows else columns))  # noqa: B905
     body = "".join("<tr>" + "".join(f"<td{_kind(cell)}>{_shown(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def made_section(made: Mapping[str, str]) -> Section:
+    """With what a result was made, and by which version."""
+    return Section("How this was made", table(("what", "with"), [*made.items(), ("postproc", __version__)]))
 
 
 def grid(charts: Sequence[str], least: int) -> str:

@@ -130,6 +130,17 @@ def test_a_closed_pipe_is_not_an_error() -> None:
     assert process.returncode == 1
 
 
+def test_a_full_disk_is_told() -> None:
+    code = "from postproc.cli.app import main; import sys; sys.argv[1:] = ['explain', 'CLI001']; main()"
+    with open("/dev/full", "w") as full:
+        process = subprocess.run(
+            [sys.executable, "-c", code], stdout=full, stderr=subprocess.PIPE, check=False, text=True
+        )
+    assert process.returncode == 2
+    assert process.stderr.startswith("error[CLI008]: cannot write to stdout: the disk is full\n  = help: make space")
+    assert process.stderr.count("\n") == 2
+
+
 @pytest.mark.parametrize(
     ("name", "content", "code"),
     [("missing.mod", None, "CLI002"), ("empty.mod", b"", "CLI005"), ("blank.mod", b" \r\n\t\n", "CLI005")],
