@@ -78,28 +78,33 @@ def led_elsewhere(events: Sequence[MotionEvent], wished: Sequence[int]) -> froze
 
 
 def straight(numbers: Sequence[Mapping[str, float]], shifts: Array, least: float) -> Displacement:
-    """The displacement that comes nearest to what n runs ask for: straight in numbers that they name.
-
-    Least squares, and the constant in the middle of what is left.
+    """The displacement nearest to what n runs ask for, straight in as few of the numbers that they name as will do.
 
     Args:
         numbers: named in each run; shifts: (n, 3) what the runs ask for.
-        least: numbers that change the shift by less than this from run to run are left out; unit of the shifts.
+        least: what may be left over to do with a number less; unit of the shifts.
     """
     names = sorted(set(numbers[0]).intersection(*numbers[1:]))
-    while True:
-        values = np.array([[run[name] for name in names] for run in numbers]).reshape(len(numbers), len(names))
-        center, size = values.mean(axis=0), np.ptp(values, axis=0)
-        scaled = (values - center) / np.where(size > 0, size, 1.0)
-        slopes = np.linalg.lstsq(np.column_stack([np.ones(len(values)), scaled]), shifts, rcond=None)[0][1:]
-        telling = np.abs(slopes).max(axis=1, initial=0.0) > least
-        if telling.all():
-            break
-        names = [name for name, tells in zip(names, telling, strict=True) if tells]
-    slopes = slopes / size[:, None]
+    best, off = _fitted(names, numbers, shifts)
+    for name in tuple(names):
+        fewer = [other for other in names if other != name]
+        simpler, left = _fitted(fewer, numbers, shifts)
+        if left <= max(1.01 * off, least):
+            names, best = fewer, simpler
+    return best
+
+
+def _fitted(names: Sequence[str], numbers: Sequence[Mapping[str, float]], shifts: Array) -> tuple[Displacement, float]:
+    """Least squares, the constant in the middle of what is left; and the largest distance (along an axis) from it."""
+    values = np.array([[run[name] for name in names] for run in numbers]).reshape(len(numbers), len(names))
+    size = np.ptp(values, axis=0)
+    size[size == 0.0] = np.inf  # it tells the runs apart in nothing
+    scaled = (values - values.mean(axis=0)) / size
+    slopes = np.linalg.lstsq(np.column_stack([np.ones(len(values)), scaled]), shifts, rcond=None)[0][1:] / size[:, None]
     rest = shifts - values @ slopes
     x, y, z = ((rest.min(axis=0) + rest.max(axis=0)) / 2).tolist()
-    return Displacement((x, y, z), tuple((n, (a, b, c)) for n, (a, b, c) in zip(names, slopes.tolist(), strict=True)))
+    by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))
+    return Displacement((x, y, z), by_name), float(np.ptp(rest, axis=0).max()) / 2
 
 
 def shared_shifts(
