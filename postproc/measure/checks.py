@@ -10,8 +10,11 @@ from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
 from postproc.measure.readings import HOPELESS_M, SUSPICIOUS_M, fits, other_arm, other_reading, seen, zero_errors
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward
 
 SHOWN = 5
+TURNED_DEG = 5.0
+"""No arm turns its flange by so much more than it says."""
 
 
 def check_measurements(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
@@ -23,7 +26,8 @@ def check_measurements(data: Measurements, robot: Robot, cells: Cells) -> list[D
     readings = _check_readings(data, robot, rows, cells)
     if readings:
         return found + readings
-    return found + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
+    turned = _check_orientations(data, robot, rows, cells)
+    return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
 
 
 def _check_cells(data: Measurements, cells: Cells) -> list[Diagnostic]:
@@ -92,6 +96,26 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
         return found("warning", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
+
+
+def _check_orientations(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
+    """Orientations that do not follow the flange, whatever turn the tool has: another form, order or unit of them."""
+    if data.rotation is None:
+        return []
+    from scipy.spatial.transform import Rotation
+
+    some = rows[np.isfinite(data.rotation[rows]).all(axis=(1, 2))][:200]
+    if len(some) < 8:
+        return []
+    base = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
+    flange = base @ forward(robot, data.state.q[some])[:, :3, :3]
+    tool = Rotation.from_matrix(np.swapaxes(flange, 1, 2) @ data.rotation[some])
+    off = float(np.degrees(np.median((tool.mean().inv() * tool).magnitude())))
+    if off < TURNED_DEG:
+        return []
+    message = f"the measured orientations do not follow the arm: they are {off:.0f} deg off in the median row"
+    help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
+    return [Diagnostic("DAT009", "error", message, cells.source, cells.span(0), help_)]
 
 
 def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from postproc.diagnostics import PostprocError, Source
 from postproc.measure.table import read_measurements
 from postproc.robot.catalogue import load_robot
+from postproc.robot.kinematics import forward
 from tests.measure.tables import HEADER, points, poses
 
 Q = poses(12)
@@ -130,6 +131,12 @@ def test_days_of_spreadsheets():
     np.testing.assert_allclose(found.state.time, 900.0 * np.arange(len(Q)), atol=1e-3)
 
 
+def orientations() -> Rotation:
+    """Of a tool that is turned on the flange, in the instrument's frame."""
+    flange = Rotation.from_matrix(forward(load_robot("irb4600_60_205"), np.radians(Q))[:, :3, :3])
+    return Rotation.from_euler("z", 0.7) * flange * Rotation.from_euler("xyz", [0.3, -1.1, 0.4])
+
+
 @pytest.mark.parametrize(
     ("form", "numbers", "unit"),
     [
@@ -142,13 +149,22 @@ def test_days_of_spreadsheets():
     ],
 )
 def test_orientations_in_the_form_of_the_map(form, numbers, unit):
-    R = Rotation.random(len(Q), rng=np.random.default_rng(3))
+    R = orientations()
     cells = numbers(R)
     columns = ["u", "v", "w", "t"][: cells.shape[1]]
     layout = {"orientation": {"columns": columns, "form": form} | ({"unit": unit} if unit else {})}
     found = read(with_columns(",".join(columns), [",".join(f"{x:.9f}" for x in row) for row in cells]), layout)
     np.testing.assert_allclose(found.rotation, R.as_matrix(), atol=1e-7)
     assert found.diagnostics == () and not found.state.channels
+
+
+def test_orientations_in_another_form_than_the_map_says_are_recognised():
+    cells = [",".join(f"{x:.6f}" for x in row) for row in orientations().as_euler("xyz", degrees=True)]
+    layout = {"orientation": {"columns": ["u", "v", "w"], "form": "ZYX"}}
+    with pytest.raises(PostprocError) as error:
+        read(with_columns("u,v,w", cells), layout)
+    (found,) = error.value.diagnostics
+    assert found.code == "DAT009" and "orientations do not follow the arm" in found.message
 
 
 @pytest.mark.parametrize(
