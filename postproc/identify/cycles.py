@@ -15,7 +15,7 @@ LOW, GEAR, TEETH = (1, 2, 3), 12, 128
 """Orders of what tilts, bends or hangs; the highest of most gears; of pole pairs, teeth and marks on one turn."""
 SWAYS = 12
 """Most periods in time over the whole measurement."""
-QUARTERS = np.pi / 4 * np.arange(4)
+THIRDS, QUARTERS = np.pi / 3 * np.arange(3), np.pi / 4 * np.arange(4)
 """Phases of a wave: the other half turn is the same wave with the other sign."""
 EIGHTHS = np.pi / 8 * np.arange(8)
 DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
@@ -25,7 +25,7 @@ DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 def waves(name: str, values: Array, orders: Iterable[float]) -> Iterator[Pattern]:
     """Waves of an angle; their shape is that of a saw tooth or a pulse where it turns out so."""
     for order in orders:
-        for phase in QUARTERS:
+        for phase in QUARTERS if order <= GEAR else THIRDS:
             yield _wave(name, values, order, phase)
 
 
@@ -97,7 +97,7 @@ def _tooth(name: str, values: Array, middle: float, order: float, start: float) 
     """What an encoder does that repeats on each of its marks; a jump in the wrong place costs most."""
 
     def finer() -> list[Pattern]:
-        starts = start + np.linspace(-0.05, 0.05, 31)
+        starts = start + np.linspace(-0.05, 0.05, 21)
         return [replace(_tooth(name, values, middle, k, s), finer=None) for k in _close(values, order) for s in starts]
 
     form = f"saw tooth {_each(name, order)}, with a jump near {{}}"
@@ -118,7 +118,7 @@ def _pulse(name: str, values: Array, middle: float, order: float, start: float, 
     """On for a share of each period."""
 
     def finer() -> list[Pattern]:
-        move = np.linspace(-0.03, 0.03, 13)
+        move = np.linspace(-0.03, 0.03, 9)
         return [
             replace(_pulse(name, values, middle, k, start + a, duty - a + b), finer=None)
             for k in _close(values, order)

@@ -133,7 +133,7 @@ def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern
     """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; and what they are."""
     some: list[tuple[Pattern, Pattern, int]] = []
     values = []
-    for factor, channel in pattern.factors or ((pattern, ""),):
+    for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
         use = [k for k, (gate, _, _) in enumerate(every.switches) if gate.channels[0] in names]
         values.append(every.switched[:, use] * np.asarray(factor.values, dtype=np.float32)[:, None])
@@ -163,8 +163,10 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
 def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
     text = f"{first} times {second}"
     names = (first, second)
-    lines = Pattern((first,), "proportional", unit(a), "line"), Pattern((second,), "proportional", unit(b), "line")
-    factors = ((lines[0], second), (lines[1], first))
+
+    def factors() -> tuple[tuple[Pattern, str], ...]:
+        return (_line(first, a), second), (_line(second, b), first)
+
     yield Pattern(names, text, unit(a * b), "product", factors=factors)
     yield Pattern(names, text, unit((a - a.mean()) * (b - b.mean())), "product", factors=factors)
     if first[0] == second[0] == "q":
@@ -175,10 +177,12 @@ def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
                     yield Pattern(names, form, f(k * a) * g(j * b), "product of waves")
     elif first[0] == "q" and second not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
+        # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
+        sizes = (b, b - b.mean()) if abs(b.mean()) > 0.3 * b.std() else (b,)
         for k in range(1, GEAR + 1):
             for phase in (0.0, np.pi / 2):
-                for size in (b, b - b.mean()):
-                    yield _swelling(names, a, size, k, phase)
+                for size in sizes:
+                    yield _swelling(names, a, unit(size), k, phase)
     for sign, size, order in ((a, b, names), (b, a, names[::-1])):
         if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
             value = unit(np.sign(sign) * np.abs(size))
@@ -195,12 +199,18 @@ def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, p
         some = [_swelling(names, angle, size, k, p) for k in orders for p in EIGHTHS]
         return [replace(p, where=where, finer=None) for p in some]
 
-    form = f"wave {order:.3g} times a turn"
-    wave = Pattern(names[:1], form, np.asarray(np.cos(order * angle - phase), dtype=np.float64), "wave")
-    line = Pattern(names[1:], "proportional", unit(size), "line")
-    text, value = f"{names[1]} times a wave of {names[0]}, {order:.3g} times a turn", unit(wave.values * size)
-    factors = ((wave, names[1]), (line, names[0]))
-    return Pattern(names, text, value, "swelling wave", where=where, finer=finer, factors=factors)
+    value = np.asarray(np.cos(order * angle - phase), dtype=np.float64)
+
+    def factors() -> tuple[tuple[Pattern, str], ...]:
+        wave = Pattern(names[:1], f"wave {order:.3g} times a turn", value, "wave")
+        return (wave, names[1]), (_line(names[1], size), names[0])
+
+    text, kind = f"{names[1]} times a wave of {names[0]}, {order:.3g} times a turn", "swelling wave"
+    return Pattern(names, text, value * size, kind, where=where, finer=finer, factors=factors)
+
+
+def _line(name: str, values: Array) -> Pattern:
+    return Pattern((name,), "proportional", unit(values), "line")
 
 
 def _of_sum(names: tuple[str, ...], label: str, values: Array) -> Iterator[Pattern]:

@@ -13,7 +13,7 @@ from postproc.identify.channels import shown, within
 STEPS, KINKS = 24, 9
 GAP = 0.08
 """Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
-FINE = 400
+FINE, KNOTS = 400, 150
 CLOSER = 4.0
 """As much less likely is one of the many finer places of a pattern: neighbours are hardly different."""
 
@@ -32,7 +32,7 @@ class Pattern:
         where: the only place at which it makes sense, None for all.
         finer: makes the same with its edge, knot, period or phase at many finer places.
         gate: how it is said of something else that acts only there, only elsewhere, and there the other way round.
-        factors: what it is a product of, each with the channel that may switch it.
+        factors: makes what it is a product of, each with the channel that may switch it.
         tries: how many times as many as of its kind were tried.
     """
 
@@ -45,7 +45,7 @@ class Pattern:
     where: str | None = None
     finer: Callable[[], list[Pattern]] | None = field(default=None, repr=False, compare=False)
     gate: tuple[str, ...] = ()
-    factors: tuple[tuple[Pattern, str], ...] = ()
+    factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
     tries: float = 1.0
 
     @property
@@ -167,7 +167,7 @@ def gap(distinct: Array, place: float) -> Edge:
     return float(distinct[at - 1]), float(distinct[at])
 
 
-def knots(values: Array, most: int = FINE) -> list[float]:
+def knots(values: Array, most: int = KNOTS) -> list[float]:
     """Places of a knot: a step lies between two rows, a kink anywhere."""
     low, high = np.quantile(values, [0.02, 0.98])
     return [float(e) for e in np.linspace(low, high, most)]

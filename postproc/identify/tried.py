@@ -98,7 +98,7 @@ class Tried:
             self.prepared[where] = Seen(self.problem, linear, place)
         return self.prepared[where]
 
-    def sharpen(self, most: int = 10) -> None:
+    def sharpen(self, most: int = 7) -> None:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best."""
         done: set[tuple[str, tuple[str, ...], str]] = set()
         ranked = sorted(self.found, key=lambda f: -f.worth)
