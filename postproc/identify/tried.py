@@ -98,24 +98,31 @@ class Tried:
             self.prepared[where] = Seen(self.problem, linear, place)
         return self.prepared[where]
 
-    def sharpen(self, most: int = 7) -> None:
-        """The best patterns closer, and where another channel switches them, as far as that may make them the best."""
-        done: set[tuple[str, tuple[str, ...], str]] = set()
+    def sharpen(self, most: int = 8) -> None:
+        """The best patterns closer, and where another channel switches them, as far as that may make them the best.
+
+        Each at the place where it tells most; what turns out best is tried everywhere.
+        """
+        done: set[tuple[tuple[str, ...], str]] = set()
         ranked = sorted(self.found, key=lambda f: -f.worth)
-        best = ranked[0].worth
+        best, plain = ranked[0], ranked[0].worth
         for one in ranked:
-            kind = (one.where, one.pattern.channels, one.pattern.kind)
-            if len(done) == most or self._could(one, SHARPER) < max(0.0, best - ODDS):
+            kind = (one.pattern.channels, one.pattern.kind)
+            if len(done) == most or self._could(one, SHARPER) < max(0.0, plain - ODDS):
                 break
             if kind not in done:
                 done.add(kind)
                 closest = self._closest(one)
-                best = max(best, closest.worth)
+                plain = max(plain, closest.worth)
+                best = max(best, closest, key=lambda f: f.worth)
                 known = len(self.found)
-                for other in self._switched(closest, max(0.0, best)):
-                    best = max(best, self._closest(other).worth)
-                if not any(other.worth > closest.worth for other in self.found[known:]):
+                more = [self._closest(other) for other in self._switched(closest, max(0.0, best.worth))]
+                best = max(best, *more, key=lambda f: f.worth) if more else best
+                if not any(other.worth > closest.worth for other in more):
                     del self.found[known:]
+        price = odds(best.pattern, self.every.kinds)
+        for where in self.moves if best.pattern.where is None else ():
+            self._best(where, _values([best.pattern]), price, lambda k: best.pattern, 1)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""

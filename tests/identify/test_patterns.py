@@ -186,7 +186,7 @@ def test_a_kind_of_which_there_are_few_is_cheap():
     assert sum(at.get(p.where, 1) / o for p, o in zip(every.every, each, strict=True)) == pytest.approx(1.0)
     line = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "line")
     product = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "swelling wave")
-    assert product > 10 * line
+    assert product > 5 * line
 
 
 def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
