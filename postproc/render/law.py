@@ -12,8 +12,10 @@ from postproc.arrays import Array
 
 CLOSE = 0.01
 """Share of its size by which the table may miss the shape."""
-SHORT = 0.5
-"""Of the rows, as many points of a table at most: what takes more is no function of that channel."""
+FAR, MOST = 0.1, 0.1
+"""A table of every other row may be off by more than FAR in a share MOST of the others: else it is no function."""
+ORDERS = (*np.arange(0.25, 6.01, 0.25), *range(7, 129))
+"""Waves a turn that are tried, before the best is moved."""
 ARRAYS = {
     "q": ("q", "q"),
     "v": ("v", "v"),
@@ -42,17 +44,20 @@ def find_law(names: Sequence[str], values: Array, channels: Mapping[str, Array])
     """
     values = values / np.abs(values).max()
     best: Law | None = None
-    for argument, x, factor, by in _forms(names, channels):
+    for argument, x, factor, by in _forms(names, values, channels):
         seen = np.abs(by) > 1e-9 * np.abs(by).max()
         if np.abs(values[~seen]).max(initial=0.0) > CLOSE:
             continue
-        table = _polygon(x[seen], values[seen] / by[seen], np.abs(by[seen]))
-        if table is not None and len(table[0]) < (SHORT * len(values) if best is None else len(best.at)):
+        points = x[seen], values[seen] / by[seen], np.abs(by[seen])
+        table = _polygon(*points) if _is_function(*points) else None
+        if table is not None and (best is None or len(table[0]) < len(best.at)):
             best = Law(argument, factor, *table)
     return best
 
 
-def _forms(names: Sequence[str], channels: Mapping[str, Array]) -> Iterator[tuple[str, Array, str, Array]]:
+def _forms(
+    names: Sequence[str], values: Array, channels: Mapping[str, Array]
+) -> Iterator[tuple[str, Array, str, Array]]:
     """Argument and factor of every law that is tried, as text and as (n,) values; the plainest first."""
     known = [(expression(c), np.asarray(channels[c], dtype=float)) for c in names if expression(c) and c in channels]
     one = np.ones(len(next(iter(channels.values()))))
@@ -64,10 +69,58 @@ def _forms(names: Sequence[str], channels: Mapping[str, Array]) -> Iterator[tupl
         yield f"{a} - {b}", x - y, "", one
     if len(angles) == 3:
         yield " + ".join(a for a, _ in angles), np.sum([x for _, x in angles], axis=0), "", one
+    for a, x in angles:
+        for factor, by in [("", one), *((f" * {b}", y) for b, y in known if b != a)]:
+            order, phase = _wave(values, x, by)
+            yield f"np.cos({order:.6g} * {a} - {phase:.6g})", np.cos(order * x - phase), factor, by
+    for (a, x), (b, y) in pairwise(angles):
+        order, phase, other, turn = _waves(values, x, y)
+        factor = f" * np.cos({other:.6g} * {b} - {turn:.6g})"
+        yield f"np.cos({order:.6g} * {a} - {phase:.6g})", np.cos(order * x - phase), factor, np.cos(other * y - turn)
     for (a, x), (b, y) in permutations(known, 2):
         yield a, x, f" * {b}", y
         yield a, x, f" * np.sign({b})", np.sign(y)
         yield a, x, f" * ({b} - {y.mean():.5g})", y - float(f"{y.mean():.5g}")
+
+
+def _wave(values: Array, x: Array, by: Array) -> tuple[float, float]:
+    """Order k and phase p of the wave cos(k x - p) by that comes nearest."""
+    from scipy.optimize import minimize_scalar
+
+    def rest(k: float) -> float:
+        columns = np.stack([np.cos(k * x) * by, np.sin(k * x) * by], axis=1)
+        return float(np.sum((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2))
+
+    near = min(ORDERS, key=rest)
+    k = float(minimize_scalar(rest, bounds=(max(near - 0.5, 0.1), near + 0.5), method="bounded").x)
+    k = near if rest(near) <= rest(k) + 1e-9 else k
+    columns = np.stack([np.cos(k * x) * by, np.sin(k * x) * by], axis=1)
+    c, s = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(k), float(np.arctan2(s, c))
+
+
+def _waves(values: Array, x: Array, y: Array) -> tuple[float, float, float, float]:
+    """Orders and phases of the product of two waves cos(k x - p) cos(j y - r) that comes nearest."""
+
+    def fitted(k: float, j: float) -> tuple[float, Array]:
+        waves = [f(k * x) * g(j * y) for f in (np.cos, np.sin) for g in (np.cos, np.sin)]
+        columns = np.stack(waves, axis=1)
+        size = np.linalg.lstsq(columns, values, rcond=None)[0]
+        return float(np.sum((values - columns @ size) ** 2)), size.reshape(2, 2)
+
+    grid = np.arange(0.25, 4.01, 0.25)
+    k, j = min(((k, j) for k in grid for j in grid), key=lambda pair: fitted(*pair)[0])
+    left, _, right = np.linalg.svd(fitted(k, j)[1])
+    p, r = np.arctan2(left[1, 0], left[0, 0]), np.arctan2(right[0, 1], right[0, 0])
+    return float(k), float(p), float(j), float(r)
+
+
+def _is_function(x: Array, y: Array, weight: Array) -> bool:
+    """Whether every other point (n,) foretells those between them."""
+    order = np.argsort(x, kind="stable")
+    x, y, weight = x[order], y[order], weight[order]
+    off = np.abs(np.interp(x[1::2], x[::2], y[::2]) - y[1::2]) * weight[1::2]
+    return float(np.mean(off > FAR)) <= MOST
 
 
 def _polygon(x: Array, y: Array, weight: Array) -> tuple[Array, Array] | None:

@@ -49,6 +49,9 @@ LAWS: list[tuple[tuple[str, ...], Callable[[Channels], np.ndarray]]] = [
     (("v1", "load2"), lambda c: np.sign(c["v1"]) * np.abs(c["load2"])),
     (("q1", "temperature"), lambda c: (c["q1"] - c["q1"].mean()) * (c["temperature"] - c["temperature"].mean())),
     (("q5", "load5"), lambda c: np.cos(c["q5"] - 0.4) * c["load5"]),
+    (("q2", "load4"), lambda c: np.cos(24 * c["q2"] - 0.4) * c["load4"]),
+    (("q4",), lambda c: np.cos(37.3 * c["q4"] + 1)),
+    (("q4", "q6"), lambda c: np.sin(c["q4"] - 0.2) * np.cos(2 * c["q6"] + 0.7)),
 ]
 
 
@@ -75,6 +78,8 @@ def test_what_is_no_function_of_its_channels_has_no_law() -> None:
     _, channels = drawn(1, 300)
     rose = np.sign(np.diff(channels["load2"], prepend=0.0))
     assert find_law(("load2",), rose, channels) is None
+    # Two waves that go together are no product: half of them must not pass for a law.
+    assert find_law(("q4", "q6"), np.sin(channels["q4"] + 2 * channels["q6"]), channels) is None
     assert find_law(("q1", "q2"), np.random.default_rng(3).normal(size=300), channels) is None
     assert find_law(("x", "y"), channels["q1"], channels) is None
 
