@@ -9,7 +9,7 @@ import numpy as np
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
-from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
+from postproc.identify.judgement import MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
 from postproc.identify.linear import Linear
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.suspects import Suspect
@@ -104,18 +104,24 @@ def _select(
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
     """The effect in the model, everything refitted.
 
-    None where rows that the fit has not seen are not predicted better, or no arm is like that.
+    None where rows that the fit has not seen are not predicted better, or no arm is like that. Where more than noise is
+    left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
+    block.
     """
     screen = search.screen()
     before = search.fit
     after = refit(before, screen, search.linear(), best)
-    if after is None or after.held_out_rms >= before.held_out_rms:
+    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
         return None
     taken = judged(before, after, best)
     if taken.evidence == -np.inf:
         return None
     search.fit = after
     return Missing(taken, after.held_out_rms, confusable(ranked, best, before, after))
+
+
+def _white(fit: Fit) -> bool:
+    return fit.noise.position is not None and fit.variance < QUIET
 
 
 def worth_saying(fit: Fit) -> float:

@@ -14,7 +14,7 @@ from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
-from postproc.identify.judgement import confusable, judged, refit
+from postproc.identify.judgement import confusable, judged, predicts_better, refit
 from postproc.identify.selection import compose
 from tests.identify.cells import base_fit, cell
 from tests.independent.arm import Wrenches, point_load
@@ -69,6 +69,20 @@ def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
     assert judged(base, after, candidate).evidence == -np.inf
     assert "arm_load" not in {m.candidate.key for m in diagnose(base.model, data).missing}
     assert add_effects(base.model, data, ["arm_load"]).fit.rms < 0.5 * base.rms
+
+
+def test_better_is_what_predicts_better_in_most_blocks():
+    data, _ = cell(_short_wave, seed=640120, poses=80)
+    base = base_fit(data)
+    wave = TransmissionError(joint=[3], order=[9])
+    right = fit_model(base.model, base.data, [wave])
+    assert predicts_better(right, base, 2.0) and not predicts_better(base, right, 0.0)
+    assert not predicts_better(base, base, 0.0)
+    # The same gain in one block of ten is one standard error: no more than a place where something else is wrong.
+    one = replace(base)
+    one.__dict__["held_out_error"] = base.held_out_error.copy()
+    one.held_out_error[:6] *= 0.1
+    assert predicts_better(one, base, 0.0) and not predicts_better(one, base, 1.1)
 
 
 def test_what_hides_is_told_from_fits_that_use_other_rows():
