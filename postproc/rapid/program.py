@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Severity, Source
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.motion import fits, read_motion
 from postproc.rapid.parse import parse
@@ -192,8 +192,14 @@ def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tup
         if known is not declaration and known.source is declared.source:
             text = f"`{declared.name}` is declared twice in `{declared.routine or declared.module}`"
             help_ = "the controller does not load such a module: give one of them another name"
-            diagnostics.append(Diagnostic("RAP012", "error", text, declared.source, declared.span, help_))
+            other = _value_text(known) != _value_text(declared)  # then nobody knows which of the two is meant
+            severity: Severity = "error" if other else "warning"
+            diagnostics.append(Diagnostic("RAP012", severity, text, declared.source, declared.span, help_))
     return names
+
+
+def _value_text(declaration: Declaration) -> bytes:
+    return b"" if declaration.init is None else declaration.source.data[slice(*declaration.init)]
 
 
 def _shared(declaration: Declaration) -> bool:

@@ -396,8 +396,10 @@ def test_rounded_orientations_are_normalised(rot: str) -> None:
 
 
 def test_a_name_twice_in_one_module_is_an_error() -> None:
-    found = program(module("VAR num n;", P + P + "VAR num n;")).diagnostics
+    found = program(module("VAR num n;", P + P.replace("1,2,3", "1,2,4") + "VAR num n;")).diagnostics
     assert [(d.code, d.severity) for d in found] == [("RAP012", "error")]
+    alike = program(module("", P + P)).diagnostics
+    assert [(d.code, d.severity) for d in alike] == [("RAP012", "warning")]
 
 
 def test_a_typing_error_in_an_instruction_is_a_warning() -> None:
