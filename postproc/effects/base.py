@@ -172,7 +172,7 @@ class Effect:
 
     def vector(self) -> Array:
         """(p,) all parameters in the order of declaration, arrays row by row."""
-        return self._stack({name: getattr(self, name) for name in self.parameters()})
+        return np.concatenate([np.zeros(0), *(np.ravel(getattr(self, name)) for name in self.parameters())])
 
     def with_vector(self, x: Array) -> Self:
         """The same effect with other parameters."""

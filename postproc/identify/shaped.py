@@ -22,7 +22,10 @@ from postproc.identify.sensitivity import flat
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
 STAGES = ((3, 6), (6, 3), (25, 2))
-"""Steps of a search, and how many of the best starts go on after them."""
+"""Steps of a search, and how many of the best starts go on after them.
+
+No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
+"""
 ENOUGH = 3e-3
 """Share of the sum of squares below which a step is the last: a full fit follows."""
 NEARLY = 16.0
