@@ -38,7 +38,7 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
             raise _error("CLI008", f"cannot write `{output}`: `{there}` is no folder", "name another folder")
         if output.resolve() in taken:
             text = f"the output `{output}` is {taken[output.resolve()]}"
-            raise _error("CLI007", text, "choose another name; `compensate --in-place` writes over the program itself")
+            raise _error("CLI007", text, "choose another name")
         taken[output.resolve()] = "another output too"
 
 

@@ -112,8 +112,9 @@ def find_effect(key: str, library: Library) -> type[Effect]:
         return library[key]
     close = get_close_matches(key, list(library), n=3, cutoff=0.5)
     hint = "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else "known: " + ", ".join(library)
-    unknown = Diagnostic("EFF020", "error", f"there is no effect `{key}`", help=hint)
-    raise PostprocError([unknown, *installed_effects()[1]])
+    broken = installed_effects()[1]
+    hint = f"a package of effects is broken, as told below; {hint}" if broken else hint
+    raise PostprocError([Diagnostic("EFF020", "error", f"there is no effect `{key}`", help=hint), *broken])
 
 
 def installed_effects() -> tuple[list[type[Effect]], list[Diagnostic]]:

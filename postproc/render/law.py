@@ -72,11 +72,11 @@ def _forms(
     for a, x in angles:
         for factor, by in [("", one), *((f" * {b}", y) for b, y in known if b != a)]:
             order, phase = _wave(values, x, by)
-            yield f"np.cos({order:.6g} * {a} - {phase:.6g})", np.cos(order * x - phase), factor, by
+            yield f"np.cos({order:.6g} * {a} - {phase})", np.cos(order * x - phase), factor, by
     for (a, x), (b, y) in pairwise(angles):
         order, phase, other, turn = _waves(values, x, y)
-        factor = f" * np.cos({other:.6g} * {b} - {turn:.6g})"
-        yield f"np.cos({order:.6g} * {a} - {phase:.6g})", np.cos(order * x - phase), factor, np.cos(other * y - turn)
+        factor = f" * np.cos({other:.6g} * {b} - {turn})"
+        yield f"np.cos({order:.6g} * {a} - {phase})", np.cos(order * x - phase), factor, np.cos(other * y - turn)
     for (a, x), (b, y) in permutations(known, 2):
         yield a, x, f" * {b}", y
         yield a, x, f" * np.sign({b})", np.sign(y)
@@ -96,7 +96,7 @@ def _wave(values: Array, x: Array, by: Array) -> tuple[float, float]:
     k = near if rest(near) <= rest(k) + 1e-9 else k
     columns = np.stack([np.cos(k * x) * by, np.sin(k * x) * by], axis=1)
     c, s = np.linalg.lstsq(columns, values, rcond=None)[0]
-    return float(k), float(np.arctan2(s, c))
+    return float(k), _phase(c, s)
 
 
 def _waves(values: Array, x: Array, y: Array) -> tuple[float, float, float, float]:
@@ -111,8 +111,12 @@ def _waves(values: Array, x: Array, y: Array) -> tuple[float, float, float, floa
     grid = np.arange(0.25, 4.01, 0.25)
     k, j = min(((k, j) for k in grid for j in grid), key=lambda pair: fitted(*pair)[0])
     left, _, right = np.linalg.svd(fitted(k, j)[1])
-    p, r = np.arctan2(left[1, 0], left[0, 0]), np.arctan2(right[0, 1], right[0, 0])
-    return float(k), float(p), float(j), float(r)
+    return float(k), _phase(*left[:, 0]), float(j), _phase(*right[0])
+
+
+def _phase(c: float, s: float) -> float:
+    """Of c cos(x) + s sin(x), from 0 to a turn, as many digits as a file shows."""
+    return float(round(np.arctan2(s, c) % (2 * np.pi), 5))
 
 
 def _is_function(x: Array, y: Array, weight: Array) -> bool:

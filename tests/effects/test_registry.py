@@ -204,6 +204,7 @@ def test_a_broken_package_stops_only_who_asks_for_it(monkeypatch, value, code, s
         find_effect("rattler", library)
     unknown, *rest = error.value.diagnostics
     assert unknown.code == "EFF020"
+    assert unknown.help.startswith("a package of effects is broken")
     assert [(d.code, d.severity) for d in rest[:1]] == [(code, "warning")]
     assert said in rest[0].message
 
