@@ -70,7 +70,8 @@ def _figure(value: object) -> str:
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """A table; numbers stand right, with four significant digits."""
-    head = "".join(f"<th{_kind(cell)}>{escape(name)}</th>" for name, cell in zip(columns, rows[0] if rows else columns))  # noqa: B905
+    kinds = map(_kind, rows[0] if rows else columns)
+    head = "".join(f'<th scope="col"{kind}>{escape(name)}</th>' for name, kind in zip(columns, kinds, strict=True))
     body = "".join("<tr>" + "".join(f"<td{_kind(cell)}>{_shown(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{head}</tr>{body}</table>"
 

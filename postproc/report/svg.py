@@ -49,7 +49,7 @@ class Frame:
         axes.append(f'<text x="10" y="{y_at:.0f}" text-anchor="middle" {turn}>{escape(y_label)}</text>')
         if self.title:
             axes.append(f'<text x="{self.left}" y="15" font-weight="bold">{escape(self.title)}</text>')
-        return svg(*self.size, [*axes, *parts])
+        return svg(*self.size, [*axes, *parts], self.title or f"{y_label} over {x_label}")
 
 
 def dots(places: Array) -> str:
@@ -105,6 +105,8 @@ def spread(values: Array) -> Range:
     return low - margin, high + margin
 
 
-def svg(width: int, height: int, parts: Sequence[str]) -> str:
+def svg(width: int, height: int, parts: Sequence[str], name: str) -> str:
+    """An image whose name is read out to who does not see it."""
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
+    head += f' role="img" aria-label="{escape(name)}"'
     return f'{head} font-family="sans-serif" font-size="11">{"".join(parts)}</svg>'

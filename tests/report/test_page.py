@@ -58,6 +58,7 @@ def test_compensation_page(conversion: Conversion) -> None:
     assert f"from {r['max_error_before_mm']:.2f} mm to {r['max_error_after_mm']:.3f} mm" in page
     assert f"<dt>after</dt><dd>{r['max_error_after_mm']:.3f} mm</dd>" in page
     assert "a&lt;b&gt;.mod" in page
+    assert len(re.findall(r'<svg [^>]*role="img" aria-label="[^"]+"', page)) == 4
     assert page.count("<svg") == 4  # the deviation before and after, the way from above and from the side
     assert "plotly" not in page.lower()
     assert embedded(page) == json.loads(json.dumps(r))
@@ -311,4 +312,4 @@ def test_tables_escape_and_align() -> None:
     html = table(("name", "value"), [("<x>", 1.23456), ("y", None)])
     assert "&lt;x&gt;" in html
     assert '<td class="number">1.235</td>' in html
-    assert table(("name",), []) == "<table><tr><th>name</th></tr></table>"
+    assert table(("name",), []) == '<table><tr><th scope="col">name</th></tr></table>'
