@@ -95,10 +95,12 @@ class Journal:
             there = (self.root / path).read_bytes()
         except OSError:
             return
-        if there != data and sha256(there).hexdigest() not in self.written.get(path, set()):
-            self.write(f"{STATE}/{EDITED}/{path}", there)
+        hash_ = sha256(there).hexdigest()
+        if there != data and hash_ not in self.written.get(path, set()):
+            kept = f"{STATE}/{EDITED}/{path}.{hash_[:8]}"  # each edit by itself
+            self.write(kept, there)
             text = f"`{path}` was edited since a batch wrote it, and is written anew"
-            help_ = f"the edited file is kept as `{self.root / STATE / EDITED / path}`: make such changes in the input"
+            help_ = f"the edited file is kept as `{self.root / kept}`: make such changes in the input"
             yield Diagnostic("BAT016", "warning", text, help=help_)
 
     def copy(self, path: str, data: bytes) -> None:

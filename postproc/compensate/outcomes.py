@@ -165,6 +165,8 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
             largest[key] = t
     findings = []
     for t in largest.values():
+        if MM * t.size_m < UNCHANGED_MM:
+            continue
         move = plan.motion.moves[t.move]
         text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:

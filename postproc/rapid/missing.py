@@ -20,6 +20,7 @@ _ASSUMED: Mapping[str, tuple[str, str]] = {
 }
 
 _WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
+_RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
 _WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
 
 
@@ -54,8 +55,8 @@ class Missing:
         """Numbers with a typing error, where they stand: in a declaration or in the statement."""
         name = argument.text.split("{")[0].strip()
         declaration = self.program.declaration(name, statement.module, statement.routine)
-        if declaration is None and not argument.text.startswith("["):
-            return  # worked out
+        if declaration.type not in _RECORDS if declaration is not None else not argument.text.startswith("["):
+            return  # worked out, or of a type that does not belong here
         source, span = statement.source, argument.span
         if declaration is not None and declaration.init is not None:
             source, span = declaration.source, declaration.span

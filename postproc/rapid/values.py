@@ -148,7 +148,7 @@ def _ax6(data: Data) -> Ax6:
 
 def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
     if not isinstance(data, tuple) or len(data) != count:
-        raise NotKnown(f"the value is not a {kind}")
+        raise Refused(f"the value is not a {kind}")
     return data
 
 

@@ -389,6 +389,13 @@ def test_numbers_that_a_controller_refuses_are_named_where_they_stand(data: str,
     assert found[0].span is not None and found[0].span[0] < 40
 
 
+def test_a_tool_without_its_load_is_named_where_it_is_declared() -> None:
+    found = walk_program(
+        program(module("MoveL p,v5,z0,t;", P + "PERS tooldata t:=[TRUE,[[0,0,9],[1,0,0,0]]];"))
+    ).diagnostics
+    assert [(d.code, d.severity, d.message) for d in found] == [("RAP024", "error", "`t`: the value is not a tooldata")]
+
+
 @pytest.mark.parametrize("rot", ["[0.71,0,0.71,0]", "[0.707,0,0.707,0]", "[0,0.95,0,0]"])
 def test_rounded_orientations_are_normalised(rot: str) -> None:
     found = events("MoveL p,v5,z0,tool0;", P.replace("[0,1,0,0]", rot))[0]
