@@ -85,7 +85,9 @@ def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
         for far in sorted({body + 2, 6}):
             for way in _across(robot.axis[far - 1]):
                 end = (far, 0.1 * way)
-                found += [(True, (body, middle + 0.2 * side), end), (False, (body, middle + 0.2 * other), end)]
+                near, away = (body, middle + 0.2 * side), (body, middle + 0.2 * other)
+                found += [(True, near, end), (False, away, end)]
+                found += [(False, near, end), (True, away, end)] if far == 6 else []
     return found
 
 
