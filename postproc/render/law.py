@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, permutations
 
 import numpy as np
@@ -12,6 +12,8 @@ from postproc.arrays import Array
 
 CLOSE = 0.01
 """Share of its size by which the table may miss the shape."""
+STRAIGHT = 0.1
+"""A last edge as long as this share of the range is a straight line and goes on; a shorter one may be bent."""
 FAR, MOST = 0.1, 0.1
 """A table of every other row may be off by more than FAR in a share MOST of the others: else it is no function."""
 ORDERS = (*np.arange(0.25, 6.01, 0.25), *range(7, 129))
@@ -52,7 +54,22 @@ def find_law(names: Sequence[str], values: Array, channels: Mapping[str, Array])
         table = _polygon(*points) if _is_function(*points) else None
         if table is not None and (best is None or len(table[0]) < len(best.at)):
             best = Law(argument, factor, *table)
-    return best
+    if best is None:
+        return None
+    at, shape = _going_on(best.at, best.shape)
+    return replace(best, at=at, shape=shape)
+
+
+def _going_on(at: Array, shape: Array) -> tuple[Array, Array]:
+    """The polygon with its straight ends longer by its range: what a program asks may lie beyond what was measured."""
+    span = float(at[-1] - at[0])
+    for end, inner in ((0, 1), (-1, -2)):
+        if len(at) > 1 and abs(edge := float(at[end] - at[inner])) >= STRAIGHT * span > 0:
+            beyond = span * np.sign(edge)
+            on = shape[end] + (shape[end] - shape[inner]) * beyond / edge
+            place = 0 if end == 0 else len(at)
+            at, shape = np.insert(at, place, at[end] + beyond), np.insert(shape, place, on)
+    return at, shape
 
 
 def _forms(

@@ -74,6 +74,22 @@ def test_the_law_that_is_found_holds_in_other_poses(
     assert np.mean(np.abs(said - true) > 0.03) < 0.03
 
 
+def test_straight_ends_go_on_and_bent_ones_stop() -> None:
+    _, channels = drawn(1, 500)
+    q, load = channels["q2"], channels["load2"]
+    ramp = find_law(("load2",), np.maximum(load - 29.0, 0.0), channels)
+    assert ramp is not None
+    beyond = load.max() + 0.5 * np.ptp(load)
+    said = np.interp([beyond, 2 * load.min()], ramp.at, ramp.shape) * np.maximum(load - 29.0, 0.0).max()
+    assert said == pytest.approx([beyond - 29.0, 0.0], rel=0.03, abs=10.0)
+    step = find_law(("q2",), (q > 0.4).astype(float), channels)
+    assert step is not None
+    assert np.interp([-9.0, 9.0], step.at, step.shape).tolist() == [0.0, 1.0]
+    bent = find_law(("q2",), q**4, channels)
+    assert bent is not None
+    assert np.interp(4.0, bent.at, bent.shape) == pytest.approx(1.0, abs=0.02)
+
+
 def test_what_is_no_function_of_its_channels_has_no_law() -> None:
     _, channels = drawn(1, 300)
     rose = np.sign(np.diff(channels["load2"], prepend=0.0))
