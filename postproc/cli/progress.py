@@ -17,10 +17,13 @@ from postproc.cli.report import SHOWN, say
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
+EDITED = "BAT016"
+"""Somebody's own work was put aside: that is told whatever became of the program."""
+
 
 @dataclass
 class Reporter:
-    """One line for each task, or a bar on a terminal; failures are told either way."""
+    """One line for each task, or a bar on a terminal; failures and edits that were put aside are told either way."""
 
     total: int
     bar: tuple[Progress, TaskID] | None = None
@@ -34,9 +37,9 @@ class Reporter:
             self._say(f"[{self.done:{len(str(self.total))}}/{self.total}] {result_line(outcome)}")
         elif failed:
             self._say(result_line(outcome))
-        errors = [found for found in outcome.findings if failed and found["severity"] == "error"]
+        told = [f for f in outcome.findings if f["code"] == EDITED or (failed and f["severity"] == "error")]
         count: Counter[str] = Counter()
-        for found in errors:
+        for found in told:
             count[found["code"]] += 1
             if count[found["code"]] <= SHOWN:
                 self._say(f"  {finding_line(found)}")

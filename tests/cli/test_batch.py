@@ -78,10 +78,13 @@ def test_a_bar_with_rate_and_remaining_time_on_a_terminal(monkeypatch: pytest.Mo
     with reporting(2) as shown:
         shown.outcome(Outcome(Task("a[0].mod", ()), "failed", False, {}, (found,)))
         shown.outcome(Outcome(Task("b.mod", ()), "unchanged", False, {}, ()))
+        edited = found | {"code": "BAT016", "severity": "warning", "message": "put aside", "path": "c.mod"}
+        shown.outcome(Outcome(Task("c.mod", ()), "compensated", False, {}, (edited, edited | {"code": "CMP006"})))
     text = screen.getvalue()
-    assert "2/2" in text and "/min" in text and "0:00:0" in text
+    assert "3/2" in text and "/min" in text and "0:00:0" in text
     assert "a[0].mod:3:7: error[RAP001]: the file [bold] is empty" in text
     assert "b.mod" not in text
+    assert "c.mod:3:7: warning[BAT016]: put aside" in text and "CMP006" not in text
 
 
 def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
