@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, permutations
+from itertools import chain, pairwise, permutations
 
 import numpy as np
 
@@ -87,7 +87,7 @@ def _forms(
     if len(angles) == 3:
         yield " + ".join(a for a, _ in angles), np.sum([x for _, x in angles], axis=0), "", one
     for a, x in angles:
-        for factor, by in [("", one), *((f" * {b}", y) for b, y in known if b != a)]:
+        for factor, by in [("", one), *chain.from_iterable(_factors(b, y) for b, y in known if b != a)]:
             order, phase = _wave(values, x, by)
             yield f"np.cos({order:.6g} * {a} - {phase})", np.cos(order * x - phase), factor, by
     for (a, x), (b, y) in pairwise(angles):
@@ -95,9 +95,16 @@ def _forms(
         factor = f" * np.cos({other:.6g} * {b} - {turn})"
         yield f"np.cos({order:.6g} * {a} - {phase})", np.cos(order * x - phase), factor, np.cos(other * y - turn)
     for (a, x), (b, y) in permutations(known, 2):
-        yield a, x, f" * {b}", y
-        yield a, x, f" * np.sign({b})", np.sign(y)
-        yield a, x, f" * ({b} - {y.mean():.5g})", y - float(f"{y.mean():.5g}")
+        for factor, by in _factors(b, y):
+            yield a, x, factor, by
+
+
+def _factors(text: str, values: Array) -> Iterator[tuple[str, Array]]:
+    """A channel as it is, its side, and how far it is from its mean."""
+    mean = f"{values.mean():.5g}"
+    yield f" * {text}", values
+    yield f" * np.sign({text})", np.sign(values)
+    yield f" * ({text} - {mean})", values - float(mean)
 
 
 def _wave(values: Array, x: Array, by: Array) -> tuple[float, float]:

@@ -34,6 +34,7 @@ def drawn(seed: int, n: int) -> tuple[State, Channels]:
     return state, {**channels, "temperature": hot, "cable": state.channels["cable"]}  # fmt: skip
 
 
+MEAN = drawn(1, 500)[1]["temperature"].mean()
 LAWS: list[tuple[tuple[str, ...], Callable[[Channels], np.ndarray]]] = [
     (("q2",), lambda c: (c["q2"] > 0.4).astype(float)),
     (("q3",), lambda c: np.abs(c["q3"] + 0.3)),
@@ -50,6 +51,7 @@ LAWS: list[tuple[tuple[str, ...], Callable[[Channels], np.ndarray]]] = [
     (("q1", "temperature"), lambda c: (c["q1"] - c["q1"].mean()) * (c["temperature"] - c["temperature"].mean())),
     (("q5", "load5"), lambda c: np.cos(c["q5"] - 0.4) * c["load5"]),
     (("q2", "load4"), lambda c: np.cos(24 * c["q2"] - 0.4) * c["load4"]),
+    (("q3", "temperature"), lambda c: np.sin(3 * c["q3"]) * (c["temperature"] - MEAN)),
     (("q4",), lambda c: np.cos(37.3 * c["q4"] + 1)),
     (("q4", "q6"), lambda c: np.sin(c["q4"] - 0.2) * np.cos(2 * c["q6"] + 0.7)),
 ]
