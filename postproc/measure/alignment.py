@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
+FLAT = 0.2
+"""Singular values of the linear map lie this far apart where points on a plane or a line tell nothing across it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
@@ -37,7 +40,8 @@ def align(
     """Fit y = T_instrument_base (p + R t): first linearly as p = A y - c - R t, then Gauss-Newton with Huber weights.
 
     The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values
-    give the scale.
+    give the scale. Points on a plane or a line, reached with one orientation, do not determine A: there the flanges
+    themselves are turned on the points, and nothing tells a mirror.
 
     Args:
         T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
@@ -70,6 +74,9 @@ def align(
     U, singular, Vt = np.linalg.svd(A)
     mirrored = bool(np.linalg.det(A) < 0)
     scale = 1.0 / max(float(np.exp(np.mean(np.log(np.maximum(singular, 1e-12))))), 1e-12)
+    if singular[-1] < FLAT * singular[0]:
+        U, _, Vt = np.linalg.svd(p0.T @ y0)
+        mirrored, scale = False, float(np.linalg.norm(y0)) / max(float(np.linalg.norm(p0)), 1e-12)
     if not 0.2 < scale < 5:
         return Alignment(
             np.eye(4), np.asarray(solution[12:], dtype=float), scale, mirrored, np.full((n, 3), np.nan), np.inf

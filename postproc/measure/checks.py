@@ -84,6 +84,9 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
     other = other_reading(robot, q, y, as_read)
     if other is not None:
         return found("error", *other)
+    if as_read.typical < SUSPICIOUS_M:
+        # Few poses in a small part of space tell neither a scale nor a mirror.
+        return []
     size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
     name = other_arm(robot, q, y)

@@ -1,0 +1,32 @@
+"""The arm as the instrument sees it, from flange poses that are known here in plain numpy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from postproc.measure.alignment import align
+
+NOISE = 3e-5
+TURN = Rotation.from_rotvec([0.3, 0.2, 1.0]).as_matrix()
+
+
+def scene(spread: tuple[float, float, float], turned: float) -> tuple[np.ndarray, np.ndarray]:
+    """Flange poses within a box of half widths [m], turned by up to an angle [rad], and the points measured there."""
+    g = np.random.default_rng(3)
+    flange = np.tile(np.eye(4), (60, 1, 1))
+    flange[:, :3, 3] = [1.2, 0.3, 0.8] + g.uniform(-1, 1, (60, 3)) * spread
+    flange[:, :3, :3] = Rotation.from_rotvec(g.uniform(-turned, turned, (60, 3))).as_matrix()
+    point = flange[:, :3, 3] + flange[:, :3, :3] @ [0.1, 0.0, 0.3]
+    return flange, point @ TURN.T + [1.0, 2.0, 0.5] + NOISE * g.normal(size=(60, 3))
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4])
+@pytest.mark.parametrize("spread", [(0.4, 0.3, 0.2), (0.4, 0.3, 0.0), (0.4, 0.0, 0.0)], ids=["box", "plane", "line"])
+def test_points_on_a_plane_or_a_line_are_found_as_well(spread, turned):
+    found = align(*scene(spread, turned))
+    assert found.typical < 3 * NOISE and found.scale == pytest.approx(1, abs=0.01) and not found.mirrored
+
+
+def test_a_mirror_is_seen_where_points_tell_it():
+    flange, seen = scene((0.4, 0.3, 0.2), 0.4)
+    assert align(flange, seen * [1, 1, -1]).mirrored
