@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.patterns import felt_by_tool
+from postproc.identify.felt import felt_by_tool
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import TOOL
 

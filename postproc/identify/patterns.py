@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
-from postproc.effects.geometry import distal_point, point_acceleration
-from postproc.identify.channels import varies
-from postproc.identify.cycles import EIGHTHS, GEAR, LOW, TEETH, sways, waves
+from postproc.identify.cycles import GEAR, LOW, TEETH, sways, waves
+from postproc.identify.felt import overturning, pulls
+from postproc.identify.pairs import of_two
 from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, renamed, sharper, unit
 
 PLACES = 17
@@ -110,7 +110,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     names = list(channels)
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
-            found += _of_two(first, channels[first], second, channels[second])
+            found += of_two(first, channels[first], second, channels[second])
     angles = [name for name in names if name[0] == "q" and name[1:].isdigit()]
     for name in angles:
         found += waves(name, channels[name], range(1, GEAR + 1))
@@ -125,7 +125,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
         x, y = channels["x"], channels["y"]
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern(("x", "y"), form, unit(x**2 + y**2), "curve"))
-    found += [*_history(channels), *_pulls(state, position), *_overturning(state)]
+    found += [*_history(channels), *pulls(state, position), *overturning(state)]
     return Patterns([*single, *found], [p for p in single if p.gate])
 
 
@@ -160,59 +160,6 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
     return through(gate)
 
 
-def _of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    text = f"{first} times {second}"
-    names = (first, second)
-
-    def factors() -> tuple[tuple[Pattern, str], ...]:
-        return (_line(first, a), second), (_line(second, b), first)
-
-    yield Pattern(names, text, unit(a * b), "product", factors=factors)
-    yield Pattern(names, text, unit((a - a.mean()) * (b - b.mean())), "product", factors=factors)
-    if first[0] == second[0] == "q":
-        for k in LOW:
-            for j in LOW:
-                for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
-                    form = f"wave of {first}, {k} times a turn, times one of {second}, {j} times a turn"
-                    yield Pattern(names, form, f(k * a) * g(j * b), "product of waves")
-    elif first[0] == "q" and second not in ("x", "y", "z"):
-        # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
-        # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
-        sizes = (b, b - b.mean()) if abs(b.mean()) > 0.3 * b.std() else (b,)
-        for k in range(1, GEAR + 1):
-            for phase in (0.0, np.pi / 2):
-                for size in sizes:
-                    yield _swelling(names, a, unit(size), k, phase)
-    for sign, size, order in ((a, b, names), (b, a, names[::-1])):
-        if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
-            value = unit(np.sign(sign) * np.abs(size))
-            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value, "product")
-
-
-def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, phase: float) -> Pattern:
-    """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
-    where = None if order <= max(LOW) else f"joint {names[0][1:]}"
-
-    def finer() -> list[Pattern]:
-        # Less than a wave a turn is hardly more than the other channel alone.
-        orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
-        some = [_swelling(names, angle, size, k, p) for k in orders for p in EIGHTHS]
-        return [replace(p, where=where, finer=None) for p in some]
-
-    value = np.asarray(np.cos(order * angle - phase), dtype=np.float64)
-
-    def factors() -> tuple[tuple[Pattern, str], ...]:
-        wave = Pattern(names[:1], f"wave {order:.3g} times a turn", value, "wave")
-        return (wave, names[1]), (_line(names[1], size), names[0])
-
-    text, kind = f"{names[1]} times a wave of {names[0]}, {order:.3g} times a turn", "swelling wave"
-    return Pattern(names, text, value * size, kind, where=where, finer=finer, factors=factors)
-
-
-def _line(name: str, values: Array) -> Pattern:
-    return Pattern((name,), "proportional", unit(values), "line")
-
-
 def _of_sum(names: tuple[str, ...], label: str, values: Array) -> Iterator[Pattern]:
     """Shapes of what neighbouring joints turn together: linkages, and angles against gravity."""
     for pattern in (*breaks(label, values), *waves(label, values, LOW)):
@@ -239,59 +186,3 @@ def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
             cycles = waves(name, before, LOW) if name[0] == "q" else ()
             for pattern in (*of_channel(name, before), *cycles):
                 yield replace(renamed(pattern, " in the row before", (name,)), kind="before", gate=())
-
-
-def _pulls(state: State, position: Array) -> Iterator[Pattern]:
-    """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
-    for what, names, felt in felt_by_tool(state, position):
-        for axis, along in zip("xyz", felt.T, strict=True):
-            if varies(along):
-                label = f"{what} along {axis} of the tool"
-                for pattern in of_channel(what, along):
-                    some = renamed(pattern, f" of {label}", names)
-                    form = label if some.kind == "line" else some.form
-                    yield replace(some, form=form, where="tool", gate=())
-
-
-def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array]]:
-    """Name, channels and (n, 3) components in the axes of the flange of what the tool feels.
-
-    Gravity, its acceleration, the weight of the payload with its inertia, and the process force.
-    """
-    assert state.T_base_body is not None
-    turn = np.asarray(state.T_base_body)[:, 6, :3, :3]
-    wrist = ("q5", "q6", "q4", "q3", "q2")
-    free = np.broadcast_to(state.gravity, (len(turn), 3))
-    pulls: list[tuple[str, tuple[str, ...], Array]] = [("gravity", wrist, free)]
-    if state.a is not None and state.v is not None and state.robot is not None:
-        a = point_acceleration(state.robot, np.asarray(state.T_base_body), state.v, state.a, 6, position)
-        pulls.append(("acceleration", ("a1", "a2", "a3", "a4", "a5"), a))
-        free = free - a
-    if state.payload_mass is not None and varies(state.payload_mass):
-        pulls.append(("payload's weight", ("payload", "q5", "q6", "q4"), state.payload_mass[:, None] * free))
-    if state.wrench is not None:
-        pulls.append(("process force", ("fx", "fy", "fz", "q5", "q6"), np.asarray(state.wrench)[:, :3]))
-    return [(what, names, np.einsum("nji,nj->ni", turn, pull)) for what, names, pull in pulls if varies(pull)]
-
-
-def _overturning(state: State) -> Iterator[Pattern]:
-    """The moment by which the arm leans on its footing to one side only, and its side: it lifts, or rocks."""
-    if state.body_load is None or state.robot is None:
-        return
-    force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
-    lean = (moment + np.cross(distal_point(state.robot, 0), force))[:, :2]
-    for way in np.pi / 2 * np.arange(4):
-        for rocks in (False, True):
-            if varies(lean @ [np.cos(way), np.sin(way)]):
-                yield _leaning(lean, float(way), rocks)
-
-
-def _leaning(lean: Array, way: float, rocks: bool) -> Pattern:
-    def finer() -> list[Pattern]:
-        return [replace(_leaning(lean, float(w), rocks), finer=None) for w in np.pi / 16 * np.arange(32)]
-
-    along = np.asarray(lean @ [np.cos(way), np.sin(way)], dtype=np.float64)
-    what = "side of the overturning moment" if rocks else "overturning moment to one side only"
-    value = np.sign(along) if rocks else unit(np.maximum(along, 0.0))
-    form = f"{what}, about {np.degrees(way):.0f} deg from x"
-    return Pattern(("q1", "load2", "y", "x"), form, value, "leaning", where="base", finer=finer)

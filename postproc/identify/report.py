@@ -130,7 +130,7 @@ def _headline(d: Diagnosis) -> str:
     if d.verdict == "missing":
         what = f": {_title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         doubt = [
-            f"`{m.candidate.key}` could as well be {joined([f'`{k}`' for k in m.not_separable], 'or')}"
+            f"`{m.candidate.key}` may be, or may hide, {joined([f'`{k}`' for k in m.not_separable], 'or')}"
             for m in d.missing
             if m.not_separable
         ]

@@ -25,7 +25,7 @@ class Missing:
 
     Args:
         candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
-        not_separable: effects that explain this data nearly as well.
+        not_separable: effects that explain this data nearly as well, or would not be seen beside it.
     """
 
     candidate: Candidate

@@ -55,7 +55,7 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
     if not found.suspects:
         message, help_ = "no effect was drafted: nothing remains that follows a channel", "see what the verdict says"
     else:
-        message = "no effect was drafted: what remains is no function of one channel, or of two, at one place"
+        message = "no effect was drafted: what remains is none of the functions of a channel that a draft can say"
         help_ = "write it by hand: `postproc explain DAT028` shows how"
     return Diagnostic("DAT028", "info", message, help=help_)
 
