@@ -11,6 +11,8 @@ from postproc.arrays import Array
 
 FLAT = 0.2
 """Singular values of the linear map lie this far apart where points on a plane or a line tell nothing across it."""
+LOOSE = 1e-4
+"""Noise [m] over the distance [m] of a point from the flange: where hardly anything turns, it does not run away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +66,12 @@ def align(
         design[:, axis, 3 * axis : 3 * axis + 3] = y0 / spread
         design[:, axis, 9 + axis] = -1.0
     design[:, :, 12:] = -R if tool else 0.0
+    near = np.eye(3, 15, 12) * LOOSE
     weight = np.ones(n)
     for _ in range(12):
         root = np.sqrt(weight)[:, None]
-        solution, *_ = np.linalg.lstsq((design * root[:, :, None]).reshape(-1, 15), (p0 * root).reshape(-1), rcond=1e-9)
+        equations = np.vstack([(design * root[:, :, None]).reshape(-1, 15), near])
+        solution, *_ = np.linalg.lstsq(equations, np.append(p0 * root, np.zeros(3)), rcond=1e-9)
         error = np.linalg.norm(design @ solution - p0, axis=1)
         weight = _weights(error)
     A = solution[:9].reshape(3, 3) / spread
@@ -76,6 +80,7 @@ def align(
     scale = 1.0 / max(float(np.exp(np.mean(np.log(np.maximum(singular, 1e-12))))), 1e-12)
     if singular[-1] < FLAT * singular[0]:
         U, _, Vt = np.linalg.svd(p0.T @ y0)
+        solution[12:] = 0.0
         mirrored, scale = False, float(np.linalg.norm(y0)) / max(float(np.linalg.norm(p0)), 1e-12)
     if not 0.2 < scale < 5:
         return Alignment(
@@ -104,9 +109,8 @@ def _refine(
         design[:, 2, 3], design[:, 2, 4] = base[:, 1], -base[:, 0]
         design[:, :, 6:] = rotation @ R
         root = np.sqrt(weight)[:, None]
-        step, *_ = np.linalg.lstsq(
-            (design * root[:, :, None]).reshape(-1, 9), (residual * root).reshape(-1), rcond=1e-10
-        )
+        equations = np.vstack([(design * root[:, :, None]).reshape(-1, 9), np.eye(3, 9, 6) * LOOSE])
+        step, *_ = np.linalg.lstsq(equations, np.append(residual * root, -LOOSE * tool), rcond=1e-10)
         rotation = _turn(np.asarray(step[3:6], dtype=float)) @ rotation
         shift, tool = shift + step[:3], tool + step[6:]
         if np.linalg.norm(step) < 1e-10:
