@@ -24,17 +24,20 @@ class Comparison:
 
     Args:
         fit: the model beside the data (nothing fitted). error: (n, 3) measured minus predicted [m], instrument axes.
-        joint_error: (n, 6) the smallest joint errors that would explain it [rad].
         bound: held-out rms per axis that a free function of the channels reaches on this residual [m].
     """
 
     fit: Fit
     error: Array
-    joint_error: Array
     noise: Noise
     iso: Iso9283
     trends: tuple[Trend, ...]
     bound: float
+
+    @property
+    def joint_error(self) -> Array:
+        """(n, 6) the smallest joint errors that would explain the error [rad]."""
+        return joint_errors(self.fit)
 
     @property
     def length(self) -> Array:
@@ -132,7 +135,5 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     fit = evaluate(model, data, noise=noise)
     figures = estimate_noise(fit.data, noise)
     error = fit.problem.error[:, :3]
-    joint = joint_errors(fit)
-    return Comparison(
-        fit, error, joint, figures, iso9283(error, fit.data.repeats), residual_trends(fit), fit.leftover.held_out
-    )
+    iso = iso9283(error, fit.data.repeats)
+    return Comparison(fit, error, figures, iso, residual_trends(fit), fit.leftover.held_out)

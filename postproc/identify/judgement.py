@@ -48,7 +48,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     return candidate.effect.with_vector(np.clip(x, low, high))
 
 
-def refit(base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
+def refit(base: Fit, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
     """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
@@ -78,7 +78,7 @@ def fitted_best(
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
     found: list[tuple[Candidate, Fit]] = []
     for start in formed(screen, linear, candidate).starts or (candidate,):
-        after = refit(base, screen, linear, start, closely)
+        after = refit(base, linear, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
             if after.noise.position is not None and after.variance < QUIET:

@@ -32,9 +32,9 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     A line pays for two numbers and a map for many, so that a search takes lines one by one where a smooth function is
     meant. The search is left with the better fit. Lines of a motor's order stay: no map reaches them.
     """
-    named = next((m for m in missing if m.candidate.key == LINES), None)
+    told = next((m for m in missing if m.candidate.key == LINES), None)
     lines = search.fit.model.effect(LINES)
-    if named is None or not isinstance(lines, TransmissionError):
+    if told is None or not isinstance(lines, TransmissionError):
         return missing
     if MAP not in search.classes or search.fit.model.effect(MAP) is not None:
         return missing
@@ -49,7 +49,7 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     if not predicts_better(after, search.fit, CLEARLY):
         return missing
     search.fit = after
-    kept = [m for m in missing if m is not named or stay.any()]
+    kept = [m for m in missing if m is not told or stay.any()]
     return [*kept, Missing(candidate, after.held_out_rms, ())]
 
 
@@ -76,9 +76,7 @@ def _mapped(
     assert isinstance(found, JointErrorMap)
     before, count = without.linear, after.linear.parameters - without.linear.parameters
     fall, left = before.square - after.linear.square, before.freedom - count
-    worth, p = (
-        schwarz(before.square, fall, count, before.freedom, 1.0),
-        f_test(before.square, after.linear.square, count, left),
-    )
+    worth = schwarz(before.square, fall, count, before.freedom, 1.0)
+    p = f_test(before.square, after.linear.square, count, left)
     label = f"{named(found.joint)}, orders to {found.order}"
     return stay, Candidate(MAP, found, after.free[MAP], label, worth, fall, count, 0.0, 0.0, p, fit=after), after

@@ -48,6 +48,6 @@ def final_fit(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float 
     for candidate in (c for c in candidates if c.effect.roughness() is not None):
         screen = Screen(fit.problem, {candidate.key: type(candidate.effect)})
         best = grown(screen, fit.linear, candidate)
-        after = None if best is None else refit(fit, screen, fit.linear, best)
+        after = None if best is None else refit(fit, fit.linear, best)
         fit = fit if after is None else after
     return fit

@@ -108,9 +108,8 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
     block.
     """
-    screen = search.screen()
     before = search.fit
-    after = refit(before, screen, search.linear(), best)
+    after = refit(before, search.linear(), best)
     if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
         return None
     taken = judged(before, after, best)

@@ -85,16 +85,10 @@ def _rotation(key: str, value: object, where: Source | None) -> MappedRotation:
     if not isinstance(value, Mapping) or not (quaternion or form == "rotvec" or EULER.fullmatch(form)):
         help_ = "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"
         raise _map_error(f"`[{key}]` needs a form: {help_}", where)
-    names, unit = (
-        value.get("columns"),
-        str(value.get("unit", "1" if quaternion else "rad" if form == "rotvec" else "deg")),
-    )
-    if (
-        not isinstance(names, list)
-        or len(names) != (4 if quaternion else 3)
-        or set(value) - {"columns", "form", "unit"}
-    ):
-        raise _map_error(f"`[{key}]` needs `columns`, the names of {4 if quaternion else 3} columns", where)
+    names, many = value.get("columns"), 4 if quaternion else 3
+    unit = str(value.get("unit", "1" if quaternion else "rad" if form == "rotvec" else "deg"))
+    if not isinstance(names, list) or len(names) != many or set(value) - {"columns", "form", "unit"}:
+        raise _map_error(f"`[{key}]` needs `columns`, the names of {many} columns", where)
     if unit not in (("1",) if quaternion else ("deg", "rad", "mrad")):
         raise _map_error(f"`[{key}]` has the unit `{unit}`; known are deg, rad, mrad", where)
     return MappedRotation(tuple(str(name) for name in names), form, unit)

@@ -147,13 +147,12 @@ class Table:
         rotation = np.full((len(numbers), 3, 3), np.nan)
         if good.any():
             some = numbers[good]
-            turns = (
-                Rotation.from_quat(some)
-                if form == "xyzw"
-                else Rotation.from_rotvec(some)
-                if form == "rotvec"
-                else Rotation.from_euler(form, some)
-            )
+            if form == "xyzw":
+                turns = Rotation.from_quat(some)
+            elif form == "rotvec":
+                turns = Rotation.from_rotvec(some)
+            else:
+                turns = Rotation.from_euler(form, some)
             rotation[good] = turns.as_matrix()
         return rotation
 

@@ -21,10 +21,8 @@ from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_t
 
 T = TypeVar("T")
 _KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
-
-
-# Roles of the arguments that Settings are made of.
 _SETTINGS = frozenset({"tool", "\\wobj", "speed", "zone", "\\v", "\\t", "\\z", "\\tload", "weld"})
+"""Roles of the arguments that settings are made of."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What remains without a name as an effect of the user's own: the diagnosis measured its shape, he names its cause."""
+"""What remains without a name as an effect of the user's own: the diagnosis gives its shape, the user its cause."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
     base = base_fit(data)
     screen = Screen(base.problem, {"arm_load": ArmLoad})
     candidate = compose(screen, base.linear, "arm_load")
-    after = refit(base, screen, base.linear, candidate)
+    after = refit(base, base.linear, candidate)
     own = base.model.robot.mass[list(after.model.effect("arm_load").body)]
     assert (after.model.effect("arm_load").mass_kg < -own).any()
     assert judged(base, after, candidate).evidence == -np.inf
