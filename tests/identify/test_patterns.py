@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
+from postproc.identify.cycles import waves
 from postproc.identify.diagnose import diagnose
 from postproc.identify.patterns import PLACES, Patterns, grown, odds, patterns, switched
 from postproc.identify.sensitivity import BODY
@@ -232,3 +233,21 @@ def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
     shown = by_channel(find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns(lines)))
     assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
     assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}
+
+
+def test_pulses_are_on_between_the_edges_that_they_name():
+    angle = np.linspace(-3.0, 3.0, 500)
+    wave = next(iter(waves("q2", angle, [5.0])))
+    pulses = [p for k in sharper(wave) for p in sharper(k) if p.form.startswith("pulses 5 times")]
+    assert len(pulses) > 100
+    for pulse in pulses[::9]:
+        (on, _), (off, _) = pulse.at
+        inside = np.mod(angle - on, 2 * np.pi / 5) < off - on
+        assert np.mean((pulse.values > 0.5) == inside) > 0.99
+
+
+def test_friction_grows_with_the_size_of_the_load_and_turns_with_the_side():
+    side, load = np.tile([1.0, -1.0, 1.0], 20), np.linspace(-400.0, 300.0, 60)
+    found = {p.form: p.values for p in of_two(dir3=side, load3=load).every}
+    values = found["side of dir3 times size of load3"]
+    assert np.corrcoef(values, side * np.abs(load))[0, 1] > 0.999
