@@ -54,7 +54,7 @@ class Cells:
         A cell that is no number is reported as DAT003 and becomes NaN.
         """
         cells = self.text(name)
-        cells = [_plain(cell, self.decimal) for cell in cells]
+        cells = [as_number(cell, self.decimal) for cell in cells]
         try:
             values = np.array([float(cell) if cell else np.nan for cell in cells])
         except ValueError:
@@ -109,9 +109,9 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
         if len(cells) == len(header) + 1 and not cells[-1].strip():
             cells = cells[:-1]
         if len(cells) != len(header):
-            message = f"row has {len(cells)} cells where the header has {len(header)}; it is left out"
+            message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
             start = source.line_starts[number - 1]
-            help_ = "check for a missing separator or a decimal comma"
+            help_ = "check for a missing separator or a decimal comma; until then the row is left out"
             diagnostics.append(Diagnostic("DAT004", "warning", message, source, (start, start + 1), help_))
             continue
         rows.append(tuple(cell.strip() for cell in cells))
@@ -140,7 +140,7 @@ def _without_title(
     return numbered[first:]
 
 
-def _plain(cell: str, decimal: str) -> str:
+def as_number(cell: str, decimal: str) -> str:
     """A number as Python reads it: with a decimal point, without marks between thousands (1'234.5, 1.234,5)."""
     mark = "," if decimal == "." else "."
     if GROUPED[decimal].fullmatch(cell):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -173,7 +173,9 @@ def _read(source: Source, side_files: Sequence[Source], count: int) -> list[Moti
     events = [e for e in walk(program) if e.statement.source is source]
     findings = [*program.diagnostics, *(d for event in events for d in event.diagnostics)]
     if has_errors(findings) or len(events) != count:
-        raise PostprocError(findings)
+        # Nobody can look into a module that is never written: its findings are about what the options name.
+        found = [replace(d, source=None, span=None) if d.source is source else d for d in findings]
+        raise PostprocError(dict.fromkeys(found))
     return events
 
 

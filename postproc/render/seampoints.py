@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
+from postproc.measure.cells import Cells, as_number, read_cells
+from postproc.measure.layout import ColumnMap
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -26,8 +27,6 @@ BACK = math.radians(
     120.0
 )  # a seam that turns by more than this runs back along itself: rows in disorder, or an outlier
 TWIST = math.radians(90.0)  # a torch that turns by more than this from point to point: an axis or a sign is wrong
-
-_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
 @dataclass(frozen=True)
@@ -69,39 +68,33 @@ class SeamPoints:
 
 @dataclass(frozen=True)
 class _Table:
-    source: Source
+    cells: Cells
     header: Sequence[str]
-    rows: Sequence[Span]
-    cells: Sequence[Sequence[Span]]
     findings: list[Diagnostic]
 
     def numbers(self, names: Sequence[str]) -> Array:
         """Columns as numbers (n, len(names)); a cell that is none is a finding and becomes NaN."""
         places = [self.header.index(name) for name in names]
-        values = [[self._number(row, at) for at in places] for row in range(len(self.rows))]
+        values = [[self._number(row, at) for at in places] for row in range(len(self.cells.rows))]
         return np.array(values, dtype=float).reshape(-1, len(names))
 
     def _number(self, row: int, at: int) -> float:
-        span = self.cells[row][at]
-        text = self.source.data[slice(*span)].decode(self.source.encoding)
+        text = self.cells.rows[row][at]
         try:
-            value = float(text)
+            value = float(as_number(text, self.cells.decimal))
         except ValueError:
             value = math.nan
         if not abs(value) < LARGEST:
             what = f"`{text}` is not a number" if text else "nothing stands here"
             what = f"`{text}` is too large" if LARGEST <= abs(value) < math.inf else what
             help_ = "a point needs all its numbers: take the row out or measure it again"
-            if _DECIMAL_COMMA.fullmatch(text):
-                help_ = "write decimals with a dot"
             self.wrong("SEA002", row, at, what, help_)
             return math.nan
         return value
 
     def wrong(self, code: str, row: int, at: int, what: str, help_: str) -> None:
-        span = self.cells[row][at]
-        message = f"row {self.source.position(span[0])[0]}, column `{self.header[at]}`: {what}"
-        self.findings.append(Diagnostic(code, "error", message, self.source, span, help_))
+        message = f"row {self.cells.lines[row]}, column `{self.header[at]}`: {what}"
+        self.findings.append(Diagnostic(code, "error", message, self.cells.source, self.cells.span(row), help_))
 
 
 def read_seam_points(source: Source) -> SeamPoints:
@@ -138,7 +131,7 @@ def read_seam_points(source: Source) -> SeamPoints:
         table.findings.append(found)
     if table.findings:
         raise PostprocError(sorted(table.findings, key=lambda found: found.span or (0, 0)))
-    return SeamPoints(source, tuple(table.rows), place, rotation, speed)
+    return SeamPoints(source, tuple(map(table.cells.span, range(len(place)))), place, rotation, speed)
 
 
 def _by_quaternion(table: _Table) -> Array:
@@ -183,40 +176,17 @@ def _speeds(table: _Table) -> Array:
 
 
 def _split(source: Source) -> _Table:
-    """Header and rows; separated by commas, semicolons or tabs, blank lines and lines with ``#`` left out."""
-    data = source.data
-    start = 3 if data.startswith(b"\xef\xbb\xbf") else 0
-    found = re.compile(rb"[^\r\n]+").finditer(data, start)
-    lines = [m.span() for m in found if m[0].strip() and not m[0].lstrip().startswith(b"#")]
-    if not lines:
-        raise PostprocError(Diagnostic("SEA001", "error", "there is no table in this file", source))
-    head = data[slice(*lines[0])]
-    mark = max((b",", b";", b"\t"), key=head.count)
-    header = [data[slice(*span)].decode(source.encoding).strip('"') for span in _cells(data, lines[0], mark)]
-    findings: list[Diagnostic] = []
+    """Header and rows as measurement tables have them; here a row that has not all its cells is an error."""
+    found: list[Diagnostic] = []
+    try:
+        cells = read_cells(source, ColumnMap(), found)
+    except PostprocError as error:
+        raise PostprocError([replace(d, code="SEA001") for d in error.diagnostics]) from None
+    help_ = "check for a missing separator or a decimal comma"
+    findings = [replace(d, code="SEA001", severity="error", help=help_) for d in found if d.severity != "info"]
+    header = [name.strip('"').lower() for name in cells.header]
     for i, name in enumerate(header):
         if name in (*PLACE, *QUATERNION, *TANGENT, *NORMAL, SPEED) and name in header[:i]:
             text = f"column `{name}` stands twice in the header"
-            findings.append(Diagnostic("SEA001", "error", text, source, lines[0], "take one of them out"))
-    rows, cells = [], []
-    for line in lines[1:]:
-        parts = _cells(data, line, mark)
-        if len(parts) != len(header):
-            row = source.position(line[0])[0]
-            text = f"row {row}: {len(parts)} cells where the header has {len(header)}"
-            help_ = "check for a missing separator or a decimal comma"
-            findings.append(Diagnostic("SEA001", "error", text, source, line, help_))
-            continue
-        rows.append(line)
-        cells.append(parts)
-    return _Table(source, header, rows, cells, findings)
-
-
-def _cells(data: bytes, line: Span, mark: bytes) -> list[Span]:
-    """Spans of the cells of a line, without the blanks around them."""
-    spans, at = [], line[0]
-    for part in data[slice(*line)].split(mark):
-        left = at + len(part) - len(part.lstrip())
-        spans.append((left, max(left, at + len(part.rstrip()))))
-        at += len(part) + 1
-    return spans
+            findings.append(Diagnostic("SEA001", "error", text, source, help="take one of them out"))
+    return _Table(cells, header, findings)
