@@ -13,18 +13,19 @@ if TYPE_CHECKING:
     from postproc.rapid.program import Program
 
 
-def run(a: str, b: str, /, *, tolerance: Distance = 0.001, json: Flag = False) -> int:
+def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Distance = 0.01, json: Flag = False) -> int:
     """Compare two programs by meaning, statement by statement; exit 1 if they differ by more than the tolerance.
 
     Args:
         a: RAPID module.
         b: RAPID module.
         tolerance: distance between targets that is still the same [mm].
+        angle_tolerance: angle between their orientations, or between joints, that is still the same [deg].
         json: print the postproc/diff/1 document.
     """
     from postproc.rapid.diff import compare_programs
 
-    found = compare_programs(_read(a), _read(b), tolerance)
+    found = compare_programs(_read(a), _read(b), tolerance, angle_tolerance)
     if json:
         print_json(found.as_json())
     else:

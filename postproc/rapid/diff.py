@@ -50,7 +50,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
                 differences.append(found)
     differences += compare_statements(a, b, paired)
     differences += compare_declarations(a, b)
-    return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm)
+    return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
 
 
 Key = tuple[str, int]

@@ -65,6 +65,7 @@ class ProgramDiff:
     max_distance_mm: float = 0.0
     max_angle_deg: float = 0.0
     tolerance_mm: float = 0.0
+    tolerance_deg: float = 0.0
 
     @property
     def equal(self) -> bool:
@@ -76,6 +77,7 @@ class ProgramDiff:
         summary = (
             f"{self.compared} motion statements compared, largest distance {self.max_distance_mm:.3f} mm, largest angle"
             f" {self.max_angle_deg:.4f} deg, {count} difference{'s' * (count != 1)} beyond {self.tolerance_mm:g} mm"
+            f" and {self.tolerance_deg:g} deg"
         )
         return "\n".join([*(d.render() for d in self.differences), summary])
 
@@ -84,6 +86,7 @@ class ProgramDiff:
             "schema": "postproc/diff/1",
             "equal": self.equal,
             "tolerance_mm": self.tolerance_mm,
+            "tolerance_deg": self.tolerance_deg,
             "compared": self.compared,
             "max_distance_mm": self.max_distance_mm,
             "max_angle_deg": self.max_angle_deg,

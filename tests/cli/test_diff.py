@@ -38,6 +38,16 @@ def test_moved_targets_are_found_and_measured(call: Call, samples: Path, tmp_pat
     assert call("diff", program, moved, "--tolerance", "0.5").code == 0
 
 
+def test_orientations_have_a_tolerance_of_their_own(call: Call, samples: Path, tmp_path: Path) -> None:
+    program = samples / "hull_seam.mod"
+    turned = tmp_path / "turned.mod"
+    # A quaternion that moves by 2e-4 turns by twice as much: 0.023 deg.
+    turned.write_bytes(program.read_bytes().replace(b"[0.048649,-0.707207,", b"[0.048849,-0.707207,"))
+    outcome = call("diff", program, turned, "--tolerance", "10")
+    assert (outcome.code, "beyond 10 mm and 0.01 deg" in outcome.out) == (1, True)
+    assert call("diff", program, turned, "--angle-tolerance", "0.03").code == 0
+
+
 def test_what_cannot_be_compared(call: Call, samples: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty.mod"
     empty.write_bytes(b"")
