@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.expressions import Component, Expression, Index, Name
 from postproc.rapid.memory import Binding, Memory, Reference
+from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration
 from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value
 
@@ -73,20 +74,24 @@ def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
         elif bound is not None:
             memory.frame.bindings[key[1:]] = NotKnown(f"`{key[1:]}` {reason}")
         elif key[0] not in "%" and key != "@moves":
-            memory.changed[key] = NotKnown(f"`{shown(key)}` {reason}")
+            memory.changed[key] = NotKnown(f"`{shown(key, memory.program)}` {reason}")
 
 
-def shown(key: str) -> str:
-    return key.rsplit(".", 1)[-1].lstrip("@")
+def shown(key: str, program: Program) -> str:
+    """The name of data as it is spelt where it is declared, or of state."""
+    module, _, inner = key.partition(".")
+    routine, _, name = inner.partition(".")
+    declaration = program.names.get((module, routine, name))
+    return declaration.name if declaration is not None else key.lstrip("@")
 
 
-def joined(ends: Sequence[dict[str, Data]]) -> dict[str, Data]:
+def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
     """What holds where several ways meet: a value only if all of them agree."""
     result = dict(ends[0])
     for end in ends[1:]:
         for key in result.keys() | end.keys():
             if key not in result or key not in end or (result[key] is not end[key] and result[key] != end[key]):
-                result[key] = NotKnown(f"`{shown(key)}` depends on a condition that is not known")
+                result[key] = NotKnown(f"`{shown(key, program)}` depends on a condition that is not known")
     return result
 
 

@@ -72,6 +72,8 @@ class Changes:
         self._kept: dict[tuple[str, Span], frozenset[str]] = {}
         # The components that are written of each declaration; what is written as a whole has an empty path.
         self.paths: dict[str, set[tuple[str, ...]]] = {}
+        # Who writes each declaration: an instruction that is in no file, or nothing where the program itself does.
+        self.writers: dict[str, set[str]] = {}
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
         found: dict[str, set[str]] = {key: set() for key in routines}
@@ -131,7 +133,9 @@ class Changes:
             if "%" + parameter in below:
                 self._add(name, routine, changed)
 
-    def _add(self, name: str, routine: Routine, changed: set[str], path: tuple[str, ...] = ()) -> None:
+    def _add(
+        self, name: str, routine: Routine, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
+    ) -> None:
         if any(p.name == name for p in routine.parameters):
             changed.add("%" + name)
             return
@@ -139,6 +143,7 @@ class Changes:
         if declaration is not None and declaration.storage != "CONST":
             changed.add(declaration.key)
             self.paths.setdefault(declaration.key, set()).add(path)
+            self.writers.setdefault(declaration.key, set()).add(writer)
 
     def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
         data = routine.source.data
@@ -155,10 +160,12 @@ class Changes:
         if called is None and (statement.word in STATE or statement.word in READ_ONLY):
             return
         end = statement.span[1] - (data[statement.span[1] - 1 : statement.span[1]] == b";")
-        pieces = read_arguments(data, statement.span[0] + len(statement.word), end)
+        start = statement.span[0] + len(statement.word)
+        pieces = read_arguments(data, start, end)
         if called is None:
+            writer = data[statement.span[0] : start].decode("latin-1")
             for _, span, _ in pieces:
-                self._add(argument_name(data, span), routine, changed)
+                self._add(argument_name(data, span), routine, changed, writer=writer)
             return
         by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
         passed = tuple((name, argument_name(data, span)) for name, span in by_reference)

@@ -105,7 +105,7 @@ class Flow(Loops):
         self.ways.ends = stands
         if not ends:
             return False
-        memory.changed = joined(ends)
+        memory.changed = joined(ends, self.program)
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, "depends on a condition that is not known")
         return True

@@ -136,8 +136,14 @@ class Memory:
                     raise data
                 return Value(data, declaration.type, len(declaration.dims))
             if key in self.changes.everything:
-                raise NotKnown(f"`{declaration.name}` is written by the program and has no certain value here")
+                raise NotKnown(f"`{declaration.name}` {self._written(key)}")
         return self.declared(declaration)
+
+    def _written(self, key: str) -> str:
+        writers = self.changes.writers.get(key, {""})
+        if "" in writers:
+            return "is written by the program and has no certain value here"
+        return f"may be written by {' and '.join(f'`{name}`' for name in sorted(writers))}"
 
     def declared(self, declaration: Declaration) -> Value:
         """The value that the declaration itself gives.
