@@ -31,9 +31,9 @@ def finding_line(found: Mapping[str, Any]) -> str:
 def table_lines(batch: Batch) -> Iterator[str]:
     """A row for each task: deviation before and after, targets added, statements left as they are.
 
-    Of many tasks those that matter most: failures first, then the largest remaining deviations.
+    Those that matter most, failures first with their reason, then the largest remaining deviations.
     """
-    shown = sorted(sorted(batch.outcomes, key=_rank)[:MOST_ROWS], key=lambda outcome: outcome.task.name)
+    shown = sorted(batch.outcomes, key=_rank)[:MOST_ROWS]
     rows = [HEAD, *map(_row, shown)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(HEAD))]
     for row in rows:
@@ -53,7 +53,8 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
         lengths = (f"{f['max_error_before_mm']:.3f}", f"{f['max_error_after_mm']:.3f}")
         figures = (*lengths, str(f["added_targets"]), str(f["statements"]["skipped"]))
     warnings = sum(found["severity"] == "warning" for found in outcome.findings)
-    result = outcome.status + (", as before" if outcome.cached else "")
+    reason = next((f": {found['code']}" for found in outcome.findings if found["severity"] == "error"), "")
+    result = outcome.status + (reason if outcome.status == "failed" else "") + (", as before" if outcome.cached else "")
     return (outcome.task.name, result, *figures, str(warnings or ""))
 
 

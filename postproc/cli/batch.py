@@ -87,7 +87,10 @@ def _shard(text: str) -> Shard:
 
 
 def _check_folders(source: Path, output: Path) -> None:
-    """The input is never overwritten: the output tree must not reach it."""
+    """The input is there, and never overwritten: the output tree must not reach it."""
+    if not source.exists():
+        text = f"there is no file or folder `{source}`"
+        raise PostprocError(Diagnostic("CLI002", "error", text, help="check the spelling and the folder"))
     folder = source if source.is_dir() else source.parent
     if folder.resolve().is_relative_to(output.resolve()):
         text = f"the input `{folder}` stands in the output folder `{output}`"

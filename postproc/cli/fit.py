@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -13,11 +14,13 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
+    from postproc.identify.fitted import Fit
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
+FRAMES = ("instrument_frame", "tool_frame")
 NO_FRAME = 1e-3
-"""Error [m] beyond which a fit without the instrument's frame is told so."""
+"""Error [m] beyond which a fit without one of the frames is told so; far beyond it nothing is written."""
 
 
 def run(
@@ -61,9 +64,7 @@ def run(
     for cls in dict.fromkeys(classes):
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
-    if fit.rms > NO_FRAME and not any(cls.key == "instrument_frame" for cls in classes):
-        message = "the instrument's frame is not fitted: the table has to be in the axes of the arm's base"
-        show([Diagnostic("DAT030", "warning", message, help="fit `instrument_frame` and `tool_frame`, too")])
+    _check_frames(fit, {cls.key for cls in classes})
     write_model(output, fit.recorded(), silent=json)
     if json:
         print_json(fit.as_json())
@@ -73,3 +74,18 @@ def run(
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, data, *own)
     return 0
+
+
+def _check_frames(fit: Fit, keys: Set[str]) -> None:
+    """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
+    from postproc.measure.readings import HOPELESS_M
+
+    left_out = [f"`{key}`" for key in FRAMES if key not in keys]
+    if not left_out or fit.rms < NO_FRAME:
+        return
+    message = f"without {' and '.join(left_out)} the model misses the points by {1e3 * fit.rms:.1f} mm per axis"
+    hopeless = fit.rms > HOPELESS_M
+    found = Diagnostic("DAT030", "error" if hopeless else "warning", message, help="name them among the effects")
+    if hopeless:
+        raise PostprocError(found)
+    show([found])

@@ -47,7 +47,7 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
         (["{in}", "-o", "{out}", "--shard", "half"], "BAT014"),
         (["{in}", "-o", "{in}"], "BAT015"),
         (["{in}/sub", "-o", "{in}"], "BAT015"),
-        (["{in}/none", "-o", "{out}"], "BAT001"),
+        (["{in}/none", "-o", "{out}"], "CLI002"),
         (["{in}/data.mod", "-o", "{out}"], "BAT001"),
         (["{in}", "-o", "{out}", "--template", "{in}/none"], "REN001"),
         (["{in}/sub", "-o", "{out}"], "BAT001"),
@@ -93,11 +93,13 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
         Outcome(Task(f"{i:03}.mod", ()), "compensated", i % 2 == 0, {**figures, "max_error_after_mm": i / 1e4}, ())
         for i in range(100)
     ]
-    bad = Outcome(Task("zzz.mod", ()), "failed", False, {}, ())
+    why = ({"code": "CMP009", "severity": "warning"}, {"code": "KIN001", "severity": "error"})
+    bad = Outcome(Task("zzz.mod", ()), "failed", False, {}, why)
     lines = list(table_lines(Batch((*good, bad), 3, ())))
     assert len(lines) == 42 and lines[-1] == "and 61 more; --json lists all"
-    assert lines[1].split() == ["061.mod", "compensated", "1.000", "0.006", "1", "2"]
-    assert lines[-2].split() == ["zzz.mod", "failed"]
+    assert lines[1].split() == ["zzz.mod", "failed:", "KIN001", "1"]
+    assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.010", "1", "2"]
+    assert lines[-2].split()[0] == "061.mod"
     assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
         "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"
     )

@@ -238,11 +238,13 @@ def test_what_has_no_name_becomes_an_effect_of_the_users_own(call: Call, samples
 
 
 def test_a_fit_without_the_frame_of_the_instrument_is_told_so(call: Call, cell: Path, tmp_path: Path) -> None:
-    outcome = call(
-        "fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects", "backlash", "-o", tmp_path / "m.toml"
-    )
-    assert outcome.err.startswith("warning[DAT030]")
-    assert "`instrument_frame` and `tool_frame`" in outcome.err
+    fit, model = ("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--effects"), tmp_path / "m.toml"
+    outcome = call(*fit, "backlash", "-o", model)
+    assert outcome.code == 2 and not model.exists()
+    assert outcome.err.startswith("error[DAT030]: without `instrument_frame` and `tool_frame` the model misses")
+    outcome = call(*fit, "tool_frame,joint_offset", "-o", model)
+    assert outcome.code == 0 and model.exists()
+    assert outcome.err.startswith("warning[DAT030]: without `instrument_frame` the model misses")
 
 
 def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cell: Path, tmp_path: Path) -> None:
