@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
-FRAMES = ("instrument_frame", "tool_frame")
 NO_FRAME = 1e-3
 """Error [m] beyond which a fit without one of the frames is told so; far beyond it nothing is written."""
 
@@ -78,6 +77,7 @@ def run(
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
     """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
+    from postproc.identify.step import FRAMES
     from postproc.measure.readings import HOPELESS_M
 
     left_out = [f"`{key}`" for key in FRAMES if key not in keys]

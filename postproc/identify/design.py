@@ -16,6 +16,7 @@ from postproc.identify.forms import ordinary
 from postproc.identify.problem import Problem
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
+from postproc.identify.step import FRAMES, Name
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -31,8 +32,7 @@ def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Ar
         size = ordinary(fit.model, effect, mask)
         old.append(fit.problem.columns(effect, mask) * size)
         new.append(pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size)
-        frame = effect.key in ("instrument_frame", "tool_frame")
-        tied.append(np.full(len(size), 1e-6 if frame else 1 / 30**2))
+        tied.append(np.full(len(size), 1e-6 if effect.key in FRAMES else 1 / 30**2))
     return np.hstack(old), np.concatenate(new, axis=2), np.concatenate(tied)
 
 
@@ -40,23 +40,23 @@ NEVER = 10.0
 """A parameter that all poses of the pool together leave so unsure, in ordinary sizes, no pose determines."""
 
 
-def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[str], list[str]]:
+def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, list[Name], list[Name]]:
     """Greedy D-optimal choice.
 
     Returns:
         the poses; the largest standard deviation [ordinary sizes] of what poses can determine, before and after; the
-        names of the worst of that; the names of what no pose determines.
+        parameters that are the worst of that; those that no pose determines.
     """
     A, Z, tied = _columns(fit, pool)
     P: Array = np.asarray(np.linalg.inv(A.T @ A + np.diag(tied)), dtype=float)
-    names = [f"{e.key}.{e.names()[i]}" for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
-    arm = np.array([not name.startswith(("instrument_frame", "tool_frame")) for name in names])
+    entries = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(fit.free[e.key])]
+    arm = np.array([key not in FRAMES for key, _ in entries])
     width = np.sqrt(np.diag(P))
     every = Z.reshape(-1, Z.shape[2])
     told = np.sqrt(np.diag(np.linalg.inv(np.linalg.inv(P) + every.T @ every))) < NEVER
     known = arm & told
     before = float(width[known].max(initial=0.0))
-    worst = [names[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
+    worst = [entries[i] for i in np.argsort(-np.where(known, width, 0.0))[:3] if known[i]]
     chosen: list[int] = []
     for _ in range(n):
         S = np.eye(3) + np.einsum("cip,pq,cjq->cij", Z, P, Z, optimize=True)
@@ -66,7 +66,13 @@ def sharpen(fit: Fit, pool: Problem, n: int) -> tuple[list[int], float, float, l
         chosen.append(best)
         P = _updated(P, Z[best])
     after = np.sqrt(np.diag(P))
-    return chosen, before, float(after[known].max(initial=0.0)), worst, [names[i] for i in np.flatnonzero(arm & ~told)]
+    return (
+        chosen,
+        before,
+        float(after[known].max(initial=0.0)),
+        worst,
+        [entries[i] for i in np.flatnonzero(arm & ~told)],
+    )
 
 
 def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple[list[int], float, float]:

@@ -16,6 +16,9 @@ from postproc.identify.design import separate, sharpen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.problem import Problem, make_weights
+from postproc.identify.record import parameter_name
+from postproc.identify.step import Name
+from postproc.identify.wording import held_text
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -33,16 +36,18 @@ class Plan:
         between: the two effects to be told apart, or None.
         before, after: how many standard deviations the difference of the two effects stands out without and with these
             poses; or the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
-        worst: names of those of them that are determined worst; never: of those that no pose determines.
+        fit: of the data so far; worst: those of its parameters that are determined worst; never: those that no pose
+            determines.
     """
 
+    fit: Fit
     state: State
     T_base_tcp: Array
     between: tuple[str, str] | None
     before: float
     after: float
-    worst: tuple[str, ...] = ()
-    never: tuple[str, ...] = ()
+    worst: tuple[Name, ...] = ()
+    never: tuple[Name, ...] = ()
 
     def as_csv(self) -> str:
         """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
@@ -69,8 +74,8 @@ class Plan:
             "between": None if self.between is None else list(self.between),
             "before": round(self.before, 3),
             "after": round(self.after, 3),
-            "worst_determined": list(self.worst),
-            "no_pose_determines": list(self.never),
+            "worst_determined": [parameter_name(self.fit, *entry) for entry in self.worst],
+            "no_pose_determines": [parameter_name(self.fit, *entry) for entry in self.never],
         }
 
     def text(self) -> str:
@@ -90,13 +95,13 @@ class Plan:
                 "stated side and wait a second."
             )
         never = (
-            f" No pose determines {', '.join(self.never)}: others do the same, or no load moves them."
+            f" No pose determines {held_text(self.fit, self.never)}: others do the same, or no load moves them."
             if self.never
             else ""
         )
         return (
             f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes "
-            f"(now {self.before:.2g}). Worst now: {', '.join(self.worst) or 'none'}.{never}"
+            f"(now {self.before:.2g}). Worst now: {held_text(self.fit, self.worst) or 'none'}.{never}"
         )
 
 
@@ -131,7 +136,7 @@ def plan_poses(
         worst, never = [], []
     picked = pool.data.rows(np.array(chosen)).state
     T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
-    return Plan(picked, T, between, before, after, tuple(worst), tuple(never))
+    return Plan(fit, picked, T, between, before, after, tuple(worst), tuple(never))
 
 
 def _candidates(fit: Fit) -> State:

@@ -107,7 +107,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "parameters": {e.key: parameters_json(fit, e.key) for e in fit.model.effects},
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
         "not_identifiable": not_identifiable(fit),
-        "at_bound": [_name(fit, key, i) for key, i in fit.at_bound],
+        "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
         "unexplained_mm": _mm(fit.unexplained),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
@@ -132,10 +132,11 @@ def structure_json(fit: Fit, key: str) -> dict[str, Any]:
 
 def not_identifiable(fit: Fit) -> list[str]:
     """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
-    return [_name(fit, key, i) for key, i in fit.held]
+    return [parameter_name(fit, key, i) for key, i in fit.held]
 
 
-def _name(fit: Fit, key: str, index: int) -> str:
+def parameter_name(fit: Fit, key: str, index: int) -> str:
+    """A parameter as model files and documents call it, ``joint_offset.offset_rad[1]``."""
     effect = fit.model.effect(key)
     assert effect is not None
     return f"{key}.{effect.names()[index]}"

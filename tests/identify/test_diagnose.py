@@ -300,7 +300,9 @@ def test_planned_poses_separate_what_the_data_could_not():
     assert len(plan.as_csv().splitlines()) == 13
     sharper = plan_poses(fit.model, few, 8)
     assert sharper.after < sharper.before
-    assert "joint_offset.offset_rad[1]" in sharper.never and not set(sharper.never) & set(sharper.worst)
+    assert ("joint_offset", 0) in sharper.never and not set(sharper.never) & set(sharper.worst)
+    assert "joint_offset.offset_rad[1]" in sharper.as_json()["no_pose_determines"]
+    assert "No pose determines joint_offset offset[1 6]" in sharper.text()
 
 
 def test_a_pair_that_does_the_same_is_said_to_do_so():
