@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.measure.columns import is_unit, stated_unit
 from postproc.measure.layout import ColumnMap
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
@@ -20,6 +22,9 @@ GROUPED = {
 }
 """Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
 EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
+NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
+"""What many instruments write where they saw nothing."""
+SAMPLE = 20
 
 
 @dataclass(frozen=True)
@@ -27,8 +32,9 @@ class Cells:
     """A table as text.
 
     Args:
-        source: the file.
+        source: the file as UTF-8 with line feeds.
         header: column names; numbers from 1 where the file has no header.
+        units: the unit that each column states, in its name or in a row of units; empty where it states none.
         rows: cells as text, stripped, every row as long as the header.
         lines: line number of each row.
         decimal: decimal sign.
@@ -36,6 +42,7 @@ class Cells:
 
     source: Source
     header: tuple[str, ...]
+    units: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
     decimal: str
@@ -44,32 +51,56 @@ class Cells:
         start = self.source.line_starts[self.lines[row] - 1]
         return start, start + len(self.source.line(self.lines[row]).encode(self.source.encoding))
 
-    def text(self, name: str) -> list[str]:
-        at = self.header.index(name)
+    def at(self, name: str | int) -> int:
+        """Index of a column by its name, or by its number counted from 1; -1 where there is none."""
+        if isinstance(name, int):
+            return name - 1 if 0 < name <= len(self.header) else -1
+        return self.header.index(name) if name in self.header else -1
+
+    def text(self, name: str | int) -> list[str]:
+        at = self.at(name)
         return [row[at] for row in self.rows]
 
-    def numbers(self, name: str, diagnostics: list[Diagnostic]) -> Array:
+    def numbers(self, name: str | int, diagnostics: list[Diagnostic]) -> Array:
         """One column as numbers, NaN where a cell is empty.
 
-        A cell that is no number is reported as DAT003 and becomes NaN.
+        Cells that are no numbers (DAT003), and nines far from all other values (DAT005), are reported and become NaN.
         """
-        cells = self.text(name)
-        cells = [as_number(cell, self.decimal) for cell in cells]
+        cells = [as_number(cell, self.decimal) for cell in self.text(name)]
+        wrong: list[int] = []
         try:
             values = np.array([float(cell) if cell else np.nan for cell in cells])
         except ValueError:
             values = np.full(len(cells), np.nan)
             for i, cell in enumerate(cells):
-                if cell.lower() in EMPTY:
-                    continue
                 try:
-                    values[i] = float(cell)
+                    values[i] = float("nan" if cell.lower() in EMPTY else cell)
                 except ValueError:
-                    message = f"`{self.rows[i][self.header.index(name)]}` in column `{name}` is not a number"
-                    help_ = "correct the cell or leave it empty; it counts as not measured"
-                    diagnostics.append(Diagnostic("DAT003", "warning", message, self.source, self.span(i), help_))
+                    wrong.append(i)
         values[np.abs(values) > LARGEST] = np.nan
+        self._report(wrong, name, diagnostics, "DAT003", "is not a number", "correct the cell or leave it empty")
+        if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
+            # So many are no slips: the column is not what it is taken for.
+            diagnostics[-1] = replace(diagnostics[-1], severity="error")
+        nines = np.array([bool(NINES.fullmatch(cell)) for cell in cells])
+        others = values[~nines & np.isfinite(values)]
+        if nines.any() and len(others):
+            away = np.abs(values - (others.max() + others.min()) / 2) > 1.5 * np.ptp(others)
+            values[nines & away] = np.nan
+            what = "is far from all other values there, as instruments write what they did not see"
+            found = np.flatnonzero(nines & away).tolist()
+            self._report(found, name, diagnostics, "DAT005", what, "leave such cells empty")
         return values
+
+    def _report(
+        self, rows: list[int], name: str | int, diagnostics: list[Diagnostic], code: str, what: str, help_: str
+    ) -> None:
+        if rows:
+            at = self.at(name)
+            more = f" (and {len(rows) - 1} more)" if rows[1:] else ""
+            message = f"`{self.rows[rows[0]][at]}`{more} in column `{self.header[at]}` {what}"
+            help_ = f"{help_}; it counts as not measured"
+            diagnostics.append(Diagnostic(code, "warning", message, self.source, self.span(rows[0]), help_))
 
 
 def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic]) -> Cells:
@@ -78,66 +109,85 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     Raises:
         PostprocError: DAT001 where there is no table.
     """
-    if source.data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        help_ = "save it again as `CSV UTF-8`, or as plain text"
-        raise PostprocError(Diagnostic("DAT001", "error", "this file is written in UTF-16", source, help=help_))
-    text = source.data.decode(source.encoding)
+    source = _as_text(source)
     numbered = [
-        (number, line.rstrip("\r"))
-        for number, line in enumerate(text.removeprefix("\ufeff").split("\n"), start=1)
+        (number, line)
+        for number, line in enumerate(source.data.decode(source.encoding).split("\n"), start=1)
         if line.strip() and not (layout.comment and line.lstrip().startswith(layout.comment))
     ]
     if len(numbered) < (2 if layout.header else 1):
-        raise PostprocError(Diagnostic("DAT001", "error", "there are no measured rows in this file", source))
-    if layout.header and not layout.separator:
-        numbered = _without_title(numbered, source, diagnostics)
-    sample = [line for _, line in numbered[:20]]
-    separator = layout.separator or _find_separator(sample)
-    decimal = layout.decimal or (
-        "," if separator != "," and _counts(sample[1:], ",") > _counts(sample[1:], ".") else "."
-    )
-    split = [(number, _split(line, separator)) for number, line in numbered]
-    header = _header(split[0][1]) if layout.header else tuple(str(i + 1) for i in range(len(split[0][1])))
-    body = split[1:] if layout.header else split
-    if layout.header and all(_is_number(cell, decimal) for cell in header if cell):
-        message = "the first row holds numbers where the column names should be"
-        help_ = "add a header row (pose_id,q1_deg,...), or a column map with `header = false`"
-        raise PostprocError(Diagnostic("DAT001", "error", message, source, (0, 1), help_))
+        raise _no_table("there are no measured rows in this file", source)
+    separator = layout.separator or _find_separator([line for _, line in numbered[:SAMPLE]], layout.header)
+    split = [(number, [cell.strip() for cell in _split(line, separator)]) for number, line in numbered]
+    decimal = layout.decimal or _find_decimal([cell for _, cells in split[:SAMPLE] for cell in cells])
+    if layout.header:
+        header, units, body = _heading(split, decimal, source, diagnostics)
+    else:
+        header, body = [str(i + 1) for i in range(len(split[0][1]))], split
+        units = ["" for _ in header]
     rows: list[tuple[str, ...]] = []
     lines: list[int] = []
     for number, cells in body:
-        if len(cells) == len(header) + 1 and not cells[-1].strip():
+        if len(cells) == len(header) + 1 and not cells[-1]:
             cells = cells[:-1]
         if len(cells) != len(header):
             message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
-            start = source.line_starts[number - 1]
             help_ = "check for a missing separator or a decimal comma; until then the row is left out"
-            diagnostics.append(Diagnostic("DAT004", "warning", message, source, (start, start + 1), help_))
+            diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
             continue
-        rows.append(tuple(cell.strip() for cell in cells))
+        rows.append(tuple(cells))
         lines.append(number)
     if not rows:
-        message = "no row has as many cells as the header"
-        raise PostprocError(
-            Diagnostic("DAT001", "error", message, source, help="check the separator and the decimal sign")
-        )
-    return Cells(source, header, tuple(rows), tuple(lines), decimal)
+        size = Counter(len(cells) for _, cells in body).most_common(1)
+        found = f"rows have {size[0][0]}" if size else "there is no other row"
+        help_ = "check the separator and the decimal sign, and that every column has a name"
+        raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {found}", source, help_)
+    return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
 
 
-def _without_title(
-    numbered: list[tuple[int, str]], source: Source, diagnostics: list[Diagnostic]
-) -> list[tuple[int, str]]:
-    """The lines from the header on: lines before it that have hardly any cells are a title, and said so."""
-    marks = [max(line.count(mark) for mark in (";", "\t", ",")) for _, line in numbered[:20]]
-    first = next((i for i, count in enumerate(marks) if 2 * count >= max(marks)), 0)
-    if first == 0 or len(numbered) - first < 2:
-        return numbered
-    start = source.line_starts[numbered[0][0] - 1]
-    lines = "1 line before the column names is" if first == 1 else f"{first} lines before the column names are"
-    message = f"{lines} taken for a title"
-    help_ = "start them with `#` if they are, or remove them"
-    diagnostics.append(Diagnostic("DAT004", "info", message, source, (start, start + 1), help_))
-    return numbered[first:]
+def _as_text(source: Source) -> Source:
+    """The file as UTF-8 or latin-1 with line feeds alone, whatever wrote it."""
+    data = source.data
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        data = data.decode("utf-16", "replace").encode()
+    if b"\0" in data[:4096] or data[:2] == b"PK":
+        help_ = "save the table as `CSV UTF-8`, or as plain text"
+        raise _no_table("this file is no text: a spreadsheet, or another binary form", source, help_)
+    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return source if data == source.data else replace(source, data=data)
+
+
+def _heading(
+    split: Sequence[tuple[int, list[str]]], decimal: str, source: Source, diagnostics: list[Diagnostic]
+) -> tuple[list[str], list[str], Sequence[tuple[int, list[str]]]]:
+    """Names and units of the columns, and the rows below: of the lines before the first numbers the fullest one.
+
+    Lines before it are a title, and said so; a line below it that holds units alone belongs to it.
+    """
+    numbers = (i for i, (_, cells) in enumerate(split[:SAMPLE]) if _holds_numbers(cells, decimal))
+    first = next(numbers, min(len(split) - 1, SAMPLE))
+    if first == 0:
+        help_ = "add a header row (pose_id,q1_deg,...), or a column map with `header = false`"
+        raise _no_table("the first row holds numbers where the column names should be", source, help_)
+    at = max(range(first), key=lambda i: (sum(bool(cell) for cell in split[i][1]), -i))
+    if at:
+        lines = "1 line before the column names is" if at == 1 else f"{at} lines before the column names are"
+        help_ = "start them with `#` if they are, or remove them"
+        message = f"{lines} taken for a title"
+        diagnostics.append(Diagnostic("DAT004", "info", message, source, _start(source, split[0][0]), help_))
+    header = split[at][1]
+    units = [stated_unit(name) for name in header]
+    below = split[at + 1][1]
+    told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY]
+    if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or _holds_numbers(below, decimal):
+        return header, units, split[at + 1 :]
+    units = [stated_unit(f"[{cell.strip('[]()')}]") or unit for cell, unit in zip(below, units, strict=True)]
+    return header, units, split[at + 2 :]
+
+
+def _holds_numbers(cells: Sequence[str], decimal: str) -> bool:
+    filled = [cell for cell in cells if cell.lower() not in EMPTY]
+    return 2 * sum(_is_number(cell, decimal) for cell in filled) >= max(len(filled), 1)
 
 
 def as_number(cell: str, decimal: str) -> str:
@@ -145,17 +195,24 @@ def as_number(cell: str, decimal: str) -> str:
     mark = "," if decimal == "." else "."
     if GROUPED[decimal].fullmatch(cell):
         cell = re.sub(f"['\u2019 \u00a0{mark}]", "", cell)
+    cell = cell.replace("\u2212", "-")
     return cell.replace(",", ".") if decimal == "," else cell
 
 
-def _find_separator(sample: Sequence[str]) -> str:
-    """The separator that splits the header into most cells.
+def _find_separator(sample: Sequence[str], header: bool) -> str:
+    """The mark that splits a line into most cells; a comma between digits may be the decimal sign of a table."""
+    lines = [re.sub(r"(?<=\d),(?=\d)", "", line) if header else line for line in sample]
+    best = max((",", ";", "\t"), key=lambda mark: max(line.count(mark) for line in lines))
+    return best if any(best in line for line in lines) else "whitespace"
 
-    A comma is the decimal sign where semicolons or tabs do better.
-    """
-    head = sample[0]
-    best = max((";", "\t", ","), key=lambda mark: (head.count(mark), mark == ","))
-    return best if head.count(best) else "whitespace"
+
+def _find_decimal(cells: Sequence[str]) -> str:
+    """The sign that stands last in most numbers."""
+    numbers = [
+        cell for cell in cells if re.fullmatch(r"[-+\d.,'\u2019\u2212 \u00a0eE]*\d[.,]\d+(?:[eE][-+]?\d+)?", cell)
+    ]
+    commas = sum(cell.rfind(",") > cell.rfind(".") for cell in numbers)
+    return "," if 2 * commas > len(numbers) else "."
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -164,22 +221,23 @@ def _split(line: str, separator: str) -> list[str]:
     if '"' not in line:
         return line.split(separator)
     try:
-        return next(csv.reader([line.replace("\r", " ")], delimiter=separator))
+        return next(csv.reader([line], delimiter=separator))
     except csv.Error:  # a cell of more than 131072 letters
         return line.split(separator)
 
 
-def _header(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(cell.strip() for cell in cells)
-
-
-def _counts(lines: Sequence[str], mark: str) -> int:
-    return sum(line.count(mark) for line in lines)
-
-
 def _is_number(cell: str, decimal: str) -> bool:
     try:
-        float(cell.replace(decimal, "."))
+        float(as_number(cell, decimal))
     except ValueError:
         return False
     return True
+
+
+def _start(source: Source, line: int) -> Span:
+    start = source.line_starts[line - 1]
+    return start, start + 1
+
+
+def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
+    return PostprocError(Diagnostic("DAT001", "error", message, source, help=help_))

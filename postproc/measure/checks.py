@@ -5,34 +5,54 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.diagnostics import Diagnostic, Severity
+from postproc.diagnostics import Diagnostic, Severity, has_errors
 from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
 from postproc.measure.readings import HOPELESS_M, SUSPICIOUS_M, fits, other_arm, other_reading, seen, zero_errors
+from postproc.measure.sizes import check_sizes
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
 SHOWN = 5
+FEW = 8
+SMALL_DEG = 7.0
+CLEAR_TURN = 2.5
+"""Turns [rad] nearer to half a turn than this may be read both ways round."""
+OWN_M, OWN_TURN = 1e-5, 1e-4
+"""No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
+RADIANS = (
+    f"the joint angles are all below {SMALL_DEG:g} deg: they look like radians, not degrees",
+    "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
+)
 TURNED_DEG = 5.0
 """No arm turns its flange by so much more than it says."""
 
 
-def check_measurements(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:
-    """All findings about a table."""
-    found = [*_check_cells(data, cells), *_check_rounding(cells)]
+def check_measurements(data: Measurements, robot: Robot, cells: Cells, measured: bool = True) -> list[Diagnostic]:
+    """All findings about a table; of poses that nobody has measured those about their angles."""
+    found = [*_check_cells(data, cells, measured), *_check_rounding(cells), *check_sizes(data, robot, cells)]
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
-    if data.tool_known or len(rows) < 8:
-        return found
+    if data.tool_known or len(rows) < FEW:
+        small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < np.radians(SMALL_DEG)
+        radians = [_finding("warning", *RADIANS, cells)] if small else []
+        return found + radians + _check_orientations(data, robot, rows, cells) + _check_limits(data, robot, cells)
     readings = _check_readings(data, robot, rows, cells)
-    if readings:
+    if has_errors(readings):
         return found + readings
     turned = _check_orientations(data, robot, rows, cells)
+    if readings:
+        return found + readings + turned
     return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
 
 
-def _check_cells(data: Measurements, cells: Cells) -> list[Diagnostic]:
+def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
+    return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
+
+
+def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
     found = []
-    for i in np.flatnonzero(~data.usable)[:SHOWN]:
+    known = np.isfinite(data.state.q).all(axis=1)
+    for i in np.flatnonzero(~(data.usable if measured else known))[:SHOWN]:
         message = "this row has no commanded joint angles or nothing measured; it is not used"
         found.append(
             Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells")
@@ -75,12 +95,16 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
     some = rows[:: max(1, len(rows) // 120)]
     q, y = data.state.q[some], data.position[some]
     as_read = seen(robot, q, y)
-    if fits(as_read):
+    own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
+    if fits(as_read) and not own:
         return []
 
     def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
-        return [Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)]
+        return [_finding(severity, message, help_, cells)]
 
+    if own:
+        message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
+        return found("warning", message, "are they the controller's, and the instrument's in other columns?")
     other = other_reading(robot, q, y, as_read)
     if other is not None:
         return found("error", *other)
@@ -107,18 +131,28 @@ def _check_orientations(data: Measurements, robot: Robot, rows: NDArray[np.int_]
         return []
     from scipy.spatial.transform import Rotation
 
-    some = rows[np.isfinite(data.rotation[rows]).all(axis=(1, 2))][:200]
-    if len(some) < 8:
+    some = np.flatnonzero(np.isfinite(data.rotation).all(axis=(1, 2)) & np.isfinite(data.state.q).all(axis=1))[:200]
+    if len(some) < FEW:
         return []
-    base = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
-    flange = base @ forward(robot, data.state.q[some])[:, :3, :3]
-    tool = Rotation.from_matrix(np.swapaxes(flange, 1, 2) @ data.rotation[some])
+    flange = Rotation.from_matrix(forward(robot, data.state.q[some])[:, :3, :3])
+    measured = Rotation.from_matrix(data.rotation[some])
+    if len(rows) < FEW:
+        # M_i M_j^T = B F_i F_j^T B^T: turns from row to row are the arm's in the instrument's axes.
+        turns = (measured[1:] * measured[:-1].inv()).as_rotvec(), (flange[1:] * flange[:-1].inv()).as_rotvec()
+        clear = np.maximum(*(np.linalg.norm(turn, axis=1) for turn in turns)) < CLEAR_TURN
+        base = Rotation.align_vectors(turns[0][clear], turns[1][clear])[0] if clear.sum() > 2 else None
+    else:
+        placed = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base
+        base = Rotation.from_matrix(placed[:3, :3])
+    if base is None:
+        return []
+    tool = (base * flange).inv() * measured
     off = float(np.degrees(np.median((tool.mean().inv() * tool).magnitude())))
     if off < TURNED_DEG:
         return []
     message = f"the measured orientations do not follow the arm: they are {off:.0f} deg off in the median row"
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
-    return [Diagnostic("DAT009", "error", message, cells.source, cells.span(0), help_)]
+    return [_finding("error", message, help_, cells)]
 
 
 def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagnostic]:

@@ -22,6 +22,7 @@ UNITS: Mapping[str, float] = {
     "deg_s2": math.pi / 180,
     "rad_s2": 1.0,
     "kg": 1.0,
+    "g": 1e-3,
     "lb": 0.45359237,
     "N": 1.0,
     "Nm": 1.0,
@@ -92,7 +93,7 @@ class MappedColumn:
 
     Args:
         name: header of the column there, or its number counted from 1 where there is no header.
-        unit: its unit, a key of ``UNITS``.
+        unit: its unit, a key of ``UNITS``; empty for the one that the column states, or the standard one.
         sign: +1, or -1 for an axis that counts the other way.
         offset: added after the sign, in the column's own unit (another joint zero).
     """
@@ -111,11 +112,29 @@ _SPELT = {
     "°c": "C",
     "degc": "C",
     "c": "C",
+    "celsius": "C",
     "µm": "um",
+    "\u03bcm": "um",
     "micron": "um",
     "radian": "rad",
+    "radians": "rad",
+    "sec": "s",
+    "n": "N",
+    "nm": "Nm",
+    **{
+        f"{angle}/s{power}": f"{unit}_s{'2' if power else ''}"
+        for angle, unit in (("deg", "deg"), ("°", "deg"), ("rad", "rad"))
+        for power in ("", "2", "^2", "²")
+    },
 }
-_ALIKE = ({"mm", "m", "um", "in", "inch"}, {"deg", "rad", "mrad"}, {"s", "ms", "min", "h", "d"}, {"kg", "lb"}, {"C"})
+_ALIKE = (
+    {"mm", "m", "um", "in", "inch"},
+    {"deg", "rad", "mrad"},
+    {"deg_s", "rad_s"},
+    {"deg_s2", "rad_s2"},
+    {"s", "ms", "min", "h", "d"},
+    {"kg", "g", "lb"},
+)
 """Units that may stand for each other."""
 _LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
 _WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
@@ -129,27 +148,50 @@ def nearest(name: str) -> str | None:
     return None
 
 
-def recognised(header: Sequence[str]) -> dict[str, MappedColumn]:
+def stated_unit(theirs: str) -> str:
+    """The unit that a name states in brackets or at its end, as it is called here; what it is not known by stays."""
+    found = re.search(r"[\[(]\s*([^\])]*?)\s*[\])]", theirs) or re.search(r"[ _.](rad|deg|mm|m|in)$", theirs.strip())
+    return _spelt(found[1]) if found else ""
+
+
+def is_unit(cell: str) -> bool:
+    """Whether a cell below a column's name is its unit."""
+    return _spelt(cell.strip("[]() ")) in UNITS.keys() - {"1"}
+
+
+def _spelt(unit: str) -> str:
+    return unit if unit in UNITS else _SPELT.get(unit.lower(), unit)
+
+
+def fitting(unit: str, standard: str) -> bool:
+    """Whether a column that is stated in a unit may be one whose standard unit is another."""
+    return unit == standard or any({unit, standard} <= alike for alike in _ALIKE)
+
+
+def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedColumn]:
     """Standard columns under another name that states its unit, ``X [mm]`` or ``J1 (rad)``, where it is unique."""
-    every = [(theirs, *found) for theirs in header if (found := _meant(theirs)) and found[1]]
+    every = [(theirs, name, unit) for theirs, unit in zip(header, units, strict=True) if (name := _meant(theirs, unit))]
     names = [name for _, name, _ in every]
     lower = {theirs.lower() for theirs in header}
     return {
-        name: MappedColumn(theirs, unit)
+        name: MappedColumn(theirs, unit or "1")
         for theirs, name, unit in every
-        if names.count(name) == 1 and name.lower() not in lower
+        if names.count(name) == 1
+        and name.lower() not in lower
+        and fitting(unit or "1", unit_of(name))
+        and name not in TEXT
     }
 
 
-def likely_map(header: Sequence[str]) -> str:
+def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
     """The lines of a column map for columns that are called as robots and trackers often call them; empty if none are.
 
-    Joints: J1, A1, axis_1, joint1, theta1 ..; positions: X, px, x [mm], TCP.Y ... Units in brackets are taken over.
+    Joints: J1, A1, axis_1, joint1, theta1 ..; positions: X, px, x [mm], TCP.Y ... Units that are stated are taken over.
     """
     found: dict[str, str] = {}
-    for theirs in header:
-        name, unit = _meant(theirs) or ("", "")
-        other = unit and unit != unit_of(name)
+    for theirs, unit in zip(header, units, strict=True):
+        name = _meant(theirs, unit)
+        other = unit != unit_of(name) and fitting(unit, unit_of(name))
         found.setdefault(
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
         )
@@ -160,25 +202,17 @@ def likely_map(header: Sequence[str]) -> str:
     return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
 
 
-def _meant(theirs: str) -> tuple[str, str] | None:
-    """Standard name and stated unit (empty where none is) of a column that another program wrote."""
+def _meant(theirs: str, unit: str) -> str:
+    """Standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-    bracket = re.search(r"[\[(]\s*([^\])]*?)\s*[\])]", theirs)
-    stated = bracket[1] if bracket else ""
-    joint = re.fullmatch(r"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.](rad|deg))?", plain)
-    place = re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](mm|m|in))?", plain)
-    if joint:
-        name, stated = f"q{joint[1]}_deg", stated or joint[2] or ""
-    elif place:
-        name, stated = f"{place[1]}_mm", stated or place[2] or ""
-    elif part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
-        return f"q{part[1]}", "1"
-    elif plain in _LABELS:
-        return "pose_id", ""
-    elif plain in _WORDS and stated:
-        name = _WORDS[plain]
-    else:
-        return None
-    unit = _SPELT.get(stated.lower(), stated)
-    fits = any({unit, unit_of(name)} <= alike for alike in _ALIKE)
-    return name, unit if fits else ""
+    if joint := re.fullmatch(
+        r"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.](?:rad|deg))?", plain
+    ):
+        return f"q{joint[1]}_deg"
+    if place := re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](?:mm|m|in))?", plain):
+        return f"{place[1]}_mm"
+    if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
+        return f"q{part[1]}"
+    if plain in _LABELS:
+        return "pose_id"
+    return _WORDS.get(plain, "") if unit else ""

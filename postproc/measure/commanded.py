@@ -18,6 +18,9 @@ from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform
 
+MANY = 0.2
+"""Share of poses that cannot be reached beyond which the table does not mean what it says."""
+
 
 def commanded_joints(
     robot: Robot,
@@ -33,16 +36,26 @@ def commanded_joints(
         position: (n, 3) [m] and rotation: (n, 3, 3) of tool0 in the base; configuration: (n, 4) cf1, cf4, cf6, cfx.
 
     A row that the arm cannot reach is reported as DAT012 and becomes NaN.
+
+    Raises:
+        PostprocError: DAT012 where that are more than a fifth of the rows.
     """
     T = transform(position, rotation)
     wanted = np.zeros((len(T), 4)) if configuration is None else np.nan_to_num(configuration)
     solution = joint_solution(robot, T, np.rint(wanted).astype(np.int64))
-    for failure in solution.failures:
-        if np.isfinite(T[failure.index]).all():
-            message = f"row {failure.index + 1}: {failure.message}"
-            help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
-            span = cells.span(failure.index)
-            diagnostics.append(Diagnostic("DAT012", "warning", message, cells.source, span, help_))
+    failures = [failure for failure in solution.failures if np.isfinite(T[failure.index]).all()]
+    if len(failures) > MANY * len(T):
+        message = f"{len(failures)} of {len(T)} commanded poses cannot be reached in their configuration"
+        help_ = (
+            "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "
+            f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
+        )
+        raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(failures[0].index), help_))
+    for failure in failures:
+        message = f"row {failure.index + 1}: {failure.message}"
+        help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
+        span = cells.span(failure.index)
+        diagnostics.append(Diagnostic("DAT012", "warning", message, cells.source, span, help_))
     return solution.q
 
 

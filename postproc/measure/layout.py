@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
-from postproc.measure.columns import UNITS, MappedColumn, unit_of
+from postproc.measure.columns import UNITS, MappedColumn
 
 SETTINGS = ("separator", "decimal", "comment", "header")
 ORIENTATIONS = ("orientation", "cmd_orientation")
@@ -24,7 +24,7 @@ class MappedRotation:
         columns: three angles or components, or the four of a quaternion.
         form: ``wxyz``, ``xyzw``, ``rotvec``, or the axes of three turns as scipy names them: small letters about fixed
             axes (roll, pitch, yaw: ``xyz``), capitals about axes that turn along (KUKA's A, B, C: ``ZYX``).
-        unit: ``deg``, ``rad`` or ``mrad`` of angles; ``1`` of quaternions.
+        unit: ``deg``, ``rad`` or ``mrad`` of angles; empty for the one that the columns state, or the form's usual one.
     """
 
     columns: tuple[str, ...]
@@ -56,7 +56,8 @@ class ColumnMap:
 def read_column_map(source: Source | Mapping[str, Any] | None) -> ColumnMap:
     """The column map in a TOML file (``separator``, ``decimal``, ``comment``, ``header``, and tables).
 
-    ``[columns]`` maps a standard name, or the name of a channel, to ``"their name"`` (same unit) or to ``{name = "J1",
+    ``[columns]`` maps a standard name, or the name of a channel, to ``"their name"`` (the unit that it states, or the
+    same) or to ``{name = "J1",
     unit = "rad", sign = -1, offset = 90}``; ``[orientation]`` has ``columns``, ``form``, ``unit`` (`MappedRotation`).
 
     Raises:
@@ -86,21 +87,21 @@ def _rotation(key: str, value: object, where: Source | None) -> MappedRotation:
         help_ = "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"
         raise _map_error(f"`[{key}]` needs a form: {help_}", where)
     names, many = value.get("columns"), 4 if quaternion else 3
-    unit = str(value.get("unit", "1" if quaternion else "rad" if form == "rotvec" else "deg"))
+    unit = str(value.get("unit", ""))
     if not isinstance(names, list) or len(names) != many or set(value) - {"columns", "form", "unit"}:
         raise _map_error(f"`[{key}]` needs `columns`, the names of {many} columns", where)
-    if unit not in (("1",) if quaternion else ("deg", "rad", "mrad")):
+    if unit not in (("", "1") if quaternion else ("", "deg", "rad", "mrad")):
         raise _map_error(f"`[{key}]` has the unit `{unit}`; known are deg, rad, mrad", where)
     return MappedRotation(tuple(str(name) for name in names), form, unit)
 
 
 def _mapped(key: str, value: object, where: Source | None) -> MappedColumn:
     if isinstance(value, str | int):
-        return MappedColumn(value, unit_of(key))
+        return MappedColumn(value, "")
     if not isinstance(value, Mapping) or not set(value) <= {"name", "unit", "sign", "offset"} or "name" not in value:
         raise _map_error(f"column `{key}` needs a name, or a table with name, unit, sign, offset", where)
-    unit = str(value.get("unit", unit_of(key)))
-    if unit not in UNITS:
+    unit = str(value.get("unit", ""))
+    if unit not in UNITS.keys() | {""}:
         raise _map_error(f"column `{key}` has the unit `{unit}`; known are {', '.join(UNITS)}", where)
     return MappedColumn(value["name"], unit, float(value.get("sign", 1)), float(value.get("offset", 0)))
 

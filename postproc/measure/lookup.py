@@ -17,6 +17,8 @@ from postproc.measure.times import seconds
 
 UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
+UNIT_OF_FORM = {"wxyz": "1", "xyzw": "1", "rotvec": "rad"}
+"""Units of orientations that state none; others are in degrees."""
 STAMPS = frozenset({"time", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"})
 
 
@@ -30,18 +32,18 @@ class Table:
         self.place = self._find(layout)
 
     def _find(self, layout: ColumnMap) -> dict[str, MappedColumn]:
-        header = self.cells.header
+        header, units = self.cells.header, self.cells.units
         lower = {theirs.lower(): theirs for theirs in reversed(header)}
         place = {
-            name: MappedColumn(name if name in header else lower[name.lower()], unit_of(name))
+            name: self._in_its_unit(name, MappedColumn(name if name in header else lower[name.lower()], ""))
             for name in names.STANDARD
-            if name.lower() in lower
+            if name.lower() in lower and name not in layout.columns
         }
-        mapped = {
-            str(m.name) if isinstance(m.name, str) else header[m.name - 1] if 0 < m.name <= len(header) else ""
-            for m in layout.columns.values()
-        } | {name for rotation in layout.rotations.values() for name in rotation.columns}
-        taken = {k: m for k, m in names.recognised(header).items() if m.name not in mapped and k not in layout.columns}
+        asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
+        mapped = {header[self.cells.at(m.name)] for m in asked.values()}
+        mapped |= {name for rotation in layout.rotations.values() for name in rotation.columns}
+        found = names.recognised(header, units)
+        taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
             stamped = [theirs for theirs in header if theirs.lower() in STAMPS and theirs not in mapped]
             if stamped and self._stamps(stamped[0]) is not None:
@@ -51,40 +53,57 @@ class Table:
             self.say(
                 "DAT015", "info", f"columns are known by their names and units: {pairs}", "a column map overrules it"
             )
-        place |= taken
-        for name, wanted in layout.columns.items():
-            place[name] = replace(wanted, name=self._theirs(wanted.name, name))
+        for name in layout.columns:
             near = None if name in names.STANDARD else names.nearest(name)
             if near is not None:
                 message = f"the column map has `{name}`, which is no standard column and is kept as a channel"
                 self.say("DAT015", "warning", message, f"did you mean `{near}`?")
+        place |= taken | asked
+        for name, mapped_column in place.items():
+            self._once(name, mapped_column.name)
         return place
 
-    def _theirs(self, name: str | int, wanted: str) -> str:
+    def _in_its_unit(self, name: str, wanted: MappedColumn) -> MappedColumn:
+        """A column with the unit that it states itself, where the column map gives none and it can be that."""
+        at = self.cells.at(wanted.name)
+        if at < 0:
+            raise self._no_such(wanted.name, name)
+        stated, standard = self.cells.units[at], unit_of(name)
+        known = names.fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
+        if stated and not known and not wanted.unit and name not in names.TEXT:
+            message = f"column `{self.cells.header[at]}` states the unit `{stated}`; `{name}` is read in {standard}"
+            self.say("DAT015", "warning", message, "give the unit in a column map")
+        return replace(wanted, unit=wanted.unit or (stated if stated and known else standard))
+
+    def _once(self, name: str, theirs: str | int) -> None:
+        """Raises DAT002 where a name that is needed stands over two columns that differ."""
         header = self.cells.header
-        theirs = header[name - 1] if isinstance(name, int) and 0 < name <= len(header) else str(name)
-        if theirs not in header:
-            message = f"the column map names `{name}` for `{wanted}`, and the table has no such column"
-            raise PostprocError(
-                Diagnostic("DAT002", "error", message, self.cells.source, help=missing_help(self.cells))
-            )
-        return theirs
+        same = [k + 1 for k, other in enumerate(header) if other == theirs]
+        if len(same) > 1 and any(self.cells.text(k) != self.cells.text(same[0]) for k in same):
+            listed = " and ".join(map(str, same))
+            message = f"columns {listed} are both called `{theirs}`: which of them is `{name}`?"
+            help_ = f"rename one, or give its number in a column map: {name} = {same[0]}"
+            raise PostprocError(Diagnostic("DAT002", "error", message, self.cells.source, help=help_))
+
+    def _no_such(self, theirs: str | int, wanted: str) -> PostprocError:
+        message = f"the column map names `{theirs}` for `{wanted}`, and the table has no such column"
+        return PostprocError(Diagnostic("DAT002", "error", message, self.cells.source, help=missing_help(self.cells)))
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
         span = None if row is None else self.cells.span(row)
         self.diagnostics.append(Diagnostic(code, severity, message, self.cells.source, span, help_))
 
     def text(self, name: str) -> list[str]:
-        return self.cells.text(str(self.place[name].name)) if name in self.place else []
+        return self.cells.text(self.place[name].name) if name in self.place else []
 
     def column(self, name: str, fill: float | str | None = None) -> Array | None:
         """(n,) one column, its gaps filled with a value or the median where asked for; None where it is not there."""
         if name not in self.place:
             return None
         mapped = self.place[name]
-        stamps = self._stamps(str(mapped.name)) if name == "time_s" else None
+        stamps = self._stamps(mapped.name) if name == "time_s" else None
         if stamps is None:
-            values = mapped.sign * self.cells.numbers(str(mapped.name), self.diagnostics) + mapped.offset
+            values = mapped.sign * self.cells.numbers(mapped.name, self.diagnostics) + mapped.offset
             values = (values - np.nanmin(values) if mapped.unit == "d" else values) * UNITS[mapped.unit]
         else:
             values = stamps
@@ -125,8 +144,12 @@ class Table:
         if mapped is None:
             quaternion = self.vector(wanted)
             return None if quaternion is None else self._turned(quaternion[:, [1, 2, 3, 0]], "xyzw")
-        theirs = [self._theirs(name, key) for name in mapped.columns]
-        numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in theirs], axis=1) * UNITS[mapped.unit]
+        unknown = [name for name in mapped.columns if self.cells.at(name) < 0]
+        if unknown:
+            raise self._no_such(unknown[0], key)
+        numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in mapped.columns], axis=1)
+        stated = {self.cells.units[self.cells.at(name)] for name in mapped.columns} & {"deg", "rad", "mrad"}
+        numbers *= UNITS[mapped.unit or (stated.pop() if len(stated) == 1 else UNIT_OF_FORM.get(mapped.form, "deg"))]
         if mapped.form == "wxyz":
             return self._turned(numbers[:, [1, 2, 3, 0]], "xyzw")
         return self._turned(numbers, mapped.form)
@@ -162,7 +185,7 @@ class Table:
         for name in self.layout.columns:
             if name not in names.STANDARD and (values := self.column(name)) is not None:
                 found[name] = values
-        taken = {str(mapped.name) for mapped in self.place.values()}
+        taken = {self.cells.header[self.cells.at(mapped.name)] for mapped in self.place.values()}
         taken |= {name for rotation in self.layout.rotations.values() for name in rotation.columns}
         for name in self.cells.header:
             if name in taken or not name:
@@ -180,11 +203,11 @@ class Table:
                 self.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
         return found
 
-    def _stamps(self, name: str) -> Array | None:
+    def _stamps(self, name: str | int) -> Array | None:
         words = self._words(name, self.cells.numbers(name, []))
         return seconds(["" if c.lower() in EMPTY else c for c in self.cells.text(name)]) if words else None
 
-    def _words(self, name: str, values: Array) -> bool:
+    def _words(self, name: str | int, values: Array) -> bool:
         told = zip(self.cells.text(name), values, strict=True)
         return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
 
@@ -192,7 +215,7 @@ class Table:
 def missing_help(cells: Cells) -> str:
     """What the table has instead of a column that is missing, and a column map that may be meant."""
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
-    likely = names.likely_map(cells.header)
+    likely = names.likely_map(cells.header, cells.units)
     if likely:
         return f"the table has the columns {shown}; if these are meant, give a column map with the lines:\n{likely}"
     return f"the table has the columns {shown}; name others with a column map (`postproc explain DAT002`)"

@@ -47,7 +47,7 @@ def read_measurements(
     n = len(table.cells.rows)
     rotation = table.rotation(names.ORIENTATION, "orientation")
     measured_joints = table.vector(names.MEASURED_JOINTS)
-    position = table.vector(names.POSITION)
+    position = _seen(table)
     if position is None:
         position = np.full((n, 3), np.nan)
         if measured and rotation is None and measured_joints is None:
@@ -57,20 +57,19 @@ def read_measurements(
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
-    sigma = table.column("sigma_mm")
     data = Measurements(
         state=state,
         position=position,
         rotation=rotation,
         joint=measured_joints,
-        sigma=None if sigma is None or not np.isfinite(sigma).any() else sigma,
+        sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or (str(i + 1) for i in range(n))),
         row=tuple(range(1, n + 1)),
         line=table.cells.lines,
         tool_known=tool_known,
         source=source,
     )
-    diagnostics += check_measurements(data, robot, table.cells)
+    diagnostics += check_measurements(data, robot, table.cells, measured)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))
@@ -101,6 +100,33 @@ def _state(table: Table, robot: Robot, program: Source | None) -> tuple[State, b
             "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
         )
     return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
+
+
+def _seen(table: Table) -> Array | None:
+    """(n, 3) measured positions; exact zeros of all three among others are beams that were lost, and said so."""
+    position = table.vector(names.POSITION)
+    if position is None:
+        return None
+    lost = (position == 0).all(axis=1)
+    if not lost.any() or lost.all():
+        return position
+    message = f"x, y and z are 0 in {lost.sum()} of {len(lost)} rows, as a tracker writes that lost its beam"
+    table.say(
+        "DAT005", "warning", message, "leave such cells empty; they count as not measured", int(np.flatnonzero(lost)[0])
+    )
+    return np.where(lost[:, None], np.nan, position)
+
+
+def _deviations(table: Table) -> Array | None:
+    """(n,) what the instrument says of itself; NaN, and said so, where that is nothing."""
+    sigma = table.column("sigma_mm")
+    if sigma is None:
+        return None
+    none = np.flatnonzero(sigma <= 0)
+    if len(none):
+        message = f"`sigma_mm` is {1e3 * sigma[none[0]]:g} in {len(none)} of {len(sigma)} rows; no instrument has none"
+        table.say("DAT015", "warning", message, "these rows count as not stated", int(none[0]))
+    return np.where(sigma > 0, sigma, np.nan) if (sigma > 0).any() else None
 
 
 def _sides(table: Table) -> Array | None:

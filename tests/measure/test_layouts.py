@@ -84,9 +84,25 @@ def test_a_map_is_proposed_that_works(header, factor):
     np.testing.assert_allclose(np.degrees(found.state.q), Q, atol=1e-4)
 
 
-def test_utf16_is_called_by_its_name():
-    with pytest.raises(PostprocError, match="UTF-16"):
-        read(table().decode().encode("utf-16"))
+@pytest.mark.parametrize(
+    "written",
+    [
+        lambda text: text.encode("utf-16"),
+        lambda text: text.replace("\n", "\r").encode(),
+        lambda text: ("\ufeff" + text.replace("\n", "\r\n")).encode(),
+        lambda text: text.replace("-", "\u2212").encode(),
+    ],
+    ids=["UTF-16", "old line ends", "BOM", "typographic minus"],
+)
+def test_encodings_of_spreadsheets_are_read(written):
+    found = read(written(table().decode()))
+    np.testing.assert_allclose(1e3 * found.position, PLACES, atol=1e-3)
+    assert found.line[-1] == len(Q) + 1
+
+
+def test_a_binary_file_is_called_one():
+    with pytest.raises(PostprocError, match="no text"):
+        read(b"PK\x03\x04" + bytes(range(256)))
 
 
 def test_names_that_state_their_unit_need_no_map():
