@@ -40,7 +40,7 @@ def fields(problem: Problem) -> Iterator[tuple[str, tuple[str, ...], str, Array]
             _everywhere(problem, _squares(turn[:, :, k])[:, :5]),
         )
     tool = problem.sensitivity.matrix[:, :, TOOL : TOOL + 3]
-    for what, names, felt in felt_by_tool(state, problem.rest.T_base_tcp[:, :3, 3]):
+    for what, names, felt, _ in felt_by_tool(state, problem.rest.T_base_tcp[:, :3, 3]):
         bent = np.einsum("nri,nk->nrik", tool, felt / max(float(np.abs(felt).max()), 1e-300))
         # Most springs are as stiff to one side as to the other; then any.
         round_ = np.stack([bent[..., 0, 0] + bent[..., 1, 1], bent[..., 2, 2]], axis=-1)

@@ -1,65 +1,85 @@
-"""Patterns of two channels together: products, and waves whose size is another channel."""
+"""Patterns of two signals together: products, and waves whose size is another channel."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from postproc.arrays import Array
-from postproc.identify.cycles import EIGHTHS, GEAR, LOW
-from postproc.identify.shapes import Pattern, unit
+from postproc.identify.channels import shown
+from postproc.identify.cycles import EIGHTHS, GEAR, LOW, crest
+from postproc.identify.formula import Pattern
+from postproc.identify.shapes import line
+from postproc.identify.signals import Signal
 
 
-def of_two(first: str, a: Array, second: str, b: Array) -> Iterator[Pattern]:
-    text = f"{first} times {second}"
-    names = (first, second)
+def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
+    a, b = float(first.values.mean()), float(second.values.mean())
+    text, both = f"{first.name} times {second.name}", (first, second)
 
     def factors() -> tuple[tuple[Pattern, str], ...]:
-        return (_line(first, a), second), (_line(second, b), first)
+        return (line(first), second.name), (line(second), first.name)
 
-    yield Pattern(names, text, unit(a * b), "product", factors=factors)
-    yield Pattern(names, text, unit((a - a.mean()) * (b - b.mean())), "product", factors=factors)
-    if first[0] == second[0] == "q":
+    yield Pattern(both, text, lambda x, y: x * y, "product", factors=factors)
+    about = f"{text}, counted from {shown(first.unit, a)} and {shown(second.unit, b)}"
+    yield Pattern(both, about, lambda x, y: (x - a) * (y - b), "product", factors=factors)
+    if first.name[0] == second.name[0] == "q":
         for k in LOW:
             for j in LOW:
-                for f, g in ((np.sin, np.sin), (np.sin, np.cos), (np.cos, np.sin), (np.cos, np.cos)):
-                    form = f"wave of {first}, {k} times a turn, times one of {second}, {j} times a turn"
-                    yield Pattern(names, form, f(k * a) * g(j * b), "product of waves")
-    elif first[0] == "q" and second not in ("x", "y", "z"):
+                for p in (0.0, np.pi / 2):
+                    for r in (0.0, np.pi / 2):
+                        yield _waves(first, second, (k, j), (p, r))
+    elif first.name[0] == "q" and second.name not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
         # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
-        sizes = (b, b - b.mean()) if abs(b.mean()) > 0.3 * b.std() else (b,)
+        sizes = (0.0, b) if abs(b) > 0.3 * second.values.std() else (0.0,)
         for k in range(1, GEAR + 1):
             for phase in (0.0, np.pi / 2):
-                for size in sizes:
-                    yield _swelling(names, a, unit(size), k, phase)
-    for sign, size, order in ((a, b, names), (b, a, names[::-1])):
-        if order[0].startswith(("dir", "v")) and order[1].startswith("load"):
-            value = unit(np.sign(sign) * np.abs(size))
-            yield Pattern(order, f"side of {order[0]} times size of {order[1]}", value, "product")
+                for mean in sizes:
+                    yield _swelling(first, second, mean, k, phase)
+    for side, size in ((first, second), (second, first)):
+        if side.name.startswith(("dir", "v")) and size.name.startswith("load"):
+            form = f"side of {side.name} times size of {size.name}"
+            yield Pattern((side, size), form, lambda x, y: np.sign(x) * np.abs(y), "product")
 
 
-def _swelling(names: tuple[str, str], angle: Array, size: Array, order: float, phase: float) -> Pattern:
+def _waves(first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float]) -> Pattern:
+    """Two waves, one times the other."""
+    (k, j), (p, r) = orders, phases
+
+    def finer() -> list[Pattern]:
+        return [replace(_waves(first, second, orders, (s, t)), finer=None) for s in EIGHTHS for t in EIGHTHS]
+
+    def law(x: Any, y: Any) -> Any:
+        return np.cos(k * x - p) * np.cos(j * y - r)
+
+    waves = (f"{s.name}, {o} times a turn {crest(s, o, q)}" for s, o, q in ((first, k, p), (second, j, r)))
+    form = f"wave of {', times one of '.join(waves)}"
+    return Pattern((first, second), form, law, "product of waves", finer=finer)
+
+
+def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: float) -> Pattern:
     """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
-    where = None if order <= max(LOW) else f"joint {names[0][1:]}"
+    where = None if order <= max(LOW) else f"joint {angle.name[1:]}"
 
     def finer() -> list[Pattern]:
         # Less than a wave a turn is hardly more than the other channel alone.
         orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
-        some = [_swelling(names, angle, size, k, p) for k in orders for p in EIGHTHS]
+        some = [_swelling(angle, size, mean, k, p) for k in orders for p in EIGHTHS]
         return [replace(p, where=where, finer=None) for p in some]
 
-    value = np.asarray(np.cos(order * angle - phase), dtype=np.float64)
+    wave = Pattern(
+        (angle,), f"wave {order:.3g} times a turn {crest(angle, order, phase)}", lambda x: np.cos(order * x - phase)
+    )
+    part = line(size, mean)
+
+    def law(x: Any, y: Any) -> Any:
+        return wave.law(x) * part.law(y)
 
     def factors() -> tuple[tuple[Pattern, str], ...]:
-        wave = Pattern(names[:1], f"wave {order:.3g} times a turn", value, "wave")
-        return (wave, names[1]), (_line(names[1], size), names[0])
+        return (wave, size.name), (part, angle.name)
 
-    text, kind = f"{names[1]} times a wave of {names[0]}, {order:.3g} times a turn", "swelling wave"
-    return Pattern(names, text, value * size, kind, where=where, finer=finer, factors=factors)
-
-
-def _line(name: str, values: Array) -> Pattern:
-    return Pattern((name,), "proportional", unit(values), "line")
+    form = f"{part.named} times a wave of {angle.name}, {wave.form.removeprefix('wave ')}"
+    return Pattern((angle, size), form, law, "swelling wave", where=where, finer=finer, factors=factors)

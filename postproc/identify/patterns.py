@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,16 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.identify.cycles import GEAR, LOW, TEETH, sways, waves
 from postproc.identify.felt import overturning, pulls
+from postproc.identify.formula import Pattern, sharper
 from postproc.identify.pairs import of_two
-from postproc.identify.shapes import Pattern, breaks, of_channel, of_size, of_sum, renamed, sharper, unit
+from postproc.identify.shapes import breaks, of_channel, of_signal
+from postproc.identify.signals import Signal, added, channel_signal, place_code
 
 PLACES = 17
 """Joints, base, instrument, tool, and four bodies that turn or shift."""
 Single = NDArray[np.float32]
-SIDES = ((0, 1), (1, -1), (1, -2))
-"""What a gate makes of a pattern, a + b g: it acts only there, only elsewhere, and there the other way round."""
+SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
+"""What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Patterns:
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
         """Gates, what they do there, and (n,) values."""
-        return [(g, side, g.values * b + a) for g in self.gates for side, (a, b) in enumerate(SIDES[: len(g.gate)])]
+        return [(g, side, SIDES[side](g.values)) for g in self.gates for side in range(len(g.gate))]
 
     @cached_property
     def switched(self) -> Single:
@@ -101,31 +104,27 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     Args:
         channels: (n,) values by name; position: (n, 3) of the tool in base axes [m].
     """
-    single: list[Pattern] = []
+    place = place_code(state, position)
+    signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
+    single = [p for signal in signals.values() for p in of_channel(signal)]
     found: list[Pattern] = []
-    for name, values in channels.items():
-        single += [*of_channel(name, values), *of_size(name, values)]
-        if name == "time":
-            found += sways(values)
-    names = list(channels)
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            found += of_two(first, channels[first], second, channels[second])
-    angles = [name for name in names if name[0] == "q" and name[1:].isdigit()]
-    for name in angles:
-        found += waves(name, channels[name], range(1, GEAR + 1))
+    if "time" in signals:
+        found += sways(signals["time"])
+    for first, second in combinations(signals.values(), 2):
+        found += of_two(first, second)
+    angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
+    for angle in angles:
+        found += waves(angle, range(1, GEAR + 1))
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
-        found += (replace(p, where="joint") for p in waves(name, channels[name], range(GEAR + 1, TEETH + 1)))
-    for a, b in pairwise(angles):
-        found += _of_sum((a, b), f"{a} + {b}", channels[a] + channels[b])
-        found += _of_sum((a, b), f"{a} - {b}", channels[a] - channels[b])
-    for a, b, c in zip(angles, angles[1:], angles[2:], strict=False):
-        found += _of_sum((a, b, c), f"{a} + {b} + {c}", channels[a] + channels[b] + channels[c])
-    if {"x", "y"} <= set(names):
-        x, y = channels["x"], channels["y"]
+        found += (replace(p, where="joint") for p in waves(angle, range(GEAR + 1, TEETH + 1)))
+    # What neighbouring joints turn together: linkages, and angles against gravity.
+    sums = [added((a, b), sign) for a, b in pairwise(angles) for sign in "+-"]
+    for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
+        found += [*breaks(turn), *waves(turn, LOW)]
+    if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
-        found.append(Pattern(("x", "y"), form, unit(x**2 + y**2), "curve"))
-    found += [*_history(channels), *pulls(state, position), *overturning(state)]
+        found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
+    found += [*_history(signals), *pulls(state, position), *overturning(state)]
     return Patterns([*single, *found], [p for p in single if p.gate])
 
 
@@ -143,14 +142,14 @@ def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern
 
 def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
     """A pattern that acts only where a gate is open."""
-    name, text = pattern.channels[0], pattern.text
-    label = name if pattern.kind == "line" else text if len(pattern.channels) > 1 else f"{text} of {name}"
 
     def through(gate: Pattern) -> Pattern:
-        channel = gate.channels[0]
-        value = unit(pattern.values * (SIDES[side][0] + SIDES[side][1] * gate.values))
-        form = f"{label} {gate.gate[side].replace('{0}', channel)}"
-        return Pattern((*pattern.channels, channel), form, value, "", gate.at, gate.of, finer=finer(gate))
+        def law(*signals: Any) -> Any:
+            return pattern.law(*signals[:-1]) * SIDES[side](gate.law(signals[-1]))
+
+        return Pattern(
+            (*pattern.signals, *gate.signals), f"{pattern.named} {gate.gate[side]}", law, at=gate.at, finer=finer(gate)
+        )
 
     def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
         if gate.finer is None:
@@ -160,29 +159,22 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
     return through(gate)
 
 
-def _of_sum(names: tuple[str, ...], label: str, values: Array) -> Iterator[Pattern]:
-    """Shapes of what neighbouring joints turn together: linkages, and angles against gravity."""
-    for pattern in (*breaks(label, values), *waves(label, values, LOW)):
-        yield of_sum(pattern, names, label)
-
-
-def _history(channels: Mapping[str, Array]) -> Iterator[Pattern]:
+def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
     """Where the arm stood in the row before, and what it bore: what hangs behind knows no other approach side."""
-    angles = [values for name, values in channels.items() if name[0] == "q" and name[1:].isdigit()]
+    angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
     if not angles:
         return
     whole = np.stack(angles, axis=1)
     moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
     last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
-    for name, values in channels.items():
-        if name.rstrip("0123456789") not in ("q", "load", "payload"):
-            continue
-        before = values[np.maximum(last - 1, 0)]
-        way = values[last] - before
-        yield Pattern((name,), "whether it rose or fell since the row before", np.sign(way), "way")
-        yield Pattern((name,), "by how much it rose since the row before", unit(way), "way")
-        yield Pattern((name,), "by how much it rose or fell since the row before", unit(np.abs(way)), "way")
+    for name, signal in signals.items():
+        before = signal.values[np.maximum(last - 1, 0)]
+        way = replace(signal, values=signal.values[last] - before, code="")
+        yield Pattern((way,), "whether it rose or fell since the row before", np.sign, "way")
+        yield Pattern((way,), "by how much it rose since the row before", lambda x: x, "way")
+        yield Pattern((way,), "by how much it rose or fell since the row before", np.abs, "way")
         if name == "payload" or name[0] == "q":
-            cycles = waves(name, before, LOW) if name[0] == "q" else ()
-            for pattern in (*of_channel(name, before), *cycles):
-                yield replace(renamed(pattern, " in the row before", (name,)), kind="before", gate=())
+            then = replace(signal, values=before, code="", of=" in the row before")
+            cycles = waves(then, LOW) if name[0] == "q" else ()
+            for pattern in (*of_signal(then), *cycles):
+                yield replace(pattern, kind="before", gate=())

@@ -1,14 +1,19 @@
-"""Shapes of one channel without a physical name: lines, steps, kinks, ramps, windows, bumps, settling."""
+"""Shapes of one signal without a physical name: lines, steps, kinks, ramps, windows, bumps, settling."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import reduce
+from operator import or_
+from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.channels import shown, within
+from postproc.identify.channels import shown
+from postproc.identify.formula import Edge, Pattern, sharper
+from postproc.identify.signals import Signal
 
 STEPS, KINKS = 24, 9
 GAP = 0.08
@@ -17,141 +22,93 @@ FINE, KNOTS = 400, 150
 CLOSER = 4.0
 """As much less likely is one of the many finer places of a pattern: neighbours are hardly different."""
 
-Edge = tuple[float, float]
-"""Between which values an edge lies."""
 
-
-@dataclass(frozen=True)
-class Pattern:
-    """A function of channels, (n,) values without physical unit.
-
-    Args:
-        channels: names; form: what it looks like, such as ``step near {}``, with a place for each of its edges.
-        kind: patterns of one kind are as likely as those of any other, however many there are.
-        at: its edges, knots, ..; of: the channel whose unit they have.
-        where: the only place at which it makes sense, None for all.
-        finer: makes the same with its edge, knot, period or phase at many finer places.
-        gate: how it is said of something else that acts only there, only elsewhere, and there the other way round.
-        factors: makes what it is a product of, each with the channel that may switch it.
-        tries: how many times as many as of its kind were tried.
-    """
-
-    channels: tuple[str, ...]
-    form: str
-    values: Array
-    kind: str = ""
-    at: tuple[Edge, ...] = ()
-    of: str = ""
-    where: str | None = None
-    finer: Callable[[], list[Pattern]] | None = field(default=None, repr=False, compare=False)
-    gate: tuple[str, ...] = ()
-    factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
-    tries: float = 1.0
-
-    @property
-    def text(self) -> str:
-        return self.told()
-
-    def told(self, alike: Sequence[Pattern] = ()) -> str:
-        """What it looks like, its edges no closer than patterns that do the same have theirs."""
-        if not self.at:
-            return self.form
-        every = np.array([p.at for p in (self, *alike) if p.form == self.form]).reshape(-1, len(self.at), 2)
-        spans = (within(self.of, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
-        return self.form.format(*spans)
-
-
-def only(there: str, elsewhere: str = "") -> tuple[str, str, str]:
-    """How it is said of a gate's channel that something acts only there, only elsewhere, or there the other way."""
+def only(there: str, signal: Signal, elsewhere: str = "") -> tuple[str, str, str]:
+    """How it is said of something else that it acts only there, only elsewhere, or there the other way."""
     elsewhere = elsewhere or f"not {there}"
-    return f"only where {{0}} is {there}", f"only where {{0}} is {elsewhere}", f"the other way where {{0}} is {there}"
+    is_ = f"where {signal.name} is"
+    return (
+        f"only {is_} {there}{signal.inside}",
+        f"only {is_} {elsewhere}{signal.inside}",
+        f"the other way {is_} {there}{signal.inside}",
+    )
 
 
-def sharper(pattern: Pattern) -> list[Pattern]:
-    """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
-    return [] if pattern.finer is None else pattern.finer()
+def line(signal: Signal, origin: float = 0.0) -> Pattern:
+    """The signal itself, as far as it is from an origin."""
+    label = f"{signal.name}, counted from {shown(signal.unit, origin)}," if origin else signal.name
+    form = f"proportional{signal.of}"
+    return Pattern((signal,), form, lambda x: x - origin if origin else x, "line", label=label)
 
 
-def of_channel(name: str, values: Array) -> Iterator[Pattern]:
-    """All shapes of one channel but those that repeat."""
+def of_signal(signal: Signal) -> Iterator[Pattern]:
+    """All shapes of one signal but those that repeat."""
+    values, one, of = signal.values, (signal,), signal.of
     distinct = np.unique(values)
     if len(distinct) <= 4:
         # Approach sides, payloads, sessions: their own value, and being one of them.
-        yield Pattern((name,), "proportional", values, "line")
+        yield line(signal)
         if len(distinct) > 2:
             # Every way to split them in two; of four, the halves as well.
             pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
             for some in [*distinct[:, None], *pairs]:
-                inside = np.isin(values, some).astype(float)
-                form = f"at {' or '.join(shown(name, float(value)) for value in some)}"
-                yield Pattern((name,), form, inside, "level", gate=only(form))
+                yield _level(signal, some, 0.5 * float(np.diff(distinct).min()))
         return
     centre, half = float(np.median(values)), 0.5 * float(np.ptp(values))
-    scaled = (values - centre) / half
-    yield Pattern((name,), "proportional", scaled, "line")
-    yield Pattern((name,), "curved", scaled**2, "curve")
-    yield Pattern((name,), "s-shaped", scaled**3, "curve")
+    yield line(signal, centre)
+    yield Pattern(one, f"curved{of}", lambda x: ((x - centre) / half) ** 2, "curve")
+    yield Pattern(one, f"s-shaped{of}", lambda x: ((x - centre) / half) ** 3, "curve")
     if values.min() < 0 < values.max():
-        signed = unit(values * np.abs(values))
-        yield Pattern((name,), "with the square of its size, by its side", signed, "curve")
-    yield from breaks(name, values)
-    if name == "time":
-        since = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+        yield Pattern(one, f"with the square of its size, by its side{of}", lambda x: x * np.abs(x), "curve")
+    yield from breaks(signal)
+    if signal.name == "time":
         for share in (0.05, 0.1, 0.2, 0.4):
-            yield _settling(name, since, share, 2 * half)
+            yield _settling(signal, share * 2 * half)
     span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4, 8, 14):
             if k + width < STEPS:
-                yield _window(name, values, gap(distinct, span[k]), gap(distinct, span[k + width]))
+                yield _window(signal, gap(distinct, span[k]), gap(distinct, span[k + width]))
 
 
-def breaks(name: str, values: Array) -> Iterator[Pattern]:
+def breaks(signal: Signal) -> Iterator[Pattern]:
     """Steps, kinks, and what grows on one side of a knot."""
+    values = signal.values
     distinct = np.unique(values)
     across = [0.0] if values.min() < 0 < values.max() else []
     for place in [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across]:
         edge = gap(distinct, place)
         if _measured(distinct, edge):
-            yield _step(name, values, edge)
+            yield _step(signal, edge)
     for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
-        yield _kink(name, values, float(knot))
+        yield _kink(signal, float(knot))
         for side in (1, -1):
-            yield _ramp(name, values, float(knot), side)
+            yield _ramp(signal, float(knot), side)
 
 
-def of_sum(pattern: Pattern, names: tuple[str, ...], label: str) -> Pattern:
-    """A shape of a sum of channels that the label spells out."""
-    return renamed(pattern, f" of {label}", names)
-
-
-def of_size(name: str, values: Array) -> Iterator[Pattern]:
-    """Shapes of the size of a channel that goes both ways: angles, speeds, accelerations, loads.
+def of_channel(signal: Signal) -> Iterator[Pattern]:
+    """Shapes of a channel, and of the size of one that goes both ways: angles, speeds, accelerations, loads.
 
     What grows from a size on may do so to the same side, or each way to its own: stops, free play.
     """
-    if name[0] in "qval" and values.min() < 0 < values.max():
-        for pattern in of_channel(name, np.abs(values)):
-            yield renamed(pattern, " of its size", (name,))
+    yield from of_signal(signal)
+    if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
+        size = signal.through(np.abs, " of its size", " in size")
+        for pattern in of_signal(size):
+            yield pattern
             if pattern.kind == "ramp":
-                yield _sided(renamed(pattern, " of its size, by its side", (name,)), np.sign(values))
+                yield _sided(pattern, signal)
 
 
-def _sided(pattern: Pattern, side: Array) -> Pattern:
-    finer = None if pattern.finer is None else lambda: [_sided(p, side) for p in sharper(pattern)]
-    return replace(pattern, values=pattern.values * side, finer=finer, gate=())
+def _sided(pattern: Pattern, signal: Signal) -> Pattern:
+    """What grows with the size of a signal, to the side on which that is."""
 
+    def law(x: Any) -> Any:
+        return pattern.law(np.abs(x)) * np.sign(x)
 
-def renamed(pattern: Pattern, suffix: str, names: tuple[str, ...]) -> Pattern:
-    """The same of other channels, with more said about it."""
-    finer = None if pattern.finer is None else lambda: [renamed(p, suffix, names) for p in sharper(pattern)]
-    gate = tuple(f"{how} in size" for how in pattern.gate)
-    return replace(pattern, channels=names, form=pattern.form + suffix, finer=finer, gate=gate)
-
-
-def unit(values: Array) -> Array:
-    """Values by their largest size."""
-    return np.asarray(values / max(float(np.abs(values).max()), 1e-300), dtype=np.float64)
+    finer = None if pattern.finer is None else lambda: [_sided(p, signal) for p in sharper(pattern)]
+    form = f"{pattern.form}, by its side"
+    return replace(pattern, signals=(signal,), form=form, law=law, finer=finer, gate=())
 
 
 def edges(values: Array, most: int = FINE) -> list[Edge]:
@@ -173,65 +130,87 @@ def knots(values: Array, most: int = KNOTS) -> list[float]:
     return [float(e) for e in np.linspace(low, high, most)]
 
 
-def _step(name: str, values: Array, edge: Edge) -> Pattern:
+def _level(signal: Signal, some: Array, near: float) -> Pattern:
+    """At one of a few values, or at two of them."""
+
+    def law(x: Any) -> Any:
+        return reduce(or_, (np.abs(x - float(value)) < near for value in some))
+
+    form = f"at {' or '.join(shown(signal.unit, float(value)) for value in some)}"
+    return Pattern((signal,), f"{form}{signal.of}", law, "level", gate=only(form, signal))
+
+
+def _step(signal: Signal, edge: Edge) -> Pattern:
+    middle = 0.5 * (edge[0] + edge[1])
+
     def finer() -> list[Pattern]:
-        widths = [float(np.ptp(values)) * share for share in np.geomspace(0.02, 0.3, 6)]
-        rises = [_rise(name, values, e, w) for e in knots(values, 40) for w in widths]
-        return [replace(_step(name, values, e), finer=None) for e in edges(values)] + rises
+        widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.02, 0.3, 6)]
+        rises = [_rise(signal, e, w) for e in knots(signal.values, 40) for w in widths]
+        return [replace(_step(signal, e), finer=None) for e in edges(signal.values)] + rises
 
-    above = (values >= edge[1]).astype(float)
-    return Pattern((name,), "step near {}", above, "step", (edge,), name, None, finer, only("above {}", "below {}"))
+    gate = only("above {}", signal, "below {}")
+    return Pattern((signal,), f"step near {{}}{signal.of}", lambda x: x > middle, "step", (edge,), None, finer, gate)
 
 
-def _rise(name: str, values: Array, centre: float, width: float) -> Pattern:
+def _rise(signal: Signal, centre: float, width: float) -> Pattern:
     """A step that takes its time: friction that sets in, a seat that lets go."""
     at = ((centre, centre), (2 * width, 2 * width))
-    value = np.asarray(np.tanh((values - centre) / width), dtype=np.float64)
-    return Pattern((name,), "rising about {}, over {}", value, "step", at, name)
+    form = f"rising about {{}}, over {{}}{signal.of}"
+    return Pattern((signal,), form, lambda x: np.tanh((x - centre) / width), "step", at)
 
 
-def _kink(name: str, values: Array, knot: float) -> Pattern:
+def _kink(signal: Signal, knot: float) -> Pattern:
     def finer() -> list[Pattern]:
-        return [replace(_kink(name, values, e), finer=None) for e in knots(values)]
+        return [replace(_kink(signal, e), finer=None) for e in knots(signal.values)]
 
-    return Pattern((name,), "kink near {}", unit(np.abs(values - knot)), "kink", ((knot, knot),), name, None, finer)
+    form = f"kink near {{}}{signal.of}"
+    return Pattern((signal,), form, lambda x: np.abs(x - knot), "kink", ((knot, knot),), None, finer)
 
 
-def _ramp(name: str, values: Array, knot: float, side: int) -> Pattern:
+def _ramp(signal: Signal, knot: float, side: int) -> Pattern:
     def finer() -> list[Pattern]:
-        return [replace(_ramp(name, values, e, side), finer=None) for e in knots(values)]
+        return [replace(_ramp(signal, e, side), finer=None) for e in knots(signal.values)]
+
+    def law(x: Any) -> Any:
+        return np.maximum(x - knot if side > 0 else knot - x, 0.0)
 
     over = "above {}" if side > 0 else "below {}"
-    value = unit(np.maximum(side * (values - knot), 0.0))
-    at = ((knot, knot),)
-    return Pattern((name,), f"growing {over}", value, "ramp", at, name, None, finer, only(f"{over}, growing")[:1])
+    gate = only(f"{over}, growing", signal)[:1]
+    return Pattern((signal,), f"growing {over}{signal.of}", law, "ramp", ((knot, knot),), None, finer, gate)
 
 
-def _settling(name: str, since: Array, share: float, whole: float) -> Pattern:
+def _settling(signal: Signal, within_: float) -> Pattern:
+    start, whole = float(signal.values.min()), float(np.ptp(signal.values))
+
     def finer() -> list[Pattern]:
-        shares = np.geomspace(0.01, 3.0, 60)
-        return [replace(_settling(name, since, float(s), whole), finer=None) for s in shares]
+        return [replace(_settling(signal, s * whole), finer=None) for s in np.geomspace(0.01, 3.0, 60)]
 
-    within_ = (share * whole, share * whole)
-    return Pattern((name,), "settling within {}", np.exp(-since / share), "settling", (within_,), name, None, finer)
+    def law(x: Any) -> Any:
+        return np.exp((start - x) / within_)
+
+    return Pattern((signal,), "settling within {}", law, "settling", ((within_, within_),), None, finer)
 
 
-def _window(name: str, values: Array, low: Edge, high: Edge, exact: bool = False) -> Pattern:
+def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Pattern:
+    values = signal.values
+    start, stop = 0.5 * (low[0] + low[1]), 0.5 * (high[0] + high[1])
+
     def close() -> list[Pattern]:
         between = edges(values, len(values))
         lows, highs = (_nearest(between, edge) for edge in (low, high))
-        return [replace(_window(name, values, a, b, True), finer=None) for a in lows for b in highs if a < b]
+        return [replace(_window(signal, a, b, True), finer=None) for a in lows for b in highs if a < b]
 
     def finer() -> list[Pattern]:
         some = edges(values, 36)
-        windows = [_window(name, values, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]]
+        windows = [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]]
         widths = [float(np.ptp(values)) * share for share in np.geomspace(0.01, 0.2, 7)]
-        return windows + [_bump(name, values, e, w) for e in knots(values, 60) for w in widths]
+        return windows + [_bump(signal, e, w) for e in knots(values, 60) for w in widths]
 
-    inside = ((values >= low[1]) & (values <= high[0])).astype(float)
-    sides = only("between {} and {}")
-    at, move = (low, high), close if exact else finer
-    return Pattern((name,), "only between {} and {}", inside, "window", at, name, None, move, sides)
+    def law(x: Any) -> Any:
+        return (x > start) & (x < stop)
+
+    gate, move = only("between {} and {}", signal), close if exact else finer
+    return Pattern((signal,), f"only between {{}} and {{}}{signal.of}", law, "window", (low, high), None, move, gate)
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
@@ -241,10 +220,12 @@ def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
     return places[max(0, at - reach) : at + reach]
 
 
-def _bump(name: str, values: Array, centre: float, width: float) -> Pattern:
-    value = np.asarray(np.exp(-0.5 * ((values - centre) / width) ** 2), dtype=np.float64)
+def _bump(signal: Signal, centre: float, width: float) -> Pattern:
+    def law(x: Any) -> Any:
+        return np.exp(-0.5 * ((x - centre) / width) ** 2)
+
     at, near = ((centre, centre), (2 * width, 2 * width)), "near {}, {} wide"
-    return Pattern((name,), f"bump {near}", value, "window", at, name, gate=only(near)[:1])
+    return Pattern((signal,), f"bump {near}{signal.of}", law, "window", at, gate=only(near, signal)[:1])
 
 
 def _measured(distinct: Array, edge: Edge) -> bool:

@@ -10,11 +10,12 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.fields import fields
+from postproc.identify.formula import Pattern
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
-from postproc.identify.shapes import Pattern
+from postproc.identify.signals import Signal
 from postproc.identify.tried import ODDS, Tried
 
 TOGETHER = 0.97
@@ -31,6 +32,7 @@ class Suspect:
             of having no name.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
         channels: all that the pattern follows, this one among them.
+        code: what gives the values, as an expression of a state; empty where a state does not tell them.
     """
 
     channel: str
@@ -42,6 +44,7 @@ class Suspect:
     place: Array
     values: Array
     channels: tuple[str, ...] = ()
+    code: str = ""
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside.
@@ -85,14 +88,26 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
     for where, names, text, moves in smooth:
         tried.moves[where] = moves
         # One of so many, and all together are one kind of patterns.
-        tried.add(where, Pattern(names, text, np.ones(len(problem.error)), "field", where=where, tries=len(smooth)))
+        everywhere = Signal(names, np.ones(len(problem.error)), "", "")
+        tried.add(where, Pattern((everywhere,), text, lambda x: x, "field", where=where, tries=len(smooth)))
     tried.sharpen()
     above = max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
     result: list[Suspect] = []
     for found in tried.best():
-        share, text, names = min(1.0, found.fall / above), found.pattern.told(found.alike), found.pattern.channels
-        place = tried.moves[found.where], found.pattern.values
-        result += [Suspect(c, found.where, text, share, found.fall, found.worth, *place, names) for c in names]
+        share, one = min(1.0, found.fall / above), found.pattern
+        first = Suspect(
+            one.channels[0],
+            found.where,
+            one.told(found.alike),
+            share,
+            found.fall,
+            found.worth,
+            tried.moves[found.where],
+            one.values,
+            one.channels,
+            one.code,
+        )
+        result += [replace(first, channel=c) for c in one.channels]
     return [*result[:1], *_together(result[:1], every), *result[1:]]
 
 

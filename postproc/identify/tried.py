@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.identify.formula import Pattern, sharper
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns, Single, grown, odds, switched
 from postproc.identify.problem import Problem
-from postproc.identify.shapes import CLOSER, Pattern, sharper
+from postproc.identify.shapes import CLOSER
 
 MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""

@@ -6,19 +6,17 @@ import re
 
 import numpy as np
 
-from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
-from postproc.identify.channels import fit_channels
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import suspect_size
+from postproc.identify.signals import channels_read
 from postproc.identify.suspects import Suspect
-from postproc.render.law import channel_read, find_law
 from postproc.render.templates import environment, fill, load_template
 
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of the first suspect; no text where it is no function of one or two channels at one place.
+    """Key and Python text of the first suspect; no text where a pose does not tell it, or where it moves no one place.
 
     Args:
         name: of the file, which becomes the key. data: name of the table.
@@ -27,22 +25,17 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     words = ["own", *words] if "_".join(words) in effect_library() else words
     suspect = next(iter(found.suspects), None)
     place = None if suspect is None else _place(suspect)
-    law = None if suspect is None else find_law(suspect.channels, suspect.values, fit_channels(found.searched))
-    if suspect is None or place is None or law is None:
+    if suspect is None or place is None or not suspect.code:
         return "_".join(words), None
-    largest = float(np.abs(law.shape).max())
-    size = largest * float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
+    size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
     values = {
         "name": "".join(word.capitalize() for word in words),
-        "reads": ", ".join(f'"{r}"' for r in dict.fromkeys(channel_read(c) for c in suspect.channels)),
+        "reads": ", ".join(f'"{name}"' for name in channels_read(suspect.code)),
         "where": suspect.where,
         "channels": " and ".join(suspect.channels),
         "pattern": suspect.pattern,
         "data": data,
-        "argument": law.argument,
-        "factor": law.factor,
-        "at": _numbers(law.at),
-        "shape": _numbers(law.shape / largest),
+        "law": suspect.code,
         "typical": f"{size:.0e}",
         "bound": f"{100 * size:.0e}",
         **place,
@@ -52,12 +45,14 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
 
 def nothing_to_draft(found: Diagnosis) -> Diagnostic:
     """Why there is no file."""
+    help_ = "write it by hand: `postproc explain DAT028` shows how"
     if not found.suspects:
-        message, help_ = "no effect was drafted: nothing remains that follows a channel", "see what the verdict says"
+        why, help_ = "nothing remains that follows a channel", "see what the verdict says"
+    elif _place(found.suspects[0]) is None:
+        why = f"`{found.suspects[0].where}` is no joint, body, tool or instrument that moves as a whole"
     else:
-        message = "no effect was drafted: what remains is none of the functions of a channel that a draft can say"
-        help_ = "write it by hand: `postproc explain DAT028` shows how"
-    return Diagnostic("DAT028", "info", message, help=help_)
+        why = f"`{found.suspects[0].pattern}` is nothing that a single pose tells"
+    return Diagnostic("DAT028", "info", f"no effect was drafted: {why}", help=help_)
 
 
 def _place(suspect: Suspect) -> dict[str, object] | None:
@@ -71,10 +66,3 @@ def _place(suspect: Suspect) -> dict[str, object] | None:
     if found[1] in ("tool", "instrument"):
         return {"kind": found[1], "number": 0, "unit": "m"}
     return {"kind": "body", "number": number, "unit": "m" if found[3] else "rad"}
-
-
-def _numbers(values: Array) -> str:
-    """Numbers in rows of eight."""
-    text = [f"{v:.5g}" for v in values]
-    rows = [", ".join(text[i : i + 8]) for i in range(0, len(text), 8)]
-    return rows[0] if len(rows) == 1 else "\n    " + ",\n    ".join(rows) + ",\n"

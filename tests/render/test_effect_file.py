@@ -9,15 +9,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.effects.conformance import check_effect
 from postproc.effects.contract import State
 from postproc.effects.registry import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
+from postproc.identify.formula import sharper
+from postproc.identify.patterns import patterns, switched
+from postproc.identify.signals import channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
-from postproc.render.law import find_law
+from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
+from tests.identify.test_patterns import best, closest
 from tests.independent import unknown_effects as unknown
 
 Channels = dict[str, np.ndarray]
@@ -27,79 +32,92 @@ def drawn(seed: int, n: int) -> tuple[State, Channels]:
     g = np.random.default_rng(seed)
     q, v, load = g.uniform(-2, 2, (n, 6)), g.normal(0, 1, (n, 6)), g.normal(0, 400, (n, 6))
     side, hot = g.choice([-1.0, 1.0], (n, 6)), g.uniform(15, 40, n)
-    state = State(q=q, v=v, approach=side, joint_load=load, temperature=hot, channels={"cable": g.uniform(0, 1, n)})
+    T = np.tile(np.eye(4), (n, 7, 1, 1))
+    T[:, 6, :3, :3], T[:, 6, :3, 3] = Rotation.random(n, random_state=seed).as_matrix(), g.uniform(-1, 1, (n, 3))
+    state = State(
+        q=q, v=v, approach=side, joint_load=load, temperature=hot, channels={"cable": g.uniform(0, 1, n)},
+        T_base_body=T, robot=load_robot("ur5"), payload_mass=g.choice([3.0, 10.0, 20.0], n),
+    )  # fmt: skip
     channels = {
         f"{name}{j + 1}": x[:, j] for name, x in (("q", q), ("v", v), ("dir", side), ("load", load)) for j in range(6)
     }
-    return state, {**channels, "temperature": hot, "cable": state.channels["cable"]}  # fmt: skip
+    found = {"temperature": hot, "cable": state.channels["cable"], "payload": state.payload_mass, "T": T}
+    return state, {**channels, **found}  # fmt: skip
 
 
-MEAN = drawn(1, 500)[1]["temperature"].mean()
+TOOL = np.array([0.02, -0.01, 0.35])
+
+
+def tool_place(channels: Channels) -> np.ndarray:
+    flange = channels["T"][:, 6] @ load_robot("ur5").link[6]
+    return np.asarray(flange[:, :3, :3] @ TOOL + flange[:, :3, 3])
+
+
 LAWS: list[tuple[tuple[str, ...], Callable[[Channels], np.ndarray]]] = [
     (("q2",), lambda c: (c["q2"] > 0.4).astype(float)),
     (("q3",), lambda c: np.abs(c["q3"] + 0.3)),
-    (("q1",), lambda c: ((c["q1"] > -0.5) & (c["q1"] < 0.7)).astype(float)),
+    (("q1",), lambda c: ((c["q1"] > 0.2) & (c["q1"] < 1.5)).astype(float)),
     (("load5",), lambda c: c["load5"] * np.abs(c["load5"]) / 1e6),
-    (("temperature",), lambda c: np.exp(-(c["temperature"] - 15) / 8)),
+    (("v4",), lambda c: np.sign(c["v4"]) * np.maximum(np.abs(c["v4"]) - 0.8, 0)),
+    (("temperature",), lambda c: np.tanh((c["temperature"] - 25) / 3)),
     (("cable",), lambda c: np.maximum(c["cable"] - 0.6, 0)),
+    (("payload",), lambda c: (c["payload"] == 10).astype(float)),
+    (("z",), lambda c: np.maximum(0.1 - tool_place(c)[:, 2], 0)),
+    (("q5", "q6", "q4", "q3", "q2"), lambda c: (c["T"][:, 6, 2, 1] < 0.3).astype(float)),
+    (("payload", "q5", "q6", "q4"), lambda c: c["payload"] * c["T"][:, 6, 2, 0]),
     (("q2", "q3"), lambda c: (c["q2"] + c["q3"] > 0.2).astype(float)),
     (("q4", "q5"), lambda c: np.maximum(c["q4"] - c["q5"] - 1, 0)),
     (("q2", "q3", "q4"), lambda c: np.maximum(c["q2"] + c["q3"] + c["q4"], 0)),
-    (("dir3", "q3"), lambda c: c["dir3"] * ((c["q3"] > -0.8) & (c["q3"] < 0.45))),
     (("dir2", "load2"), lambda c: c["dir2"] * np.abs(c["load2"])),
     (("v1", "load2"), lambda c: np.sign(c["v1"]) * np.abs(c["load2"])),
-    (("q1", "temperature"), lambda c: (c["q1"] - c["q1"].mean()) * (c["temperature"] - c["temperature"].mean())),
+    (("q1", "temperature"), lambda c: c["q1"] * c["temperature"]),
     (("q5", "load5"), lambda c: np.cos(c["q5"] - 0.4) * c["load5"]),
-    (("q2", "load4"), lambda c: np.cos(24 * c["q2"] - 0.4) * c["load4"]),
-    (("q3", "temperature"), lambda c: np.sin(3 * c["q3"]) * (c["temperature"] - MEAN)),
-    (("q4",), lambda c: np.cos(37.3 * c["q4"] + 1)),
+    (("q4",), lambda c: np.cos(37 * c["q4"] + 1)),
+    (("q1",), lambda c: np.mod(5 * c["q1"] / (2 * np.pi) - 0.2, 1)),
     (("q4", "q6"), lambda c: np.sin(c["q4"] - 0.2) * np.cos(2 * c["q6"] + 0.7)),
 ]
 
 
 @pytest.mark.parametrize(("names", "formula"), LAWS, ids=[" ".join(names) for names, _ in LAWS])
-def test_the_law_that_is_found_holds_in_other_poses(
+def test_the_text_of_a_pattern_holds_in_other_poses(
     names: tuple[str, ...], formula: Callable[[Channels], np.ndarray]
 ) -> None:
-    _, channels = drawn(1, 500)
-    values = formula(channels)
-    law = find_law(names, values, channels)
-    assert law is not None
-    state, elsewhere = drawn(2, 300)
-    inside = {"np": np, "state": state}
-    x, by = eval(law.argument, inside), eval(f"1.0{law.factor}", inside)
-    said, true = np.interp(x, law.at, law.shape) * by, formula(elsewhere) / np.abs(values).max()
-    if names == ("q1", "temperature"):  # the means are those of the rows that were measured
-        means = {name: channels[name].mean() for name in names}
-        true = np.prod([elsewhere[name] - means[name] for name in names], axis=0) / np.abs(values).max()
-    # A step lies somewhere between two measured rows.
-    assert np.mean(np.abs(said - true) > 0.03) < 0.03
+    state, channels = drawn(1, 200)
+    position, truth = tool_place(channels), formula(channels)
+    some = {name: position[:, 2] if name == "z" else channels[name] for name in names}
+    every = patterns(some, state, position).every
+    told = closest(best([p for p in every if set(p.channels) == set(names)], truth), truth)
+    there, elsewhere = drawn(2, 300)
+    said, true = eval(told.code, {"np": np, "state": there}) * 1.0, formula(elsewhere)
+    assert np.std(truth) > 0 and abs(np.corrcoef(said, true)[0, 1]) > 0.95
+    assert channels_read(told.code) == tuple(dict.fromkeys(channels_read(told.code)))
 
 
-def test_straight_ends_go_on_and_bent_ones_stop() -> None:
-    _, channels = drawn(1, 500)
-    q, load = channels["q2"], channels["load2"]
-    ramp = find_law(("load2",), np.maximum(load - 29.0, 0.0), channels)
-    assert ramp is not None
-    beyond = load.max() + 0.5 * np.ptp(load)
-    said = np.interp([beyond, 2 * load.min()], ramp.at, ramp.shape) * np.maximum(load - 29.0, 0.0).max()
-    assert said == pytest.approx([beyond - 29.0, 0.0], rel=0.03, abs=10.0)
-    step = find_law(("q2",), (q > 0.4).astype(float), channels)
-    assert step is not None
-    assert np.interp([-9.0, 9.0], step.at, step.shape).tolist() == [0.0, 1.0]
-    bent = find_law(("q2",), q**4, channels)
-    assert bent is not None
-    assert np.interp(4.0, bent.at, bent.shape) == pytest.approx(1.0, abs=0.02)
+def test_every_pattern_has_the_values_of_its_text() -> None:
+    state, channels = drawn(3, 60)
+    some = {name: channels[name] for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload")}
+    every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every
+    finer = [p for one in every[::40] for p in sharper(one)[::9]]
+    told = [p for p in (*every, *finer) if p.code]
+    assert len(told) > 0.8 * len(every)
+    for pattern in told:
+        said = np.asarray(eval(pattern.code, {"np": np, "state": state}), dtype=float)
+        assert said == pytest.approx(pattern.values, abs=2e-3), pattern.text
+    gate = next(p for p in every if p.kind == "window" and p.channels == ("q2",))
+    side = next(p for p in every if p.kind == "line" and p.channels == ("dir3",))
+    there = side.values * (gate.values > 0)
+    for way, wanted in enumerate((there, side.values - there, side.values - 2 * there)):
+        gated = switched(side, gate, way)
+        assert eval(gated.code, {"np": np, "state": state}) == pytest.approx(wanted)
+        assert gated.values == pytest.approx(wanted)
+    before = [p for p in every if "row before" in p.text]
+    assert before and not any(p.code for p in before)
 
 
-def test_what_is_no_function_of_its_channels_has_no_law() -> None:
-    _, channels = drawn(1, 300)
-    rose = np.sign(np.diff(channels["load2"], prepend=0.0))
-    assert find_law(("load2",), rose, channels) is None
-    # Two waves that go together are no product: half of them must not pass for a law.
-    assert find_law(("q4", "q6"), np.sin(channels["q4"] + 2 * channels["q6"]), channels) is None
-    assert find_law(("q1", "q2"), np.random.default_rng(3).normal(size=300), channels) is None
-    assert find_law(("x", "y"), channels["q1"], channels) is None
+def test_what_a_law_reads_is_taken_from_its_text() -> None:
+    code = 'state.approach[:, 0] * (state.joint_load[:, 1] > 3) + state.channels["arc_V"] * state.payload_mass'
+    assert channels_read(code) == ("approach", "load", "arc_V", "payload")
+    assert channels_read("state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp") == ("pose", "robot")
 
 
 @pytest.mark.parametrize(("kind", "seed"), [(unknown.angle_step, 401), (unknown.hot_only, 402)])
@@ -127,7 +145,7 @@ def test_a_key_of_the_library_is_not_taken() -> None:
     beside = replace(found.suspects[0], where="body 4, shifted", place=np.repeat(found.suspects[0].place, 3, axis=2))
     text = effect_file(replace(found, suspects=(beside,)), "own", "cell.csv")[1]
     assert text is not None
-    assert "moved[:, :3] = shape[:, None] * self.size_m" in text
+    assert "moved[:, :3] = np.outer(shape, self.size_m) + self.always_m" in text
     assert "Displacement(body={4: moved})" in text
     # What is no single place of the arm cannot be drafted.
     scale = replace(found.suspects[0], where="instrument, scale")
@@ -136,7 +154,11 @@ def test_a_key_of_the_library_is_not_taken() -> None:
 
 def test_why_nothing_was_drafted_is_said() -> None:
     none = nothing_to_draft(SimpleNamespace(suspects=()))  # type: ignore[arg-type]
-    hard = nothing_to_draft(SimpleNamespace(suspects=("..",)))  # type: ignore[arg-type]
-    assert (none.code, hard.code, none.severity) == ("DAT028", "DAT028", "info")
+    assert (none.code, none.severity) == ("DAT028", "info")
     assert "nothing remains" in none.message
-    assert "none of the functions" in hard.message
+    for where, said in (
+        ("joint 2", "`step in the row before` is nothing"),
+        ("instrument, scale", "`instrument, scale` is no"),
+    ):
+        one = SimpleNamespace(where=where, pattern="step in the row before", place=np.zeros((1, 1, 1)))
+        assert said in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]

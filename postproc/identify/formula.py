@@ -1,0 +1,90 @@
+"""A pattern: a formula of signals, with its sentence, its values and its text over a state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.identify.channels import within
+from postproc.identify.signals import Signal, unit, written
+
+Edge = tuple[float, float]
+"""Between which values an edge lies."""
+Law = Callable[..., Any]
+"""A formula that takes signals, as values or as text."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A function of signals without physical unit: its sentence, its values and its text over a state.
+
+    Args:
+        signals: what it is a function of; form: what it looks like, such as ``step near {}``, with a place for each of
+            its edges; law: the formula.
+        kind: patterns of one kind are as likely as those of any other, however many there are.
+        at: its edges, knots, .., of the last signal.
+        where: the only place at which it makes sense, None for all.
+        finer: makes the same with its edge, knot, period or phase at many finer places.
+        gate: how it is said of something else that acts only there, only elsewhere, and there the other way round.
+        factors: makes what it is a product of, each with the channel that may switch it.
+        tries: how many times as many as of its kind were tried.
+        label: what it is called as part of a longer sentence.
+    """
+
+    signals: tuple[Signal, ...]
+    form: str
+    law: Law = field(repr=False, compare=False)
+    kind: str = ""
+    at: tuple[Edge, ...] = ()
+    where: str | None = None
+    finer: Callable[[], list[Pattern]] | None = field(default=None, repr=False, compare=False)
+    gate: tuple[str, ...] = ()
+    factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
+    tries: float = 1.0
+    label: str = ""
+
+    @cached_property
+    def values(self) -> Array:
+        """(n,) by their largest size."""
+        return unit(self._raw())
+
+    def _raw(self) -> Array:
+        return np.asarray(self.law(*(s.values for s in self.signals)), dtype=float)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(name for s in self.signals for name in s.names))
+
+    @property
+    def code(self) -> str:
+        """What gives its values, as an expression of a state; empty where a state does not tell them."""
+        found, largest = written(self.law, self.signals), float(np.abs(self._raw()).max())
+        return "" if found is None else found.text if abs(largest - 1) < 1e-3 else (found / largest).text
+
+    @property
+    def text(self) -> str:
+        return self.told()
+
+    @property
+    def named(self) -> str:
+        """As part of a longer sentence."""
+        return self.label or (self.text if len(self.channels) > 1 else f"{self.text} of {self.signals[0].name}")
+
+    def told(self, alike: Sequence[Pattern] = ()) -> str:
+        """What it looks like, its edges no closer than patterns that do the same have theirs."""
+        if not self.at:
+            return self.form
+        every = np.array([p.at for p in (self, *alike) if p.form == self.form]).reshape(-1, len(self.at), 2)
+        channel = self.signals[-1].unit
+        spans = (within(channel, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
+        return self.form.format(*spans)
+
+
+def sharper(pattern: Pattern) -> list[Pattern]:
+    """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
+    return [] if pattern.finer is None else pattern.finer()

@@ -1,0 +1,138 @@
+"""What patterns are functions of: channels and what is made of them, each with its values and as text over a state."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+
+SIGNS = {
+    "add": "+",
+    "subtract": "-",
+    "multiply": "*",
+    "divide": "/",
+    "power": "**",
+    "remainder": "%",
+    "bitwise_and": "&",
+    "bitwise_or": "|",
+    "greater": ">",
+    "less": "<",
+}
+FIELDS = {"dir": "approach", "load": "joint_load", "payload": "payload_mass"}
+"""Fields of a state that are called otherwise as channels."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A number in each pose that patterns are functions of.
+
+    Args:
+        names: channels that it follows, the one that leads first; values: (n,).
+        code: text of an expression of a ``state``; empty where a state alone does not tell it.
+        unit: channel whose unit it has; of: what is said behind a shape of it; inside: behind a part of its range.
+        bare: whether its text needs brackets inside another one.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    code: str
+    unit: str
+    of: str = ""
+    inside: str = ""
+    bare: bool = False
+
+    def through(self, law: Callable[[Any], Any], of: str, inside: str = "") -> Signal:
+        """What a law makes of it."""
+        code = written(law, [self])
+        return replace(self, values=law(self.values), code=code.text if code else "", of=of, inside=inside)
+
+    @property
+    def name(self) -> str:
+        return self.names[0]
+
+    @cached_property
+    def middle(self) -> float:
+        return float(np.median(self.values))
+
+
+def channel_signal(name: str, values: Array, place: str = "") -> Signal:
+    """A channel by its name.
+
+    Args:
+        place: code of the tool's place, as `place_code` gives it.
+    """
+    base = name.rstrip("123456")
+    number = name[len(base) :]
+    if base in ("q", "v", "a", "dir", "load") and number:
+        code = f"state.{FIELDS.get(base, base)}[:, {int(number) - 1}]"
+    elif name in ("temperature", "time", "payload", "session"):
+        code = f"state.{FIELDS.get(name, name)}"
+    elif name in ("fx", "fy", "fz"):
+        code = f"state.wrench[:, {'xyz'.index(name[1])}]"
+    elif name in ("x", "y", "z"):
+        code = f"{place}[:, {'xyz'.index(name)}]" if place else ""
+    else:
+        code = f'state.channels["{name}"]'
+    return Signal((name,), values, code, name)
+
+
+def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
+    """The sum of some signals, or the difference of two."""
+    ways = {"+": operator.add, "-": operator.sub}
+    names = tuple(s.name for s in signals)
+    values = reduce(ways[sign], (s.values for s in signals))
+    code = f" {sign} ".join(s.code for s in signals)
+    return Signal(names, values, code, names[0], f" of {f' {sign} '.join(names)}", bare=True)
+
+
+def channels_read(code: str) -> tuple[str, ...]:
+    """What an effect with an expression of a state reads: ``q``, ``load``, ``pose``, or columns of the table."""
+    fields = {field: name for name, field in FIELDS.items() if name != "dir"}
+    fields |= {"body_load": "load", "T_base_body": "pose"}
+    found = re.findall(r'state\.(?!channels)(\w+)|channels\["(.+?)"\]', code)
+    names = (own or fields.get(field, field) for field, own in found)
+    return tuple(dict.fromkeys(name for name in names if name not in ("T_flange_tcp", "gravity")))
+
+
+def place_code(state: State, position: Array) -> str:
+    """(n, 4) place of a tool's point (n, 3) in base axes as text, with the tool as the rows say it is on average."""
+    if state.robot is None or state.T_base_body is None:
+        return ""
+    T = np.asarray(state.T_base_body)[:, 6] @ state.robot.link[6] @ state.T_flange_tcp
+    point = np.mean(np.einsum("nji,nj->ni", T[:, :3, :3], position - T[:, :3, 3]), axis=0)
+    tool = ", ".join(f"{x:.4f}" for x in point)
+    return f"(state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp @ [{tool}, 1.0])"
+
+
+class Text(np.lib.mixins.NDArrayOperatorsMixin):
+    """An expression: what is calculated with it is written down."""
+
+    def __init__(self, text: str, bare: bool = False) -> None:
+        """bare: whether it needs brackets inside another one."""
+        self.text, self.bare = text, bare
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> Text:
+        said = [x.text if isinstance(x, Text) else f"{x:.7g}" for x in inputs]
+        sign = SIGNS.get(ufunc.__name__)
+        if sign is None:
+            return Text(f"np.{ufunc.__name__}({', '.join(said)})")
+        closed = (f"({t})" if isinstance(x, Text) and x.bare else t for t, x in zip(said, inputs, strict=True))
+        return Text(f" {sign} ".join(closed), True)
+
+
+def written(law: Callable[..., Any], signals: Sequence[Signal]) -> Text | None:
+    """The expression of a state that a law of signals is; None where a state does not tell one of them."""
+    return law(*(Text(s.code, s.bare) for s in signals)) if all(s.code for s in signals) else None
+
+
+def unit(values: Array) -> Array:
+    """Values by their largest size."""
+    return np.asarray(values / max(float(np.abs(values).max()), 1e-300), dtype=np.float64)
