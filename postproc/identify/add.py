@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
 from postproc.identify.record import fit_json, recorded_model
+from postproc.identify.rounding import rounded
 from postproc.identify.selection import compose
 from postproc.identify.solve import Terms
 from postproc.identify.step import FRAMES
@@ -127,6 +128,14 @@ def add_effects(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
+    added = _added(model, data, classes, noise)
+    told = added.fit.data.rounded
+    if told is None or told == rounded(added.fit):
+        return added
+    return _added(model, replace(data, rounded=not told), classes, noise)
+
+
+def _added(model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None) -> Addition:
     base = fit_model(model, data, noise=noise)
     steps = [("base", base)]
     for cls in classes:

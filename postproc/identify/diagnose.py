@@ -26,6 +26,7 @@ from postproc.identify.patterns import patterns
 from postproc.identify.problem import Problem
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
+from postproc.identify.rounding import rounded
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
 from postproc.identify.suspects import Suspect, by_channel
 from postproc.identify.tried import ODDS
@@ -96,6 +97,15 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
+    found = _diagnosed(model, data, library, noise)
+    told = found.final.data.rounded
+    if told is None or told == rounded(found.final):
+        return found
+    # What was missing looked like rounded angles, or hid them.
+    return _diagnosed(model, replace(data, rounded=not told), library, noise)
+
+
+def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None) -> Diagnosis:
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(measured)}

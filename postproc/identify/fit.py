@@ -14,6 +14,7 @@ from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.fitted import Fit
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.reweight import far_off
+from postproc.identify.rounding import blurred, rounded
 from postproc.identify.smooth import choose_smoothness
 from postproc.identify.solve import ROUGHLY, Terms, solve
 from postproc.identify.start import start_frames
@@ -45,13 +46,22 @@ def fit_model(
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
-    data = data.rows(data.usable)
+    fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
+    if data.rounded is not None or fit.problem.weights.turn is None:
+        return fit
+    told = replace(fit.data, rounded=rounded(fit))
+    if not told.rounded:
+        return _fitted(model, told, effects, noise, terms)
+    return replace(fit, problem=Problem(fit.model, told, fit.problem.weights))
+
+
+def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
-    problem, figures = problem.blurred(figures)
+    problem, figures = blurred(problem, figures)
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
     terms = replace(terms, free=masks)
     fresh = frozenset(e.key for e in effects)

@@ -129,7 +129,7 @@ class Fit:
     def told(self) -> float:
         """Share of the measured numbers that tell something new: repeats have rounded angles in common.
 
-        Of m repeats with the covariance C of `Problem.blurred` it is (1 + (m - 1) tr C^-1 / 3) / m.
+        Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / 3) / m.
         """
         turn = self.problem.weights.turn
         if turn is None:
@@ -206,7 +206,7 @@ class Fit:
         """The noise by what the model leaves: repeats of another time or temperature differ by what it tells."""
         left = estimate_noise(self.data, error=self.problem.error[:, :3])
         known, quiet = self.noise.position, left.position
-        if self.noise.origin != "repeats" or self.data.rounding or not (known and quiet) or quiet > QUIETER * known:
+        if self.noise.origin != "repeats" or self.noise.rounding or not (known and quiet) or quiet > QUIETER * known:
             return self.noise
         return left
 

@@ -65,7 +65,7 @@ def refit(base: Fit, linear: Linear, candidate: Candidate, closely: float = SETT
             model,
             base.data,
             [new],
-            noise=base.noise.position if base.noise.origin == "user" else None,
+            noise=base.noise.stated,
             terms=Terms({**base.free, candidate.key: candidate.free}, strength, closely=closely),
         )
     except PostprocError:

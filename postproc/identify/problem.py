@@ -174,25 +174,6 @@ class Problem:
         """The same measurements beside a model with other effects."""
         return Problem(self.model.with_effects(*effects), self.data, self.weights)
 
-    def blurred(self, noise: Noise) -> tuple[Problem, Noise]:
-        """The same where angles are rounded: every pose then has an error of covariance J J^T step^2 / 12.
-
-        All repeats of a pose share it. With m times as much in each of them, and m of them, the pose tells as much as
-        its mean does. A noise that the user states is taken as it is.
-        """
-        if not self.data.rounding or noise.origin == "user":
-            return self, noise
-        J = self.sensitivity.matrix[:, :3, :6]
-        own = J @ np.swapaxes(J, 1, 2) * self.data.rounding**2 / 12
-        each = np.bincount(self.data.repeats)[self.data.repeats]
-        values = self.weights.values[:, :3, None]
-        common = values * own * np.swapaxes(values, 1, 2) * each[:, None, None]
-        turn = np.linalg.inv(np.linalg.cholesky(np.eye(3) + common))
-        if noise.position is not None:
-            added = float(np.mean(np.trace(own, axis1=1, axis2=2))) / 3
-            noise = replace(noise, position=float(np.sqrt(noise.position**2 + added)))
-        return self.weighted(Weights(self.weights.values, turn)), noise
-
     def row_square(self) -> Array:
         """(n,) sum of the squared whitened errors of each row, whether it is used or set aside."""
         typical = np.where(self.weights.used, self.weights.values, 0.0)

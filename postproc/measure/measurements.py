@@ -14,6 +14,9 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.contract import State
 
+FEWEST = 8
+"""Rows whose angles may all be round by chance."""
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -29,6 +32,8 @@ class Measurements:
         pose_id: (n,) labels; rows with the same label and the same state are repeats.
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
+        rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
+            None where a fit has to tell.
         source: the file, None for data made in memory.
         diagnostics: findings about the file.
     """
@@ -42,6 +47,7 @@ class Measurements:
     row: tuple[int, ...] = ()
     line: tuple[int, ...] = ()
     tool_known: bool = False
+    rounded: bool | None = None
     source: Source | None = field(default=None, repr=False)
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
@@ -74,16 +80,16 @@ class Measurements:
         )
 
     @cached_property
-    def rounding(self) -> float:
-        """Step [rad] to which all joint angles are rounded where that is 0.01 deg, as pendants show them; 0 else.
-
-        Coarser ones were commanded so, finer ones do not matter.
-        """
-        hundredths = np.degrees(self.state.q) * 100
-        if len(self) < 8 or not np.isfinite(hundredths).all():
+    def step(self) -> float:
+        """Step [rad] of which all joint angles are multiples: a decimal place of a degree or a radian, 0 for none."""
+        if len(self) < FEWEST or not np.isfinite(self.state.q).all():
             return 0.0
-        off, coarse = np.abs(hundredths - np.round(hundredths)), np.abs(hundredths / 10 - np.round(hundredths / 10))
-        return float(np.radians(0.01)) if off.max() < 1e-6 and coarse.max() > 1e-6 else 0.0
+        for place in np.geomspace(1.0, 1e-4, 5):
+            for unit in (np.radians(place), place):
+                steps = self.state.q / unit
+                if np.abs(steps - np.round(steps)).max() < 1e-6:
+                    return float(unit)
+        return 0.0
 
     @cached_property
     def repeats(self) -> NDArray[np.int_]:

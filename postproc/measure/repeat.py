@@ -19,7 +19,7 @@ class Noise:
     Args:
         position: standard deviation per axis [m]; dof: degrees of freedom behind it.
         rotation: standard deviation per axis [rad], None where no orientation was repeated; rotation_dof: behind it.
-        origin: where the figure comes from.
+        origin: where the figure comes from. rounding: what of ``position`` comes from joint angles that are rounded.
     """
 
     position: float | None
@@ -27,6 +27,13 @@ class Noise:
     rotation: float | None
     rotation_dof: float
     origin: Literal["repeats", "sigma_mm", "user", "none"]
+    rounding: float = 0.0
+
+    @property
+    def stated(self) -> float | None:
+        """What the user has stated [m], None where the data tells its noise."""
+        known = self.position is not None and self.origin == "user"
+        return float(np.sqrt((self.position or 0.0) ** 2 - self.rounding**2)) if known else None
 
 
 def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:

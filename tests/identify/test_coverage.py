@@ -9,11 +9,9 @@ import pytest
 
 from postproc.effects.contract import State
 from postproc.identify.fit import fit_model
-from postproc.identify.problem import Problem, make_weights
 from postproc.identify.record import cautions, fit_json
 from postproc.identify.solve import Terms
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise, estimate_noise
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds
@@ -57,46 +55,6 @@ def test_free_functions_come_near_the_noise_where_physics_is_missing():
     assert fit.rms > 2 * 3e-5
     assert left.held_out < 1.3 * 3e-5
     assert left.noise * fit.variance * fit.noise.position**2 == pytest.approx(9e-10, rel=0.2)
-
-
-def rounded(data):
-    """The same rows with joint angles as a pendant shows them."""
-    return replace(data, state=data.state.with_(q=np.radians(np.round(np.degrees(data.state.q), 2))))
-
-
-def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
-    data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
-    problem, noise = base_fit(data).problem, 2e-5
-    blurred, _ = Problem(problem.model, data, make_weights(data, estimate_noise(data, noise))).blurred(
-        Noise(noise, np.inf, None, 0.0, "repeats")
-    )
-    J = blurred.sensitivity.matrix[:, :3, :6]
-    g = np.random.default_rng(7)
-    each = np.bincount(data.repeats)[data.repeats]
-    shared = g.uniform(-0.5, 0.5, (2000, data.repeats.max() + 1, 6))[:, data.repeats] * np.radians(0.01)
-    error = np.einsum("nij,knj->kni", J, shared) + g.normal(0, noise, (2000, len(data), 3))
-    white = blurred.weights.whiten(np.moveaxis(error, 0, 2))
-    alone = white[each == 1]
-    covariance = np.einsum("nik,njk->nij", alone, alone) / 2000
-    np.testing.assert_allclose(covariance, np.broadcast_to(np.eye(3), covariance.shape), atol=0.1)
-    group = white[data.repeats == data.repeats[each == 3][0]].sum(axis=0) / np.sqrt(3)
-    np.testing.assert_allclose(group @ group.T / 2000, np.eye(3), atol=0.1)
-    np.testing.assert_allclose(blurred.weights.measured(white[:, :, 0][blurred.weights.used]), error[0], atol=1e-12)
-
-
-def test_significance_is_honest_where_angles_are_rounded():
-    deviations = []
-    for i in range(10):
-        data = rounded(cell(seed=5170 + i, noise=0.012, poses=80, robot=ARMS[i % 3])[0])
-        fit = base_fit(data, ARMS[i % 3], more=("backlash", "thermal_joint_drift"))
-        sigma = dict(zip(fit.parameters, np.sqrt(np.diag(fit.covariance)), strict=True))
-        deviations += [
-            fit.model.effect(k).vector()[i] / s
-            for (k, i), s in sigma.items()
-            if k in ("backlash", "thermal_joint_drift")
-        ]
-    assert len(deviations) > 100
-    assert 0.85 < np.std(deviations) < 1.15
 
 
 def test_repeats_tell_nothing_new_about_what_the_model_misses():
