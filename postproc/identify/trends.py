@@ -14,6 +14,8 @@ from postproc.identify.fitted import Fit
 
 FEWEST, MOST, IN_EACH = 12, 48, 30
 """Bins of a channel, and the rows wanted in each: long records show finer patterns."""
+CELLS = 200
+"""So many values a channel has: what is nearer is one (levels of a grid, a thermometer's steps) and never parted."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class Trend:
     Args:
         channel: name; where: ``space`` or ``joint 2``; share: of the residual's variance that the binned means explain,
             less what as many bins would explain of noise.
-        values: (n,) the residual less its mean, mm along ``direction`` or mrad at the joint, NaN where not measured.
+        values: (n,) the residual less its mean, mm along ``direction`` or mrad at the joint, NaN where not measured and
+            in rows that the fit left out.
         direction: (3,) unit vector in instrument axes, (1,) at a joint.
         centre, mean, spread: per bin: channel, mean of the values, its standard error.
     """
@@ -70,7 +73,7 @@ def joint_inverse(fit: Fit) -> Array:
 
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
-    error, joint, named = fit.problem.error[:, :3], joint_errors(fit), fit_channels(fit)
+    error, joint, named = fit.position_error, joint_errors(fit), fit_channels(fit)
     good = np.asarray(np.isfinite(error).all(axis=1))
     if good.sum() < 3 * FEWEST:
         return ()
@@ -85,15 +88,13 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
 
 
 def _bins(values: Array) -> tuple[NDArray[np.int_], Array]:
-    distinct = np.unique(values)
+    """(n,) the bin of every value, none of them empty, and the bins' medians."""
+    cell = np.round((values - values.min()) / (float(np.ptp(values)) / CELLS or 1.0))
     count = int(np.clip(len(values) // IN_EACH, FEWEST, MOST))
-    if len(distinct) <= count:
-        member = np.searchsorted(distinct, values)
-        return member, distinct
-    edges = np.quantile(values, np.linspace(0, 1, count + 1)[1:-1])
-    member = np.searchsorted(edges, values)
-    centre = np.array([np.median(values[member == k]) if (member == k).any() else np.nan for k in range(count)])
-    return member, centre
+    if len(np.unique(cell)) > count:
+        cell = np.searchsorted(np.quantile(cell, np.linspace(0, 1, count + 1)[1:-1]), cell)
+    member = np.unique(cell, return_inverse=True)[1]
+    return member, np.array([np.median(values[member == k]) for k in range(member.max() + 1)])
 
 
 def _trend(
@@ -103,16 +104,16 @@ def _trend(
     direction = np.linalg.svd(values, full_matrices=False)[2][0]
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     main = values @ direction
-    bins = [k for k in range(len(centre)) if (member == k).sum() > 0]
+    bins = range(len(centre))
     means = np.array([values[member == k].mean(axis=0) for k in bins])
-    count = np.array([(member == k).sum() for k in bins])
+    count = np.bincount(member)
     total = float(np.sum(values**2))
     between = float(np.sum(count[:, None] * means**2))
     share = between / total if total > 0 else 0.0
     chance = (len(bins) - 1) / max(1, len(values) - 1)
     share = max(0.0, (share - chance) / (1 - chance)) if chance < 1 else 0.0
-    spread = np.array([main[member == k].std() / np.sqrt(max(1, (member == k).sum())) for k in bins])
+    spread = np.array([main[member == k].std() for k in bins]) / np.sqrt(count)
     mean = np.array([main[member == k].mean() for k in bins])
     every = np.full(len(rows), np.nan)
     every[good] = main
-    return Trend(name, where, share, every, direction, centre[bins], mean, spread)
+    return Trend(name, where, share, every, direction, centre, mean, spread)

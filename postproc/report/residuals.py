@@ -70,7 +70,7 @@ def channel_section(
     for trend in sorted(trends, key=lambda t: (t.channel, t.where) not in asked):
         best.setdefault(trend.channel, trend)
     named = fit_channels(fit)
-    size = np.linalg.norm(fit.problem.error[:, :3], axis=1)
+    size = np.linalg.norm(fit.position_error, axis=1)
     worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
     # The instrument's noise as it looks at a joint: rms over the poses of each row of J^+.
     at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
