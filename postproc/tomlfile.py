@@ -15,6 +15,15 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 Keys = tuple[str | int, ...]
 Schema = TypeVar("Schema", bound=BaseModel)
 
+MISTAKES = {
+    "Cannot declare": "a table stands twice: put its lines together under one of the two heads",
+    "Cannot overwrite": "a key stands twice: take one of the two out",
+    "Invalid statement": "a line is `[table]`, `key = value` or `# comment`",
+    "Expected '='": "a line is `[table]`, `key = value` or `# comment`; commas stand between the values of a list",
+    "Invalid value": "quotes stand around words; numbers begin with a digit, 0.49",
+    "Expected newline": "one value stands on a line; numbers have a decimal point and end with a digit, 5.0",
+}
+"""What is commonly meant by text that is not TOML, by how the reader's message begins."""
 WRITTEN = "commas stand between the values of a list, quotes around words; numbers have a decimal point"
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
@@ -56,9 +65,10 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
             )
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise PostprocError(
-            Diagnostic(code, "error", f"not TOML: {error}", source, _error_span(source, str(error)), help=WRITTEN)
-        ) from error
+        said = str(error)
+        help_ = next((meant for start, meant in MISTAKES.items() if said.startswith(start)), WRITTEN)
+        found = Diagnostic(code, "error", f"not TOML: {said}", source, _error_span(source, said), help_)
+        raise PostprocError(found) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"
         raise PostprocError(Diagnostic(code, "error", f"{message} to be read", source)) from error
@@ -171,7 +181,8 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         return Diagnostic(
             code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
         )
-    message = error["msg"][0].lower() + error["msg"][1:]
+    message = error["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
     return Diagnostic(
         code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
     )

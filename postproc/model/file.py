@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.effects.base import Effect
@@ -23,15 +23,18 @@ from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_k
 DEFAULT_ROBOT = "irb4600_60_205"
 
 Vec3 = tuple[float, float, float]
+Span = tuple[float, float]
 
 
-class _Mounting(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class _Mounting(_Table):
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
-class _Tool(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+class _Tool(_Table):
     xyz_mm: Vec3 = (0.0, 0.0, 0.0)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
@@ -40,18 +43,47 @@ def _numbers(row: object) -> object:
     return row.split() if isinstance(row, str) else row
 
 
-class _Fit(BaseModel):
-    """What the package reads again of all that a fit noted."""
+class _Range(_Table):
+    q1: Span | None = None
+    q2: Span | None = None
+    q3: Span | None = None
+    q4: Span | None = None
+    q5: Span | None = None
+    q6: Span | None = None
+    payload: Span | None = None
+    temperature: Span | None = None
 
-    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+class _Fit(_Table):
+    """What a fit notes."""
+
+    rows: int = 0
+    rms_mm: float = 0.0
+    held_out_rms_mm: float = 0.0
+    noise_mm: float = 0.0
+    noise_from: str = ""
+    not_identifiable: list[str] = []
+    version: str = ""
+    data: str = ""
+    data_sha256: str = ""
     parameters: list[str] = []
     covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
     unexplained_mm: float = 0.0
-    range: dict[str, tuple[float, float]] = {}
+    range: _Range = _Range()
+
+    @field_validator("covariance")
+    @classmethod
+    def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+        count = len(found.data.get("parameters", []))
+        if len(rows) != count:
+            raise ValueError(f"{len(rows)} rows for {count} parameters")
+        short = next((i for i, row in enumerate(rows) if len(row) not in (i + 1, count)), None)
+        if short is not None:
+            raise ValueError(f"row {short + 1} has {len(rows[short])} numbers, not {short + 1}")
+        return rows
 
 
-class _File(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+class _File(_Table):
     robot: Annotated[str, Field(min_length=1)]
     mounting: _Mounting = _Mounting()
     tool: _Tool = _Tool()

@@ -55,7 +55,7 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
-    if not listed or len(rows) != len(listed) or any(len(row) <= i for i, row in enumerate(rows)):
+    if not rows:
         return None
     covariance = np.zeros((len(rows), len(rows)))
     for i, row in enumerate(rows):

@@ -97,7 +97,9 @@ def test_writing_keeps_comments_and_changes_only_what_changed(tmp_path: Path) ->
 
 
 def test_a_new_file_reads_back_as_the_same_model(tmp_path: Path) -> None:
-    model = replace(default_model("irb4600_60_205_seed"), fit={"covariance": [[1.0, 0.5], [0.5, 2.0]]})
+    model = replace(
+        default_model("irb4600_60_205_seed"), fit={"parameters": ["a", "b"], "covariance": [[1.0, 0.5], [0.5, 2.0]]}
+    )
     write_model(tmp_path / "new.toml", model)
     write_model(tmp_path / "new.toml", replace(model, effects=(*model.effects, Backlash())))
     assert "]\n\n[fit]\n" in (tmp_path / "new.toml").read_text("utf-8")
@@ -133,6 +135,9 @@ def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
         ('covariance = "abc"', "`fit.covariance`: input should be a valid list"),
         ('covariance = ["1", "2 q"]', "`fit.covariance.1.1`: input should be a valid number"),
         ("range = {q1 = [1]}", "`fit.range.q1` has too few values"),
+        ("range = {q7 = [1, 2]}", "unknown key `q7`"),
+        ("rang = {q1 = [1, 2]}", "unknown key `rang`"),
+        ('covariance = ["1"]', "`fit.covariance`: 1 rows for 0 parameters"),
     ],
 )
 def test_a_spoilt_fit_table_is_named_at_its_place(line: str, said: str) -> None:
@@ -141,6 +146,24 @@ def test_a_spoilt_fit_table_is_named_at_its_place(line: str, said: str) -> None:
     found = error.value.diagnostics[0]
     assert (found.code, found.place.split(":")[1]) == ("MOD002", "4")
     assert found.message.startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[tool]\n[tool]\n", "a table stands twice"),
+        ("robot = 1\nrobot = 2\n", "a key stands twice"),
+        ('{"robot": "ur5"}', "a line is `[table]`"),
+        ("a = [.49e6]\n", "numbers begin with a digit, 0.49"),
+        ("a = 1,5\n", "numbers have a decimal point"),
+        ("a = [1 2]\n", "commas stand between the values"),
+    ],
+)
+def test_text_that_is_not_toml_is_answered_by_what_it_means(text: str, said: str) -> None:
+    with pytest.raises(PostprocError) as error:
+        parse_model(Source("m.toml", text.encode()))
+    (found,) = error.value.diagnostics
+    assert found.code == "MOD001" and said in found.help
 
 
 def test_long_lists_of_texts_stand_line_by_line(tmp_path: Path) -> None:
