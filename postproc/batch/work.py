@@ -51,10 +51,11 @@ def convert(job: Job) -> Result:
     except Exception as error:
         return failed(job.name, job.key, _internal(error), final=False)
     errors = {d.code for d in done.diagnostics if d.severity == "error"}
-    findings = tuple(d.as_json() for d in done.diagnostics)
-    if errors == {"CMP002"}:  # data or a background task: nothing in it moves the arm
+    if errors == {"CMP002"}:  # data or a background task: nothing in it moves the arm, and that is no fault
         kept = {s.path: s.data for s in job.sources if not s.lent}
-        return Result(job.name, job.key, "unchanged", kept, findings=findings)
+        told = tuple(d.as_json() for d in done.diagnostics if d.code != "CMP002")
+        return Result(job.name, job.key, "unchanged", kept, findings=told)
+    findings = tuple(d.as_json() for d in done.diagnostics)
     if not done.outputs:
         return Result(job.name, job.key, "failed", findings=findings)
     figures = {name: done.report[name] for name in FIGURES}

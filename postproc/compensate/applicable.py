@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
+from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.units import tool_matrix
@@ -27,9 +28,11 @@ def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model
     ``SAME_TOOL`` of that uses the measured tool; any other is taken as calibrated.
 
     Returns:
-        The model, and CMP011 that says what was done about the measured tool.
+        The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
+        base is turned is programmed, MOD005 what no arm can be.
     """
-    kept, findings = [], []
+    kept: list[Effect] = []
+    findings = [*doubts(model), *_turned(model, events)]
     for effect in model.effects:
         if _moves_instrument(model, effect):
             continue
@@ -41,6 +44,13 @@ def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model
             effect = carried
         kept.append(effect)
     return model.with_effects(*kept), findings
+
+
+def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
+    if not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):
+        text = "the arm's base is turned ([mounting]), and the program's work objects are read in axes of that base"
+        help_ = "right where the controller's base frame is zero; else convert with work objects given in base axes"
+        yield Diagnostic("CMP014", "warning", text, events[0].statement.source, None, help_)
 
 
 def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) -> tuple[ToolFrame | None, Diagnostic]:

@@ -30,9 +30,7 @@ def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] |
         "targets added": str(sum(t["added_targets"] for t in done)),
     }
     sections = []
-    # What a module without motion lacks to be a program is no failure.
-    told = {t["name"]: ("warning", "error") if t["status"] == "failed" else ("warning",) for t in tasks}
-    said = [_finding(t["name"], d) for t in tasks for d in t["diagnostics"] if d["severity"] in told[t["name"]]]
+    said = [_finding(t["name"], d) for t in tasks for d in t["diagnostics"] if d["severity"] != "info"]
     said.sort(key=lambda row: row[2] != "error")
     said += [_finding("", d) for d in document["diagnostics"]]
     if said:

@@ -35,6 +35,7 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
         ("bad.mod", "failed", False),
         ("data.mod", "unchanged", False),
     ]
+    assert [bool(t["diagnostics"]) for t in document["tasks"]] == [True, False]  # data that moves nothing is no fault
     assert "bad.mod: error[RAP011]" in outcome.err
     (folder / "bad.mod").unlink()
     assert call("batch", folder, "-o", tmp_path / "out", "--workers", "1").code == 0

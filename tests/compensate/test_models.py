@@ -21,6 +21,10 @@ TEXT = module(
     "MoveJ p1,v200,fine,tT;\nMoveL p2,v50,fine,tT;",
 )
 NO_FORCE = (0.0, 0.0, 0.0)
+SPRINGS = (
+    'robot = "irb4600_60_205"\n[effects.joint_compliance]\ncompliance_rad_per_Nm = [4e-6, {}, 4e-7, 2e-6, 2e-6, 3e-6]\n'
+)
+FITTED = '[fit]\nparameters = ["joint_compliance.compliance_rad_per_Nm[2]"]\ncovariance = ["{}"]\n'
 
 
 def model(text: str) -> Model:
@@ -39,6 +43,22 @@ def test_a_gantry_turns_the_correction_round() -> None:
     gantry = shifts(convert(TEXT, replace(arm(), R_world_base=np.diag([1.0, -1.0, -1.0])), force=NO_FORCE))
     assert floor[:, 2].min() > 0.3
     assert np.abs(gantry + floor).max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (SPRINGS.format("3e-7") + "[mounting]\nrpy_deg = [0, 0, 0]\n", []),
+        (SPRINGS.format("3e-7") + "[mounting]\nrpy_deg = [180, 0, 0]\n", ["CMP014"]),
+        (SPRINGS.format("-3e-7"), ["MOD005"]),
+        (SPRINGS.format("-3e-8") + FITTED.format("1e-14"), []),  # a standard deviation of 1e-7: that is chance
+        (SPRINGS.format("-3e-7") + FITTED.format("1e-14"), ["MOD005"]),
+        (SPRINGS.format("3e-7") + "[effects.arm_load]\nbody=[3]\nmass_kg=[-250]\nmoment_kgm=[[0,0,0]]\n", ["MOD005"]),
+    ],
+)
+def test_what_no_arm_can_be_and_a_turned_base_are_warnings(text: str, said: list[str]) -> None:
+    found = convert(TEXT, model(text), force=NO_FORCE).diagnostics
+    assert [d.code for d in found if d.severity == "warning" and d.code in ("CMP014", "MOD005")] == said
 
 
 def test_on_a_wall_the_arm_hangs_sideways() -> None:
