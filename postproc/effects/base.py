@@ -142,9 +142,9 @@ class Effect:
         """(p,) weights w of the penalty |w x|^2 that keeps a free function smooth; None where nothing is penalised."""
         return None
 
-    def resolutions(self, state: State) -> tuple[Self, ...]:
-        """A free function in coarser and finer forms, coarse ones first; a fit chooses one on held-out rows."""
-        return (self,)
+    def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
+        """Kinds of a free function, each from fine to coarse: a fit takes the likeliest, as coarse as says as much."""
+        return ((self,),)
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:

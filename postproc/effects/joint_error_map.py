@@ -9,7 +9,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
-ORDERS = (4, 6, 8, 12, 16, 25, 40, 64, 100)
+ORDERS = (4, 6, 8, 12, 16, 25, 40, 64)
+FALLS = (1.0, 1.5, 2.0, 3.0)
 MANY_ROWS = 500  # Higher orders than 25 are only tried on data that could show them.
 MANY_CELLS = 4e7  # Numbers in the columns of a fit (rows times coefficients): 0.3 GB.
 
@@ -26,15 +27,16 @@ class JointErrorMap(
     """A joint's angle is wrong by a broadband function of itself (encoder, strain-wave gear).
 
     Equation: dq_j = sum over k = 1 .. K of A_jk sin(k q_j) + B_jk cos(k q_j). A fit adds the penalty
-    strength^2 sum of k (A^2 + B^2) / typical^2, and chooses K on held-out rows; strength 1 expects coefficients of the
-    typical size over sqrt(k). The map knows the angles that it has seen, ``low_rad`` to ``high_rad``; beyond them it
-    keeps the value of the nearest one.
-    Source: Fourier series; penalised as smoothing splines are (Wahba 1990), by half a derivative instead of two.
+    strength^2 sum of k^fall (A^2 + B^2) / typical^2: strength 1 expects coefficients of the typical size over
+    k^(fall / 2). Strength, fall and K are those of the largest restricted likelihood. The map knows the angles that it
+    has seen, ``low_rad`` to ``high_rad``; beyond them it keeps the value of the nearest one.
+    Source: Fourier series; penalised as smoothing splines are (Wahba 1990), by half a derivative or more.
     Typical size: 250 to 430 microradian rms a joint on a collaborative arm, orders 1 to 60, stable over months.
     """
 
     joint: tuple[int, ...] = structure((1, 2, 3, 4, 5, 6), low=1, high=6)
     order: int = structure(8, low=1, high=200)
+    fall: float = structure(1.0, low=0.0, high=6.0)
     low_rad: tuple[float, ...] = structure((-10.0,) * 6, low=-100.0, high=100.0)
     high_rad: tuple[float, ...] = structure((10.0,) * 6, low=-100.0, high=100.0)
     sine_rad: Array = param(unit="rad", shape=("joint", "order"), low=-0.05, high=0.05, typical=1e-4)
@@ -49,11 +51,10 @@ class JointErrorMap(
         )
 
     def roughness(self) -> Array:
-        # Measured on two arms: held-out errors are flat from a third to three of this strength; k^2 is not so kind.
-        return np.asarray(np.tile(np.sqrt(np.arange(1.0, self.order + 1)), 2 * len(self.joint)))
+        return np.asarray(np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint)))
 
-    def resolutions(self, state: State) -> tuple[Self, ...]:
-        """Every order, on the same joints; where three have a map, on all that move (one kind of gear is in them all).
+    def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
+        """From the highest order down, on the same joints; three with a map mean all that move (one kind of gear).
 
         The penalty keeps within bounds what few rows could not determine. On one or two joints, orders that the rows
         alone could not determine would pass a worn tooth or a step for a map.
@@ -64,9 +65,12 @@ class JointErrorMap(
         size = 6 * len(state) * len(choices[-1])
         orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, self.joint, k))]
         return tuple(
-            type(self)(joint=joint, order=k, low_rad=self.low_rad, high_rad=self.high_rad)
-            for k in orders or [self.order]
+            tuple(
+                type(self)(joint=joint, order=k, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
+                for k in reversed(orders or [self.order])
+            )
             for joint in choices
+            for fall in FALLS
         )
 
     def outside(self, q: Array) -> Array:

@@ -156,7 +156,7 @@ def _added(model: Model, data: Measurements, classes: Sequence[type[Effect]], no
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     """A fit with one more effect, in the form that the data prefers.
 
-    With a penalty chosen on held-out rows for free functions.
+    With the likeliest penalty for free functions.
     """
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:

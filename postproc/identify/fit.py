@@ -68,8 +68,9 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]
     if not rough:
         return solve(problem, figures, terms, fresh)
-    # The choice of smoothness needs a place to stand on, not the very minimum.
-    fit = solve(problem, figures, replace(terms, closely=max(terms.closely, ROUGHLY)), fresh)
+    # The choice of smoothness needs a place to stand on, not the very minimum: the free functions as they are.
+    still = {key: np.zeros(len(masks[key]), dtype=bool) for key in rough}
+    fit = solve(problem, figures, replace(terms, free={**masks, **still}, closely=max(terms.closely, ROUGHLY)), fresh)
     smooth = {key: choose_smoothness(fit, key) for key in rough}
     finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
     masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}

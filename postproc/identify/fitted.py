@@ -194,7 +194,7 @@ class Fit:
         """
         blocks = contiguous_blocks(self.data.repeats)
         linear = self.linear
-        out = hold_out(linear.residual, linear.nuisance, (1.0,), blocks[linear.row])[0]
+        out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
         return self.problem.weights.measured(out)[:, :3]
 
     @cached_property

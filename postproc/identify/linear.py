@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -126,25 +125,6 @@ def basis_of(columns: Array, penalty: Array) -> Array:
     return np.asarray(solve_triangular(R, columns.T, trans="T", check_finite=False).T) if Q is None else Q
 
 
-def soft_bases(columns: Array, penalty: Array, own: Array, factors: Sequence[float]) -> tuple[Array, list[Array]]:
-    """U (N, p), and s (p,) for each factor f, so that U diag(s) U^T is the hat matrix for the penalty hypot(w, f v).
-
-    With R of the smallest f0 and R^-T v^2 R^-1 = V L V^T: U = U_0 V and s = 1 / (1 + (f^2 - f0^2) L).
-    Source: Demmler and Reinsch (1975).
-    """
-    from scipy.linalg import solve_triangular
-
-    least = factors[0]
-    Q, R = _factored(columns, np.hypot(penalty, least * own))
-    soft = np.flatnonzero(own)
-    tied = np.zeros((len(own), len(soft)))
-    tied[soft, np.arange(len(soft))] = own[soft]
-    inner = solve_triangular(R, tied, trans="T", check_finite=False)
-    value, vector = np.linalg.eigh(inner @ inner.T)
-    turned = columns @ solve_triangular(R, vector, check_finite=False) if Q is None else Q @ vector
-    return turned, [1 / (1 + (f**2 - least**2) * np.maximum(value, 0.0)) for f in factors]
-
-
 def _factored(columns: Array, penalty: Array) -> tuple[Array | None, Array]:
     """Q and R of [A; w] = [Q; ..] R; Q = A R^-1 is left to the caller where there are many columns.
 
@@ -185,26 +165,22 @@ def f_test(before: float, after: float, added: int, freedom: float) -> float:
     return float(betainc(freedom / 2, added / 2, after / before))
 
 
-def hold_out(y: Array, U: Array, shares: Sequence[Array | float], blocks: NDArray[np.int_]) -> list[Array]:
-    """(N,) whitened held-out residuals, one for each of the shares: every block predicted by a fit to the others.
+def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
+    """(N,) whitened held-out residual: every block predicted by a fit to the others.
 
-    With the hat matrix H = U diag(s) U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no
-    refits.
+    With the hat matrix H = U U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no refits.
 
     Args:
-        y: (N,); U: (N, p); shares: (p,) s each, or one number; blocks: (N,) number of the block of each entry.
+        y: (N,); U: (N, p); blocks: (N,) number of the block of each entry.
     """
-    along = U.T @ y
-    out = [y - U @ (s * along) for s in shares]
+    out = y - U @ (U.T @ y)
     order = np.argsort(blocks, kind="stable")
     for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
         own = U[at]
-        for e, s in zip(out, shares, strict=True):
-            soft = own * np.sqrt(s)
-            if len(at) <= soft.shape[1]:
-                e[at] = _left_out(soft @ soft.T, e[at])
-            else:
-                e[at] += soft @ _left_out(soft.T @ soft, soft.T @ e[at])
+        if len(at) <= own.shape[1]:
+            out[at] = _left_out(own @ own.T, out[at])
+        else:
+            out[at] += own @ _left_out(own.T @ own, own.T @ out[at])
     return out
 
 

@@ -33,8 +33,8 @@ class Terms:
 
     Args:
         free: which entries of an effect's vector are fitted; all that its variants free where an effect is not named.
-        strength: of the smoothness penalty by effect; chosen on held-out rows, with the resolution of the free
-            function, where it is not given.
+        strength: of the smoothness penalty by effect; the likeliest, with the resolution of the free function, where
+            it is not given.
         robust: Huber weights for all rows; rows far off are set aside in any case and named.
         closely: share of the sum of squares below which a step is none.
     """

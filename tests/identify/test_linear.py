@@ -14,7 +14,6 @@ from postproc.identify.linear import (
     hold_out,
     independent_share,
     serial_share,
-    soft_bases,
 )
 
 
@@ -30,9 +29,7 @@ def test_hold_out_equals_refitting_without_each_block():
     for block in range(10):
         inside = blocks == block
         x, *_ = np.linalg.lstsq(A[~inside], y[~inside], rcond=None)
-        np.testing.assert_allclose(
-            hold_out(y, linear.nuisance, (1.0,), blocks)[0][inside], y[inside] - A[inside] @ x, atol=1e-10
-        )
+        np.testing.assert_allclose(hold_out(y, linear.nuisance, blocks)[inside], y[inside] - A[inside] @ x, atol=1e-10)
 
 
 def test_extending_equals_fitting_all_columns():
@@ -91,20 +88,8 @@ def test_a_penalised_basis_gives_the_penalised_fit_and_its_hold_out():
     inside = blocks == 4
     rest = A[~inside]
     x = np.linalg.solve(rest.T @ rest + np.diag(w**2), rest.T @ y[~inside])
-    out = hold_out(y, U, (1.0,), blocks)[0]
+    out = hold_out(y, U, blocks)
     np.testing.assert_allclose(out[inside], y[inside] - A[inside] @ x, atol=1e-10)
-
-
-def test_bases_for_many_strengths_equal_solving_for_each():
-    A, _, _ = problem()
-    fixed, own = np.array([0, 0, 0, 0, 0, 2.0, 0]), np.array([0, 0, 1.0, 2.0, 3.0, 0, 0])
-    for many in (150, 3):  # QR, and the normal equations
-        module.MANY, before = many, module.MANY
-        U, shares = soft_bases(A, fixed, own, (0.1, 1.0, 20.0))
-        module.MANY = before
-        for factor, share in zip((0.1, 1.0, 20.0), shares, strict=True):
-            penalty = np.diag(fixed**2 + (factor * own) ** 2)
-            np.testing.assert_allclose((U * share) @ U.T, A @ np.linalg.solve(A.T @ A + penalty, A.T), atol=1e-9)
 
 
 def test_what_the_fitted_parameters_do_as_well_brings_nothing():

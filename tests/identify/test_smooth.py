@@ -7,6 +7,8 @@ import pytest
 
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.identify.fit import fit_model
+from postproc.identify.linear import Linear, basis_of
+from postproc.identify.smooth import likeliest
 from postproc.identify.solve import Terms
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent.cells import Hidden
@@ -48,7 +50,7 @@ def held_at(base, order: int, true) -> float:
 
     class Stated(JointErrorMap, key="joint_error_map"):
         def resolutions(self, state):
-            return (self,)
+            return ((self,),)
 
     return true_error(fit_model(base.model, base.data, [Stated(joint=(1, 2, 3, 4, 5, 6), order=order)]), true)
 
@@ -74,10 +76,10 @@ def test_smooth_errors_get_few():
 def test_a_map_on_three_joints_is_tried_on_all_that_move():
     data, _ = cell(broadband, seed=951, poses=150, noise=0.02)
     wide = JointErrorMap(joint=(1, 2, 3), order=8).resolutions(data.state)
-    assert {e.joint for e in wide} == {(1, 2, 3), (1, 2, 3, 4, 5, 6)}
+    assert {e.joint for forms in wide for e in forms} == {(1, 2, 3), (1, 2, 3, 4, 5, 6)}
     narrow = JointErrorMap(joint=(2,), order=8).resolutions(data.state)
-    assert {e.joint for e in narrow} == {(2,)}
-    assert max(e.order for e in narrow) <= 25
+    assert {e.joint for forms in narrow for e in forms} == {(2,)}
+    assert max(e.order for forms in narrow for e in forms) <= 25
 
 
 def test_a_model_with_more_coefficients_than_numbers_is_fitted_again_on_its_own_data():
@@ -94,3 +96,29 @@ def test_a_free_function_beside_an_effect_of_which_nothing_is_fitted():
     none = {**base.free, "joint_compliance": np.zeros(6, dtype=bool)}
     fit = fit_model(base.model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(none))
     assert not any(key == "joint_compliance" for key, _ in fit.parameters)
+
+
+def test_the_chosen_strength_is_the_likeliest():
+    """Against the density of M y itself: y in coordinates that the fitted parameters cannot reach, one Gaussian."""
+    data, _ = cell(few, seed=953, poses=60, noise=0.02)
+    fit = base_fit(data)
+    q = data.state.q
+    form = JointErrorMap(joint=(2, 3), order=4, fall=2.0)
+    null = np.linalg.svd(fit.columns)[0][:, fit.columns.shape[1] :]
+    y = null.T @ fit.problem.residual
+    waves = np.array([f(k * q[:, j]) for f in (np.sin, np.cos) for j in (1, 2) for k in range(1, 5)])
+    size = np.tile(1e-4 / np.arange(1, 5.0), 4)
+    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:3])
+    Z = null.T @ np.stack(
+        [J[:, i // 4 % 2] * np.repeat(wave, 3) * s for i, (wave, s) in enumerate(zip(waves, size, strict=True))], axis=1
+    )
+
+    def likelihood(strength: float) -> float:
+        K = np.eye(len(y)) + Z @ Z.T / strength**2
+        return -0.5 * (len(y) * np.log(y @ np.linalg.solve(K, y)) + np.linalg.slogdet(K)[1])
+
+    known = Linear(fit.problem.residual, basis_of(fit.columns, fit.penalty), fit.problem.row)
+    found = likeliest(known, fit.problem, form)
+    best = max(np.geomspace(1e-3, 1e3, 601), key=likelihood)
+    assert found.strength == pytest.approx(best, rel=0.07)
+    assert found.likelihood == pytest.approx(likelihood(found.strength), abs=1e-3)
