@@ -18,7 +18,7 @@ import numpy as np
 
 from postproc.compensate.sharing import Users, fully_wished, led_elsewhere, straight
 from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
-from postproc.rapid.events import MotionEvent, Origin
+from postproc.rapid.events import Base, MotionEvent, Origin
 from postproc.rapid.records import Pose, RobTarget
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
@@ -167,13 +167,14 @@ def _refuse(
         if all(_text_of(w, editable) is not None for w in group):
             continue
         lent = events[group[0].event].statement.source.lent
-        replaced = key in complete and not lent and _one_base(group)
+        replaced = key in complete and not lent and _base(events, group) is not None
         if replaced and not _agree(group) and _displaced(events, group, least) is not None:
             continue
         followed = edited & bases.get(key, set())
+        # It would follow in some of its runs only, or a function decides how.
         stays = any(w.origin.base is not None and w.origin.base.target not in moved for w in group)
-        if followed and stays and not _agree(group):
-            refused[key] = DIFFERENT  # it would follow in some of its runs only
+        if followed and not _agree(group) and (stays or any(w.origin.root is None for w in group)):
+            refused[key] = DIFFERENT
             continue
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
         if followed and (lent or not _agree(group) or any("%" in name for name in followed)):
@@ -193,7 +194,7 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: floa
     What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``, and so
     is one whose displacement goes with a number that the statement names.
     """
-    base = group[0].origin.base if _one_base(group) else None
+    base = _base(events, group)
     numbers = [dict(events[wish.event].numbers) for wish in group]
     shifts = []
     for wish in group:
@@ -223,14 +224,20 @@ def _target_of(events: Sequence[MotionEvent], wish: Wish) -> RobTarget:
     return target
 
 
-def _one_base(group: Sequence[Wish]) -> bool:
-    """Whether ``Offs`` displaces one target in all runs of a statement."""
+def _base(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Base | None:
+    """What is one target in all runs of a statement: what ``Offs`` displaces, or its own."""
     base = group[0].origin.base
-    return base is not None and all(wish.origin.base == base for wish in group)
+    if base is not None and all(wish.origin.base == base for wish in group):
+        return base
+    statement = events[group[0].event].statement
+    argument = statement.argument(group[0].role)
+    if argument is None or not _one_target(events, group):
+        return None
+    return Base(statement.source, argument.span, _target_of(events, group[0]))
 
 
 def _one_target(events: Sequence[MotionEvent], group: Sequence[Wish]) -> bool:
-    return len({events[w.event].target for w in group}) == 1
+    return len({_target_of(events, w) for w in group}) == 1
 
 
 def names_of(wish: Wish) -> set[str]:

@@ -9,14 +9,15 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
-from postproc.compensate.decisions import Decisions, Wish, decide_changes, names_of
+from postproc.compensate.decisions import Decisions, decide_changes
+from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
 from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.options import Options
 from postproc.compensate.reading import Motion
 from postproc.compensate.reversals import find_reversals
 from postproc.compensate.sharing import Users, shared_shifts
 from postproc.compensate.targets import Pieces, divide_moves
-from postproc.compensate.values import Insertion, StatementKey, key_of
+from postproc.compensate.values import Displacement, Insertion, StatementKey, key_of
 from postproc.compensate.wishes import Wishes
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
@@ -70,6 +71,7 @@ def plan_changes(
     refused: dict[StatementKey, str] = {}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     shared: set[int] = set()  # of these: runs of one statement that differ little and get their middle
+    farther: dict[StatementKey, Displacement] = {}
     least = options.tolerance_m / 2
     while True:
         written = place_targets(model, samples, exact, left)
@@ -81,7 +83,9 @@ def plan_changes(
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(events, wishes, users, 1e3 * least)
         insertions, clashing = values.insertions(pieces, zone_name, options.tolerance_m)
-        now_left = _left_targets(motion, events, exact, wishes, decisions)
+        now_left = left_targets(motion, events, exact, wishes, decisions)
+        farther = farther_ways(motion, events, exact, now_left, decisions, 1e3 * least) | farther
+        now_left |= carried_on(motion, events, now_left, farther)
         parted = shared & now_left.keys()  # even their middle is another value for each of them
         middles = {i: s for i, s in _middles(motion, events, exact, decisions, least).items() if i not in shared}
         alike = {key_of(events[moves[i].event].statement) for i in middles}
@@ -94,7 +98,7 @@ def plan_changes(
     return Plan(
         motion,
         written,
-        replace(decisions, refused=refused),
+        replace(decisions, refused=refused, changes=decisions.changes + displaced_on(motion, events, farther)),
         tuple(insertions),
         tuple(pieces),
         tuple(transitions),
@@ -142,29 +146,3 @@ def _one_text(events: Sequence[MotionEvent], motion: Motion, rows: Sequence[int]
     base = first.target_origin.base
     same = all(event.target == first.target and event.via == first.via for event in others)
     return same or (base is not None and all(event.target_origin.base == base for event in others))
-
-
-def _left_targets(
-    motion: Motion, events: Sequence[MotionEvent], exact: Exact, wishes: Sequence[Wish], decisions: Decisions
-) -> dict[int, Array]:
-    """Moves whose targets are not written as wished, with the shift (6,) that they get: none, or that of the target
-    which they are derived from. Of the targets in an array that is the nearest one.
-    """
-    samples = motion.samples
-    wanted = samples.T_work_tcp[samples.goal]
-    shifts = pose_error(wanted, samples.curves.mounts.work(exact.T_base_flange))
-    index = {move.event: i for i, move in enumerate(motion.moves)}
-    bases: dict[str, list[int]] = {}
-    for wish in wishes:
-        for name in names_of(wish) if wish.role == "to" else ():
-            bases.setdefault(name, []).append(index[wish.event])
-    left: dict[int, Array] = {}
-    for i, move in enumerate(motion.moves):
-        key = key_of(events[move.event].statement)
-        if key in decisions.refused:
-            left[i] = np.zeros(6)
-        elif key in decisions.following:
-            rows = [row for name in decisions.following[key] for row in bases[name]]
-            away = np.linalg.norm(wanted[rows, :3, 3] - wanted[i, :3, 3], axis=1)
-            left[i] = shifts[rows[int(np.argmin(away))]]
-    return left

@@ -84,7 +84,7 @@ def straight(numbers: Sequence[Mapping[str, float]], shifts: Array, least: float
         numbers: named in each run; shifts: (n, 3) what the runs ask for.
         least: what may be left over to do with a number less; unit of the shifts.
     """
-    names = sorted(set(numbers[0]).intersection(*numbers[1:]))
+    names = sorted(set(numbers[0]).intersection(*numbers[1:]), key=lambda name: (-len(name), name))
     best, off = _fitted(names, numbers, shifts)
     for name in tuple(names):
         fewer = [other for other in names if other != name]

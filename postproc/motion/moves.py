@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from postproc.motion.weights import doubt_weights
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
+from postproc.rapid.walk import forgiven
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import Failure, joint_solution, nearest_solution
 from postproc.robot.track import track
@@ -48,7 +49,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
         MOT007 tool and work object that do not fit together, MOT008 moving external axes, MOT011 and MOT012 weights;
         KIN008 a start that is supposed, KIN009 an arm that hardly is the one of the program.
-        Moves with a finding of severity ``error`` are left out, and the chain breaks there.
+        Moves with an error are left out, and the chain breaks there; where nothing leads to them it is a warning.
     """
     known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
     held: dict[tuple[ToolData, LoadData, WobjData], _Held] = {}
@@ -59,23 +60,21 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
             held[key] = _on_flange(*key)
         loads.append(held[key])
     q, T_work_tcp, failures, supposed = _solve(robot, events, known, loads)
-    findings = [*refuse_events(events, free_axes), *doubt_weights(robot, [events[i] for i in known])]
-    findings += [failure.diagnostic(*place(events[known[failure.index]])) for failure in failures]
+    refused = refuse_events(events, free_axes)
+    wrong = [(known[f.index], f.diagnostic(*place(events[known[f.index]]))) for f in failures]
+    wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
+    bad = {i for i, _ in wrong} | {i for i, _ in refused if events[i].loose}
+    findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
+    findings += doubt_weights(robot, [events[i] for i in known])
     findings += [_supposed(*place(events[known[row]])) for row in supposed]
-    bad = {failure.index for failure in failures}
-    findings += _another_arm(robot, [events[i] for i in known], bad)
+    findings += _another_arm(robot, [(events[i], i in bad) for i in known])
 
     moves: list[Move] = []
     of_event: dict[int, int] = {}
     previous = -1
     for row, (i, load) in enumerate(zip(known, loads, strict=True)):
         e = events[i]
-        if e.speed.v_tcp <= 0.0 or (e.duration is not None and e.duration <= 0.0):
-            source, span = place(e, "speed")
-            text = "the programmed speed is zero or negative: the arm would never arrive"
-            findings.append(Diagnostic("MOT006", "error", text, source, span, "give a speed above zero"))
-            bad.add(row)
-        if row in bad:
+        if i in bad:
             continue
         broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
         move = _move(i, e, load, q[row], T_work_tcp[row], broken)
@@ -87,6 +86,15 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         moves.append(move)
         previous = i
     return moves, once(findings)
+
+
+def _arrives(e: MotionEvent) -> bool:
+    return e.speed.v_tcp > 0.0 and (e.duration is None or e.duration > 0.0)
+
+
+def _never_arrives(e: MotionEvent) -> Diagnostic:
+    text = "the programmed speed is zero or negative: the arm would never arrive"
+    return Diagnostic("MOT006", "error", text, *place(e, "speed"), "give a speed above zero")
 
 
 def _moves_arm(event: MotionEvent) -> bool:
@@ -216,9 +224,9 @@ def _supposed(source: Source, span: Span | None) -> Diagnostic:
     return Diagnostic("KIN008", "warning", text, source, span, help_)
 
 
-def _another_arm(robot: Robot, events: Sequence[MotionEvent], bad: Set[int]) -> list[Diagnostic]:
+def _another_arm(robot: Robot, events: Sequence[tuple[MotionEvent, bool]]) -> list[Diagnostic]:
     """Where many targets do not suit the arm, the program is hardly made for it."""
-    places = {(e.statement.source.path, e.statement.span): row in bad for row, e in enumerate(events)}
+    places = {(e.statement.source.path, e.statement.span): bad for e, bad in events if not e.loose}
     failed = sum(places.values())
     if failed < 3 or 10 * failed < len(places):
         return []

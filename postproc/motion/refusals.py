@@ -14,8 +14,8 @@ from postproc.rapid.records import NO_AXIS
 STILL = 0.1
 
 
-def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[Diagnostic]:
-    """Findings about motions that cannot be compensated for the arm alone.
+def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[tuple[int, Diagnostic]]:
+    """Findings about motions that cannot be compensated for the arm alone, with the row of the event.
 
     Args:
         free_axes: letters of external axes that carry neither the robot nor its work: they may move.
@@ -23,14 +23,14 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[Di
     Returns:
         MOT007 tool and work object that do not fit together, MOT008 external axes that move.
     """
-    findings: list[Diagnostic] = []
+    findings: list[tuple[int, Diagnostic]] = []
     carrying = [k for k in range(6) if "abcdef"[k] not in free_axes]
     station: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
-    for event in events:
+    for row, event in enumerate(events):
         if event.reason is not None or event.target is None:
             continue
         if event.tool.robhold == event.wobj.robhold:
-            findings.append(_unfit(event))
+            findings.append((row, _unfit(event)))
         axes = event.target.extax
         both = [k for k in carrying if max(station[k], axes[k]) < NO_AXIS]
         moving = [k for k in both if abs(axes[k] - station[k]) > STILL]
@@ -39,7 +39,7 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[Di
             text = f"external axes move ({names}): where they carry the robot or the work piece is not known"
             letters = "".join("abcdef"[k] for k in moving)
             help_ = f"if they carry neither, say `--free-axes {letters}`; else split the program where they move"
-            findings.append(Diagnostic("MOT008", "error", text, *place(event), help_))
+            findings.append((row, Diagnostic("MOT008", "error", text, *place(event), help_)))
         for k, axis in enumerate(axes):
             if axis < NO_AXIS and (k in moving or station[k] >= NO_AXIS):
                 station[k] = axis

@@ -17,6 +17,7 @@ from postproc.rapid.records import (
     RobTarget,
     SpeedData,
     ToolData,
+    Vec3,
     Weld,
     WobjData,
     ZoneData,
@@ -77,6 +78,8 @@ class Origin:
         storage: CONST, PERS or VAR of that declaration.
         handed: where a call hands it over, if it comes from a parameter.
         base: what is displaced, if it is ``Offs(..)``.
+        root: value of the target that ``Offs`` and ``RelTool``, one inside the other, displace; lever: what of that
+            turns with it, being displaced by ``RelTool`` [mm].
     """
 
     kind: OriginKind
@@ -85,6 +88,8 @@ class Origin:
     storage: str | None = None
     handed: Handed | None = None
     base: Base | None = None
+    root: RobTarget | None = None
+    lever: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +185,7 @@ class MotionEvent:
     acceleration: float = 100.0  # AccSet [%]
     elsewhere: bool = False  # the statement also runs with another target, on ways that are not followed
     first: bool = False  # where the arm comes from is not known
+    loose: bool = False  # nothing that is followed leads to the statement: a handler, a routine that nobody calls
     again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target

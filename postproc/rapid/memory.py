@@ -13,6 +13,7 @@ from postproc.rapid.expressions import Call, ExpressionError, Name, read_whole_e
 from postproc.rapid.literals import read_literal_numbers
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
+from postproc.rapid.records import Pose
 from postproc.rapid.syntax import Declaration, Routine
 from postproc.rapid.tokens import skip
 from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, Value, zero
@@ -88,10 +89,22 @@ class Memory:
         declaration = self.find(name.name)
         if declaration is not None:
             return self.value(declaration)
+        if name.name == "c_progdisp":
+            return Value(self.program_displacement(), "progdisp")
         if name.name in PREDEFINED:
             kind, data = PREDEFINED[name.name]
             return Value(data, kind)
         raise NotKnown(f"`{name.name}` is not declared in these files", name.name, name.span)
+
+    def program_displacement(self) -> Data:
+        """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""
+        pose, offset = self.changed.get("@pdisp", Pose()), self.changed.get("@eoffs", False)
+        for state in (pose, offset):
+            if isinstance(state, NotKnown):
+                raise state
+        if not isinstance(pose, Pose) or offset:
+            raise NotKnown("an offset of the external axes may be active")
+        return ((pose.trans, pose.rot), (0.0,) * 6)
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         bound = self.frame.bindings.get(name.name)

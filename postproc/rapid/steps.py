@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent, MotionStatement, Origin
-from postproc.rapid.expressions import Name
 from postproc.rapid.memory import Memory
 from postproc.rapid.missing import Missing
 from postproc.rapid.motion import fits
@@ -19,7 +18,7 @@ from postproc.rapid.settings import SettingsReader
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.state import NO_MASS
 from postproc.rapid.targets import Targets
-from postproc.rapid.tokens import identifiers
+from postproc.rapid.terms import named_numbers
 from postproc.rapid.values import Data, NotKnown
 
 T = TypeVar("T")
@@ -75,7 +74,7 @@ class EventMaker:
             velocity_override=override,
             velocity_limit=limit,
             acceleration=100.0 if isinstance(acceleration, NotKnown) else acceleration,
-            numbers=named_numbers(statement, memory) if origin.kind == "expression" else (),
+            numbers=named_numbers(statement, origin, memory),
         )
 
     def places(
@@ -122,23 +121,6 @@ class EventMaker:
                 found["singarea_wrist"] = singarea == "wrist"
             self.options[key] = MappingProxyType(found)
         return self.options[key]
-
-
-def named_numbers(statement: MotionStatement, memory: Memory) -> tuple[tuple[str, float], ...]:
-    """The variables, parameters and loop indices of type num that a statement names, with their present values."""
-    found = []
-    for word in sorted(identifiers(statement.source.data[slice(*statement.span)])):
-        bound = memory.frame.bindings.get(word)
-        declaration = memory.find(word) if bound is None else None
-        if bound is None and (declaration is None or declaration.storage == "CONST" or declaration.type != "num"):
-            continue
-        try:
-            value = memory.lookup(Name((0, 0), word))
-        except NotKnown:
-            continue
-        if value.type == "num" and isinstance(value.data, float):
-            found.append((word, value.data))
-    return tuple(found)
 
 
 def _pair(value: Data) -> tuple[float, float | None]:

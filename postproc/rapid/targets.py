@@ -10,7 +10,8 @@ from postproc.rapid.events import Base, Origin, OriginKind, TargetSpans
 from postproc.rapid.expressions import Call, Expression, ExpressionError, Index, Name, Star, read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
-from postproc.rapid.records import JointTarget, RobTarget
+from postproc.rapid.pose import add, subtract
+from postproc.rapid.records import JointTarget, RobTarget, Vec3
 from postproc.rapid.syntax import Declaration
 from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
 
@@ -43,10 +44,13 @@ class Targets:
                 return done
         try:
             target, origin = self._of_value(evaluate(tree, memory), memory)
+            if isinstance(tree, Call):
+                root, lever = _root(tree, memory)
+                origin = replace(origin, root=root, lever=lever)
             if isinstance(tree, Call) and tree.name == "offs":
                 displaced = tree.arguments[0]
                 base = Base(source, displaced.span, to_robtarget(evaluate(displaced, memory).data))
-                return target, replace(origin, base=base)
+                origin = replace(origin, base=base)
             return target, origin
         except NotKnown as error:
             return error, _runtime(declaration)
@@ -108,6 +112,25 @@ def _named(tree: Expression, memory: Memory) -> Declaration | None:
     if bound is None:
         return memory.find(base.name)
     return bound.declaration if isinstance(bound, Reference) else None
+
+
+def _root(tree: Expression, memory: Memory) -> tuple[RobTarget | None, Vec3]:
+    """The target that ``Offs`` and ``RelTool``, one inside the other, displace (None for other functions), and what
+    ``RelTool`` displaces it by, which turns with it, [mm] in the object frame.
+    """
+    lever: Vec3 = (0.0, 0.0, 0.0)
+    try:
+        target = to_robtarget(evaluate(tree, memory).data)
+        while isinstance(tree, Call) and tree.arguments:
+            if tree.name not in ("offs", "reltool"):
+                return None, lever
+            outer, turns = target, tree.name == "reltool"
+            tree = tree.arguments[0]
+            target = to_robtarget(evaluate(tree, memory).data)
+            lever = add(lever, subtract(outer.trans, target.trans)) if turns else lever
+    except NotKnown:
+        return None, lever
+    return target, lever
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

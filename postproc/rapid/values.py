@@ -95,6 +95,7 @@ RECORDS: Mapping[str, Fields] = {
     "robjoint": _fields("num rax_1 rax_2 rax_3 rax_4 rax_5 rax_6"),
     "robtarget": _fields("pos trans; orient rot; confdata robconf; extjoint extax"),
     "jointtarget": _fields("robjoint robax; extjoint extax"),
+    "progdisp": _fields("pose pdisp; extjoint eoffs"),
     "loaddata": _fields("num mass; pos cog; orient aom; num ix iy iz"),
     "tooldata": _fields("bool robhold; pose tframe; loaddata tload"),
     "wobjdata": _fields("bool robhold ufprog; string ufmec; pose uframe oframe"),

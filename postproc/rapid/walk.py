@@ -64,9 +64,16 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         if routine.key not in flow.entered:
             _start(flow, routine, unknown)
     _follow_rest(flow, unknown)
+    events = _marked(flow)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        return Walk(_marked(flow)[:count], found)
-    return Walk(_marked(flow), tuple(flow.diagnostics))
+        return Walk(events[:count], found)
+    loose = [replace(event, loose=True) for event in events[count:]]
+    return Walk(events[:count] + loose, (*found, *map(forgiven, flow.diagnostics[len(found) :])))
+
+
+def forgiven(finding: Diagnostic) -> Diagnostic:
+    """An error where nothing leads: as a warning, for what is wrong there keeps nothing else from running."""
+    return replace(finding, severity="warning") if finding.severity == "error" else finding
 
 
 def _follow_rest(flow: Flow, unknown: State) -> None:

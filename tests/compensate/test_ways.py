@@ -10,7 +10,7 @@ import pytest
 from postproc.compensate.decisions import ELSEWHERE, WAYS
 from postproc.compensate.outcomes import SHARED, UNKNOWN_START
 from postproc.effects.backlash import Backlash
-from tests.compensate.build import FORCE, arm, codes, convert, events, module, outcome, target, written
+from tests.compensate.build import AXES, FORCE, arm, codes, convert, events, module, outcome, target, written
 from tests.independent.arm import ARMS
 from tests.independent.verify import check
 
@@ -138,3 +138,33 @@ def test_a_statement_whose_next_run_leads_nobody_knows_where_keeps_its_argument(
     assert outcome(found, 2).status == "compensated"
     assert f"Offs({B},0,-100*n,0)" in written(found)
     assert found.report["added_targets"] == 0  # the way to END begins there
+
+
+OLD = """  PROC rOld()
+    MoveJ a,v100,fine,{tool};
+    MoveL {old},{speed},fine,tT;
+    MoveL b,v100,fine,tT;
+  ENDPROC
+"""
+
+
+@pytest.mark.parametrize(
+    ("values", "code"),
+    [
+        ({"old": target(9000, 0)}, "KIN001"),
+        ({"old": target(1300, -400, conf=(2, 2, 2, 3))}, "KIN002"),
+        ({"old": f"[[1300,-400,700],[0,0,0,0.5],[0,0,0,0],{AXES}]"}, "RAP024"),
+        ({"old": "a", "speed": "[0,500,5000,1000]"}, "MOT006"),
+        ({"old": "a", "tool": "tGone"}, "RAP020"),
+    ],
+)
+def test_what_is_wrong_where_nothing_leads_is_left_and_said(values: dict[str, str], code: str) -> None:
+    old = OLD.format(**{"speed": "v100", "tool": "tT", **values})
+    data = f"CONST robtarget a:={target(1300, -500)};\nCONST robtarget b:={target(1330, -400)};"
+    text = module(data, "MoveJ a,v100,fine,tT;\nMoveL b,v50,fine,tT;", old)
+    found = convert(text)
+    assert found.exit_code == 0 and found.report["max_error_after_mm"] < 0.01 < found.report["max_error_before_mm"]
+    assert {d.severity for d in found.diagnostics if d.code == code} == {"warning"}
+    assert sum(o.status == "skipped" for o in found.outcomes) == 1
+    reached = module(data, "rOld;", old)
+    assert convert(reached).exit_code == 1

@@ -6,6 +6,7 @@ raises ``Unreadable`` on the rest. Lengths in metres and angles in radians leave
 
 from __future__ import annotations
 
+import copy
 import itertools
 import re
 from collections.abc import Iterator
@@ -16,12 +17,15 @@ import numpy as np
 
 from tests.independent.rapid_text import DECLARATION, MOVES, Statement, Unreadable, comments, statements
 from tests.independent.rapid_values import (
+    PARTS,
+    V,
     evaluate,
     matrix_quaternion,
     pose,
     predefined,
     quaternion_matrix,
     split_arguments,
+    unpose,
 )
 
 __all__ = [
@@ -131,7 +135,7 @@ class Runner:
         self.module, self.limit = module, limit
         self.motions: list[Motion] = []
         self.skipped: list[tuple[int, str]] = []
-        self.displacement = np.eye(4)
+        self._displace(np.eye(4))
         self.grip: Any = None
         self.burning = False
 
@@ -149,6 +153,10 @@ class Runner:
                     self._routine(name, {})
         del names
         return self.motions
+
+    def _displace(self, displacement: np.ndarray) -> None:
+        self.displacement = displacement
+        self.module.data["c_progdisp"] = V([unpose(displacement), V([0.0] * 6)])
 
     def _routine(self, name: str, arguments: dict[str, Any]) -> None:
         start, end = self.module.routines[name]
@@ -237,9 +245,9 @@ class Runner:
             return
         name, rest = word[1].lower(), word[2]
         if name == "pdispset":
-            self.displacement = pose(evaluate(rest, self._scope(local)))
+            self._displace(pose(evaluate(rest, self._scope(local))))
         elif name == "pdispoff":
-            self.displacement = np.eye(4)
+            self._displace(np.eye(4))
         elif name == "gripload":
             self.grip = evaluate(rest, self._scope(local))
         elif name in self.module.routines and not rest.startswith(":="):
@@ -256,6 +264,14 @@ class Runner:
             except Unreadable:
                 return
             (local if name in local else self.module.data)[name] = value
+        elif part := re.match(r"((?:\.\w+)+)\s*:=", rest):
+            scope = self._scope(local)
+            whole = item = copy.deepcopy(scope[name])
+            *path, last = part[1].lower().lstrip(".").split(".")
+            for step in path:
+                item = getattr(item, step)
+            item[PARTS[last]] = evaluate(rest[part.end() :], scope)
+            (local if name in local else self.module.data)[name] = whole
 
     def _motion(self, i: int, s: Statement, name: str, rest: str, scope: dict[str, Any]) -> Motion:
         positional, optional = split_arguments(rest)
