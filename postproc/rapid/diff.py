@@ -11,8 +11,10 @@ from typing import Literal
 from postproc.rapid.align import aligned
 from postproc.rapid.difference import Difference, ProgramDiff
 from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import JointTarget, Quat, RobTarget
+from postproc.rapid.tokens import identifiers
 from postproc.rapid.walk import walk
 from postproc.rapid.wording import Ranks, compare_declarations, compare_statements, words
 
@@ -43,7 +45,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
                 differences.append(_lonely(x, y))
                 continue
             compared += 1
-            found = _compare(x, y, events_a.get(_key(x), []), events_b.get(_key(y), []))
+            found = _compare(a, x, events_a.get(_key(x), []), b, y, events_b.get(_key(y), []))
             most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
             far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
             if far or found.conf or found.arguments:
@@ -102,7 +104,14 @@ def _place(statement: MotionStatement) -> str:
     return f"{statement.module}.{statement.routine}"
 
 
-def _compare(x: MotionStatement, y: MotionStatement, a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> Difference:
+def _compare(
+    of_x: Program,
+    x: MotionStatement,
+    a: Sequence[MotionEvent],
+    of_y: Program,
+    y: MotionStatement,
+    b: Sequence[MotionEvent],
+) -> Difference:
     distance: float | None = None
     angle: float | None = None
     conf = None
@@ -127,7 +136,8 @@ def _compare(x: MotionStatement, y: MotionStatement, a: Sequence[MotionEvent], b
             elif p != q:
                 texts["target"] = (_shown(p), _shown(q))
         texts.update(_values(one, two))
-    texts.update(_arguments(x, y, bool(a) and bool(b)))
+    known = _known(of_x, x, a) & _known(of_y, y, b)
+    texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
     rows = tuple((role, *pair) for role, pair in texts.items())
     return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows)
 
@@ -168,17 +178,38 @@ def _shown(value: object) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-BY_VALUE = ("to", "via", "speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload")
+TARGETS = frozenset({"to", "via"})
+BY_VALUE = frozenset({"speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload"})
 
 
-def _arguments(x: MotionStatement, y: MotionStatement, valued: bool) -> dict[str, tuple[str, str]]:
-    """Arguments that differ in their words; those with values only if the values could not be compared."""
-    ours, theirs = ({a.role: a.text for a in s.arguments} for s in (x, y))
+def _known(program: Program, statement: MotionStatement, events: Sequence[MotionEvent]) -> frozenset[str]:
+    """Roles of arguments that have values in the program's files (or are not there), by which they were compared."""
+    if not events:
+        return frozenset()
+    routine = program.routine(statement.routine, statement.module)
+    parameters = {p.name for p in routine.parameters} if routine is not None else set()
+
+    def declared(name: str) -> bool:
+        found = program.declaration(name, statement.module, statement.routine)
+        return found is not None or name in PREDEFINED or name in parameters
+
+    unknown = {
+        argument.role
+        for argument in statement.arguments
+        if argument.role in BY_VALUE and not all(map(declared, identifiers(argument.text.encode("latin-1"))))
+    }
+    return (BY_VALUE - unknown) | (TARGETS if all(e.target is not None for e in events) else frozenset())
+
+
+def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, str]]:
+    """Arguments that differ in their words, by role."""
+    ours, theirs = (
+        {(a.role, [b.role for b in s.arguments[:k]].count(a.role)): a.text for k, a in enumerate(s.arguments)}
+        for s in (x, y)
+    )
     found = {}
-    for role in dict.fromkeys([*ours, *theirs]):
-        if valued and role in BY_VALUE:
-            continue
-        p, q = ours.get(role), theirs.get(role)
+    for role, at in dict.fromkeys([*ours, *theirs]):
+        p, q = ours.get((role, at)), theirs.get((role, at))
         if (p is None) != (q is None) or (p is not None and q is not None and words(p) != words(q)):
             found[role] = (p if p is not None else "", q if q is not None else "")
     return found

@@ -143,3 +143,25 @@ def test_text_and_json() -> None:
     assert data["schema"] == "postproc/diff/1"
     assert data["differences"][0]["distance_mm"] == pytest.approx(0.25)
     assert data["differences"][0]["line_b"] == 4
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "rows"),
+    [
+        ("MoveL q,vX,fine,tX;", "MoveL q,vX,fine,tY;", [("tool", "tX", "tY")]),
+        ("MoveL q,vX,fine,tX;", "MoveL q,v100,fine,tX;", [("speed", "vX", "v100")]),
+        ("MoveL q,v20,zX,t;", "MoveL q,v25,zX,t;", [("speed", "v20", "v25")]),
+        ("MoveL q,v20,zX,t\\WObj:=wX;", "MoveL q,v20,zX,t;", [("\\wobj", "wX", "")]),
+        ("MoveL pX,v20,z1,t;", "MoveL pY,v20,z1,t;", [("to", "pX", "pY")]),
+        ("MoveL Offs(pX,0,0,50),v20,z1,t;", "MoveL Offs(pX,0,0,-50),v20,z1,t;", [("to", "Offs(pX,0,0,50)", "Offs(pX,0,0,-50)")]),
+        ("SpotL p,v20,gun1,sp1,t;", "SpotL p,v20,gun1,sp2,t;", [("extra", "sp1", "sp2")]),
+    ],
+)  # fmt: skip
+def test_what_other_modules_declare_is_compared_by_its_words(
+    before: str, after: str, rows: list[tuple[str, str, str]]
+) -> None:
+    """A single module of a cell: its tools, frames and speeds stand elsewhere."""
+    a, b = (program(module(body, DATA), f"{name}.mod") for name, body in (("a", before), ("b", after)))
+    (difference,) = compare_programs(a, b, 0.001).differences
+    assert list(difference.arguments) == rows
+    assert compare_programs(a, a, 0.001).equal
