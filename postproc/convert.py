@@ -17,6 +17,7 @@ import numpy as np
 from postproc import __version__
 from postproc.compensate.accuracy import expect_accuracy
 from postproc.compensate.applicable import applicable_model
+from postproc.compensate.belief import doubt_corrections
 from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.insertions import small_zone
@@ -132,6 +133,9 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         return _failed(findings, 1)
 
     plan = plan_changes(model, motion, events, options, target_users(program), lambda e: small_zone(program, e))
+    findings += doubt_corrections(model, plan, events)
+    if has_errors(findings):
+        return _failed(findings, 1)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
     for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):

@@ -65,7 +65,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
     wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
     bad = {i for i, _ in wrong} | {i for i, _ in refused if events[i].loose}
     findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
-    findings += doubt_weights(robot, [events[i] for i in known])
+    findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
     findings += [_supposed(*place(events[known[row]])) for row in supposed]
     findings += _another_arm(robot, [(events[i], i in bad) for i in known])
 

@@ -49,7 +49,7 @@ def run_state_instruction(word: str, pieces: Pieces, memory: Memory, value: Call
         match word:
             case "gripload":
                 load = to_load(value(plain[0]))
-                changed["@gripload"] = load if load.mass > NO_MASS else LoadData()
+                changed["@gripload"] = LoadData() if 0.0 <= load.mass <= NO_MASS else load
             case "pdispset":
                 changed["@pdisp"] = to_pose(value(plain[0]))
             case "pdispoff":

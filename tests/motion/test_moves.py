@@ -65,6 +65,8 @@ def test_tool_and_grip_load_are_one_mass() -> None:
         ("[0.001,[0,0,1]", ("MOT012", "info", "weighs nothing")),
         ("[61,[0,0,100]", ("MOT012", "warning", "weigh 61 kg")),
         ("[4,[0,0,1600]", ("MOT012", "warning", "1.6 m away")),
+        ("[5600,[0,0,100]", ("MOT011", "error", "weigh 5600 kg")),
+        ("[5.6,[-0.02,0,0.131]", ("MOT012", "warning", "5.6 kg is 0.133 mm away")),
     ],
 )
 def test_loads_that_cannot_be_or_are_hard_to_believe(load: str, found: tuple[str, str, str]) -> None:
@@ -233,3 +235,22 @@ def test_velset_lowers_and_limits_programmed_speeds() -> None:
     moves, _, _ = read(body)
     assert [1e3 * m.speed for m in moves] == pytest.approx([200, 50, 80, 8])
     assert np.degrees(moves[1].rotation_speed) == pytest.approx(250)
+
+
+@pytest.mark.parametrize(
+    ("data", "body", "message"),
+    [
+        (
+            "PERS tooldata tX:=[TRUE,[[-0.063,0,0.372],[1,0,0,0]],[4,[0,0,90],[1,0,0,0],0,0,0]];",
+            "",
+            "`tX` is 0.377 mm away",
+        ),
+        ("PERS loaddata part:=[-1,[0,0,50],[1,0,0,0],0,0,0];", "GripLoad part;", "the load of GripLoad is not defined"),
+    ],
+)
+def test_tools_in_metres_and_payloads_that_were_never_identified(data: str, body: str, message: str) -> None:
+    tool = "tX" if "tX" in data else "tool0"
+    text = f"MODULE M\n{data}\nPROC main()\n{body}\nMoveJ {P1},v200,fine,{tool};\nENDPROC\nENDMODULE\n"
+    findings = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
+    (found,) = (d for d in findings if d.code == "MOT011")
+    assert found.severity == "error" and message in found.message
