@@ -34,8 +34,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
             found = better if after is None else judged(without, after, better)
             if after is not None and after.held_out_rms < enough and found.evidence > -np.inf:
-                alike = confusable(rivals, better, without, after)
-                missing[at] = Missing(found, after.held_out_rms, alike)
+                missing[at] = Missing(found, after.held_out_rms, *confusable(rivals, better, without, after))
                 search.fit = after
                 at += 1
                 continue
@@ -43,6 +42,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             missing = [m for m in missing if m.candidate.key != one.key]
             search.fit, at = without, 0
             continue
-        missing[at] = replace(missing[at], not_separable=confusable(rivals, mine, without, search.fit))
+        alike, unseen = confusable(rivals, mine, without, search.fit)
+        missing[at] = replace(missing[at], alike=alike, unseen=unseen)
         at += 1
     return missing

@@ -140,12 +140,14 @@ def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
     return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
 
 
-def confusable(ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit) -> tuple[str, ...]:
-    """Effects that explain the same data nearly as well as the chosen one, or that hide behind it.
+def confusable(
+    ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.
 
     Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
-    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. Or what they
-    would do on their own is what the fit with the chosen one can do as well.
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. What is not
+    seen: most of what the effect would do on its own is what the fit with the chosen one can do as well.
 
     Args:
         ranking, before: every effect on the fit without the chosen one; after: the fit with it.
@@ -155,13 +157,10 @@ def confusable(ranking: Sequence[Candidate], chosen: Candidate, before: Fit, aft
     def plain(c: Candidate) -> float:
         return schwarz(linear.square, c.fall, c.count, linear.freedom, 1.0)
 
-    return tuple(
-        c.key
-        for c in ranking
-        if c.key != chosen.key
-        and c.evidence > 0
-        and (c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE or _hidden(c, before, after))
-    )
+    others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
+    alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
+    unseen = [c.key for c in others if c.key not in alike and _hidden(c, before, after)]
+    return tuple(c.key for c in others if c.key in alike), tuple(unseen)
 
 
 def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:

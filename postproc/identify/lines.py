@@ -50,7 +50,7 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
         return missing
     search.fit = after
     kept = [m for m in missing if m is not told or stay.any()]
-    return [*kept, Missing(candidate, after.held_out_rms, ())]
+    return [*kept, Missing(candidate, after.held_out_rms)]
 
 
 def _mapped(

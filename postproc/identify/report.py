@@ -1,4 +1,4 @@
-"""Results as JSON and as sentences that a welding engineer understands, tables after them."""
+"""Results as JSON, and as text: sentences first, tables after them."""
 
 from __future__ import annotations
 
@@ -10,20 +10,16 @@ import numpy as np
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.record import cautions, parameters_json, structure_json
+from postproc.identify.verdict import doubts, headline, title
 from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:
-    from postproc.arrays import Array
     from postproc.identify.diagnose import Diagnosis
-    from postproc.identify.search import Missing
-    from postproc.identify.suspects import Suspect
 
 
 TELLING = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do."""
 FEWEST, MOST = 3, 8
-LITTLE = 0.02
-"""Share of the error by which a significant effect lowers it, and no user will notice."""
 
 
 def mm(value: float | None) -> float | None:
@@ -48,6 +44,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "held_out_rms_mm_after": mm(m.held_out_after),
                 "p_value": m.candidate.p_value,
                 "not_separable_from": list(m.not_separable),
+                "not_seen_beside": list(m.unseen),
                 "parameters": parameters_json(d.final, m.candidate.key),
                 "structure": structure_json(d.final, m.candidate.key),
             }
@@ -93,7 +90,7 @@ def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
 
 def diagnosis_text(d: Diagnosis) -> str:
     """The verdict in sentences, then what was found, the ladder, the ranking and what was seen."""
-    lines = [_headline(d), "", *_found(d), *_ladder(d)]
+    lines = [headline(d), *doubts(d), "", *_found(d), *_ladder(d)]
     lines += ["", "Ranking on the model as it came (error if this effect alone were added):"]
     telling = sum(c.p_value < TELLING for c in d.candidates[:MOST])
     for c in d.candidates[: max(FEWEST, telling)]:
@@ -110,86 +107,10 @@ def diagnosis_text(d: Diagnosis) -> str:
     return "\n".join([*lines, *_held(d.final)])
 
 
-def _headline(d: Diagnosis) -> str:
-    before, after = 1e3 * d.base.held_out_rms, 1e3 * d.final.held_out_rms
-    noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm." if d.floor else ""
-    if d.verdict == "complete" and too_few(d.base):
-        count, parameters = len(d.base.problem.residual), len(d.base.parameters)
-        return (
-            f"Too few poses to tell: {count} measured numbers for {parameters} parameters. Nothing stands out, but "
-            f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
-        )
-    if d.verdict == "complete":
-        return (
-            f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
-        )
-    names = joined([_named(m) for m in d.missing])
-    them = "them" if len(d.missing) > 1 else "it"
-    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
-    fell += _of_little_worth(d)
-    if d.verdict == "missing":
-        what = f": {_title(d, d.missing[0])}" if len(d.missing) == 1 else ""
-        doubt = [
-            f"`{m.candidate.key}` may be, or may hide, {joined([f'`{k}`' for k in m.not_separable], 'or')}"
-            for m in d.missing
-            if m.not_separable
-        ]
-        more = f" On this data {'; '.join(doubt)}: measure the poses of `postproc plan --between`." if doubt else ""
-        return f"The model lacks {names}{what}. {fell}{more}"
-    found = (
-        f"The model lacks {names}, and something else that no effect of the library explains. {fell} "
-        if d.missing
-        else ""
-    )
-    if not d.suspects:
-        return found or f"More is left than noise, and no effect of the library explains it.{noise}"
-    s = d.suspects[0]
-    follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern}{_extent(d, s)})."
-    lead = found or "Something is missing that no effect of the library explains. "
-    return f"{lead}{follows} Written as an effect of your own it can be added.{noise if not d.missing else ''}"
-
-
-def _extent(d: Diagnosis, s: Suspect) -> str:
-    """How far a joint is turned by it, between the rows where it is least and most; empty elsewhere."""
-    if not s.where.startswith("joint") or s.place.shape[2] != 1:
-        return ""
-    return f", {1e3 * abs(float(suspect_size(d.searched, s)[0])) * float(np.ptp(s.values)):.2g} mrad in all"
-
-
-def suspect_size(fit: Fit, suspect: Suspect) -> Array:
-    """(m,) factors of a suspect's moves that fit best what is left, beside all parameters of the fit."""
-    columns = fit.linear.project(suspect.columns(fit.problem))
-    return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
-
-
-def _of_little_worth(d: Diagnosis) -> str:
-    """The effects that are significant, and lower the error by next to nothing."""
-    before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
-    little = [m for m, error in zip(d.missing, before, strict=False) if m.held_out_after > (1 - LITTLE) * error]
-    names = joined([f"`{m.candidate.key}`" for m in little])
-    return f" Significant, but worth next to nothing: {names}." if little else ""
-
-
-def too_few(fit: Fit) -> bool:
-    """Whether fewer than three numbers were measured for each parameter: a fit takes on most of what is missing."""
-    return fit.freedom < 2 * len(fit.parameters)
-
-
-def _named(m: Missing) -> str:
-    where = place(m.candidate.label)
-    return f"`{m.candidate.key}`" + (f" ({where})" if where else "")
-
-
-def _title(d: Diagnosis, m: Missing) -> str:
-    effect = d.final.model.effect(m.candidate.key)
-    text = "" if effect is None else effect.title.rstrip(".")
-    return text if text[1:2].isupper() else text[:1].lower() + text[1:]
-
-
 def _found(d: Diagnosis) -> list[str]:
     lines: list[str] = []
     for m in d.missing:
-        lines += [f"{m.candidate.key}: {_title(d, m)}"]
+        lines += [f"{m.candidate.key}: {title(d, m)}"]
         lines += [f"  {text}" for text in values_lines(d.final, m.candidate.key)]
     return [*lines, ""] if lines else []
 

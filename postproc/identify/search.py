@@ -25,12 +25,18 @@ class Missing:
 
     Args:
         candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
-        not_separable: effects that explain this data nearly as well, or would not be seen beside it.
+        alike: effects that explain this data nearly as well; unseen: effects that would not be seen beside it.
     """
 
     candidate: Candidate
     held_out_after: float
-    not_separable: tuple[str, ...]
+    alike: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+
+    @property
+    def not_separable(self) -> tuple[str, ...]:
+        """What this data does not tell it from."""
+        return (*self.alike, *self.unseen)
 
 
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
@@ -116,7 +122,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     if taken.evidence == -np.inf:
         return None
     search.fit = after
-    return Missing(taken, after.held_out_rms, confusable(ranked, best, before, after))
+    return Missing(taken, after.held_out_rms, *confusable(ranked, best, before, after))
 
 
 def _white(fit: Fit) -> bool:

@@ -9,9 +9,9 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
-from postproc.identify.report import suspect_size
 from postproc.identify.signals import channels_read
 from postproc.identify.suspects import Suspect
+from postproc.identify.verdict import suspect_size
 from postproc.render.templates import environment, fill, load_template
 
 

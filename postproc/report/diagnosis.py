@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.identify.diagnose import Diagnosis
-from postproc.identify.fitted import Fit
+from postproc.identify.verdict import doubts, headline
 from postproc.identify.wording import FREE, p_text, place
 from postproc.report.charts import bars
 from postproc.report.document import plain
@@ -17,6 +17,7 @@ LOOKS = (
     " The chart shows the first without the share that the fitted parameters have taken on. `postproc diagnose --draft "
     "OWN.py` writes it as an effect, `postproc add` adds it."
 )
+NOISE = "The dashed line is the noise: no model can be expected below it. "
 MOST_TELLING = 8  # channels of the model as it came; `compare` shows all of them
 
 
@@ -40,12 +41,13 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
         Section(
             "The error on rows that the fit has not seen",
             bars(ladder, "mm", document["floor_mm"], aside=FREE),
-            "Rms per axis. The dashed line is the noise: no model can be expected below it. Grey: what a smooth "
-            "function of all channels, without physics, reaches.",
+            "Rms per axis. "
+            + (NOISE if document["floor_mm"] else "")
+            + "Grey: what a smooth function of all channels, without physics, reaches.",
         )
     ]
     if document["missing"]:
-        sections.append(_found(document, found.final))
+        sections.append(_found(found, document))
     if found.suspects:
         suspects = [(s["where"], s["channel"], s["pattern"], f"{100 * s['share']:.0f} %") for s in document["suspects"]]
         chart = suspect_chart(found.searched, found.suspects[0], found.floor)
@@ -64,7 +66,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     if document["blind_to"]:
         blind = [(b["effect"], b["why"]) for b in document["blind_to"]]
         sections.append(Section("This data could not have shown", table(("effect", "why"), blind)))
-    return render_page(f"postproc diagnose {name}", found.text().splitlines()[0], sections, document, key)
+    return render_page(f"postproc diagnose {name}", headline(found), sections, document, key)
 
 
 def _verdict(document: dict[str, Any]) -> dict[str, object]:
@@ -74,17 +76,16 @@ def _verdict(document: dict[str, Any]) -> dict[str, object]:
     return {"verdict": document["verdict"], "found": missing or None}
 
 
-def _found(document: dict[str, Any], final: Fit) -> Section:
+def _found(found: Diagnosis, document: dict[str, Any]) -> Section:
     rows = []
     for m in document["missing"]:
-        effect = final.model.effect(m["effect"])
+        effect = found.final.model.effect(m["effect"])
         title = effect.title if effect is not None else ""
-        other = ", ".join(m["not_separable_from"]) or "nothing"
-        error = m["held_out_rms_mm_after"]
-        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), error, other))
-    columns = ("effect", "what it is", "form", "p", "error with it [mm]", "cannot be told from")
-    values = parameter_table(final, [m["effect"] for m in document["missing"]])
-    return Section("What is missing", table(columns, rows) + values, "`postproc add` writes the model that has it.")
+        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), m["held_out_rms_mm_after"]))
+    columns = ("effect", "what it is", "form", "p", "error with it [mm]")
+    values = parameter_table(found.final, [m["effect"] for m in document["missing"]])
+    note = " ".join([*doubts(found), "`postproc add` writes the model that has it."])
+    return Section("What is missing", table(columns, rows) + values, note)
 
 
 def _ranking(document: dict[str, Any]) -> Section:

@@ -17,7 +17,13 @@ from .conftest import Call
 TYPES = {"text": str, "number": (int, float), "count": int, "yes/no": bool, "null": type(None)}
 ROW = re.compile(r"^\| (`.+?`) \| (.+?) \|", re.MULTILINE)
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
-RARE = {"at_bound[]", "missing[].not_separable_from[]", "missing[].structure.NAME", "missing[].structure.NAME[]"}
+RARE = {
+    "at_bound[]",
+    "missing[].not_separable_from[]",
+    "missing[].not_seen_beside[]",
+    "missing[].structure.NAME",
+    "missing[].structure.NAME[]",
+}
 """Described, and not in what the commands print here."""
 PROGRAM = """MODULE strange
   PERS tooldata t:=[TRUE,[[0,0,300],[1,0,0,0]],[5,[0,0,100],[1,0,0,0],0,0,0]];

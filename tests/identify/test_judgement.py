@@ -95,4 +95,4 @@ def test_what_hides_is_told_from_fits_that_use_other_rows():
     ranking = [compose(screen, before.linear, key) for key in screen.classes]
     ranking = [replace(c, evidence=1.0) for c in ranking]
     chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
-    assert confusable(ranking, chosen, before, after) == ("gravity_compensator",)
+    assert confusable(ranking, chosen, before, after) == ((), ("gravity_compensator",))

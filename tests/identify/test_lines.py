@@ -47,7 +47,7 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expecte
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
     search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms, ())], None)
+    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms)], None)
     assert {m.candidate.key for m in missing} == expected
     assert expected <= {e.key for e in search.fit.model.effects}
     kept = search.fit.model.effect(wave.key)
