@@ -22,6 +22,7 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
@@ -32,7 +33,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.contract import Displacement, Load, State
 from postproc.effects.files import FieldProblem, check_table, restore
 from postproc.effects.forms import JointBasis, Variant, by_joint, variant
-from postproc.effects.parameters import META, Parameter, Structure, broadcast, param, structure
+from postproc.effects.parameters import META, Layout, Parameter, Structure, broadcast, layout_of, param, structure
 from postproc.robot.arm import Robot
 
 __all__ = [
@@ -197,23 +198,26 @@ class Effect:
                 result.append(f"{name}[{','.join(words)}]" if words else name)
         return tuple(result)
 
+    @cached_property
+    def layout(self) -> Layout:
+        """What is declared for every entry of the vector."""
+        return layout_of(type(self), tuple(map(self.shape, self.parameters())))  # type: ignore[arg-type]
+
     def bounds(self) -> tuple[Array, Array]:
         """(p,) lowest and (p,) highest values."""
-        every = self.parameters().items()
-        return self._stack({n: m.low for n, m in every}), self._stack({n: m.high for n, m in every})
+        return self.layout.low, self.layout.high
 
     def scale(self) -> Array:
         """(p,) ordinary size of every parameter."""
-        return self._stack({n: m.typical for n, m in self.parameters().items()})
+        return self.layout.typical
 
     def null_vector(self) -> Array:
         """(p,) parameters at which the effect vanishes; those that only form it stay as they are."""
-        values = {n: m.null if m.amplitude else getattr(self, n) for n, m in self.parameters().items()}
-        return self._stack(values)
+        return np.where(self.layout.amplitude, self.layout.null, self.vector())
 
     def amplitudes(self) -> NDArray[np.bool_]:
         """(p,) True for amplitudes, False for parameters that only form the effect."""
-        return self._stack({n: float(m.amplitude) for n, m in self.parameters().items()}) > 0.5
+        return self.layout.amplitude
 
     @property
     def is_null(self) -> bool:
@@ -253,10 +257,6 @@ class Effect:
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
-
-    def _stack(self, values: Mapping[str, Any]) -> Array:
-        parts = [broadcast(value, self.shape(name)).ravel() for name, value in values.items()]
-        return np.concatenate(parts) if parts else np.zeros(0)
 
     def __reduce__(self) -> tuple[Any, ...]:
         module = sys.modules.get(type(self).__module__)

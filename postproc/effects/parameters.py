@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
@@ -53,6 +55,22 @@ class Structure:
     choices: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What is declared for every entry of an effect's vector: (p,) arrays, parameters one after another.
+
+    Args:
+        parameter: number of the parameter that an entry belongs to; the others as in `Parameter`.
+    """
+
+    parameter: NDArray[np.int_]
+    low: Array
+    high: Array
+    typical: Array
+    null: Array
+    amplitude: NDArray[np.bool_]
+
+
 def param(
     *,
     unit: str = "",
@@ -87,3 +105,24 @@ def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
     """Spread one number, or numbers along the last axis, over a parameter's shape."""
     array = np.asarray(value, dtype=float)
     return array if array.shape == shape else np.broadcast_to(array, shape)
+
+
+@cache
+def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
+    """The layout of a class of effects, for one shape of each of its parameters."""
+    declared = effect.parameters().values()
+
+    def spread(values: Iterable[Number]) -> Array:
+        parts = [broadcast(value, shape).ravel() for value, shape in zip(values, shapes, strict=True)]
+        whole = np.concatenate([np.zeros(0), *parts])
+        whole.setflags(write=False)
+        return whole
+
+    return Layout(
+        spread(range(len(declared))).astype(int),
+        spread(p.low for p in declared),
+        spread(p.high for p in declared),
+        spread(p.typical for p in declared),
+        spread(p.null for p in declared),
+        spread(float(p.amplitude) for p in declared) > 0.5,
+    )

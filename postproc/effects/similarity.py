@@ -23,13 +23,12 @@ def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
     lengths, strains and times stay as they are. Source: dimensional analysis (Buckingham 1914) with gravity given.
     """
     mass, length = size(robot)
-    factor = {}
-    for name, meta in type(effect).parameters().items():
+    factor = []
+    for meta in type(effect).parameters().values():
         kilograms, metres = dimensions(meta.unit)
         # A length by itself is a tolerance or a place: what holds for one casting holds for another.
-        factor[name] = mass**kilograms * length**metres if kilograms else 1.0
-    each = [np.full(int(np.prod(effect.shape(name))), value) for name, value in factor.items()]
-    return effect.scale() * np.concatenate(each) if each else effect.scale()
+        factor.append(mass**kilograms * length**metres if kilograms else 1.0)
+    return np.asarray(effect.scale() * np.array(factor)[effect.layout.parameter])
 
 
 def size(robot: Robot) -> tuple[float, float]:

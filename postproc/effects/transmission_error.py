@@ -48,24 +48,22 @@ class TransmissionError(
         old = cls(joint=(), order=()) if current is None else current
         moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
-        highest = MOTOR if current is None else GEAR
-        every = [(j, float(n)) for j in moving for n in range(1, highest + 1)]
-        found = [_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known]
+        every = [(j, float(n)) for j in moving for n in range(1, MOTOR + 1)]
+        found = _longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known])
         if old.order and old.order[-1] > GEAR:
             rest = cls(joint=old.joint[:-1], order=old.order[:-1])
-            found += [
-                _longer(rest, old.joint[-1], old.order[-1] + off, 1.0)
-                for off in np.delete(np.linspace(-0.5, 0.5, 11), 5)
-            ]
+            near = np.delete(np.linspace(-0.5, 0.5, 11), 5) + old.order[-1]
+            found += _longer(rest, [(old.joint[-1], float(n), 1.0) for n in near])
         return tuple(found)
 
 
-def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
-    effect = TransmissionError(
-        joint=(*old.joint, joint),
-        order=(*old.order, order),
-        sine_rad=np.append(old.sine_rad, 0.0),
-        cosine_rad=np.append(old.cosine_rad, 0.0),
-    )
-    last = np.tile(np.arange(len(effect.joint)) == len(old.joint), 2)
-    return variant(effect, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)
+def _longer(old: TransmissionError, terms: list[tuple[int, float, float]]) -> list[Variant]:
+    """Variants with one of some further terms (joint, order, odds) each."""
+    sine, cosine = np.append(old.sine_rad, 0.0), np.append(old.cosine_rad, 0.0)
+    last = np.tile(np.arange(len(sine)) == len(old.joint), 2)
+    every = np.ones(len(last), dtype=bool)
+    found = []
+    for j, n, odds in terms:
+        new = TransmissionError(joint=(*old.joint, j), order=(*old.order, n), sine_rad=sine, cosine_rad=cosine)
+        found.append(variant(new, f"joint {j}, order {n:g}", last, every, odds))
+    return found

@@ -63,12 +63,18 @@ class Candidate:
 
 @dataclass
 class Screen:
-    """Forms of every testable effect on one problem, made once and screened often."""
+    """Forms of every testable effect on one problem, made once and screened often.
+
+    Args:
+        first: forms of effects by key; alone: the same where the model had nothing of the effect yet. free: what the
+            fit moves.
+    """
 
     problem: Problem
     classes: Mapping[str, type[Effect]]
     first: dict[str, list[Form]] = field(default_factory=dict)
     free: Masks = field(default_factory=dict)
+    alone: Mapping[str, list[Form]] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> list[Form]:
         found = self._made(key, current)
@@ -80,10 +86,10 @@ class Screen:
 
     def _made(self, key: str, current: Effect | None) -> list[Form]:
         if current is not None:
-            return forms_of(self.problem, self.classes[key], current)
+            return forms_of(self.problem, self.classes[key], current, self.alone.get(key, self.first.get(key, ())))
         if key not in self.first:
             held = self.problem.model.effect(key)
-            found = forms_of(self.problem, self.classes[key], held)
+            found = forms_of(self.problem, self.classes[key], held, self.alone.get(key, ()))
             self.first[key] = found if held is None else [g for f in found if (g := self._more(f, held)) is not None]
         return self.first[key]
 

@@ -50,15 +50,29 @@ DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
 
-def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None) -> list[Form]:
-    """All forms of one effect on the data of a problem; those that move nothing are left out."""
+def forms_of(
+    problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Sequence[Form] = ()
+) -> list[Form]:
+    """All forms of one effect on the data of a problem; those that move nothing are left out.
+
+    Args:
+        alone: forms where the effect has no other term: in a sum of functions of the joints' angles every term moves
+            the arm as it does alone.
+    """
     found: list[Form] = []
     state = problem.sensitivity.state
+    sums = cls.basis is not Effect.basis and cls.roughness is Effect.roughness
+    known = {form.label: form for form in alone} if sums else {}
     for v in cls.variants(state, current):
-        form = make_form(problem, v, current is None)
+        same = known.get(v.label)
+        form = make_form(problem, v, current is None) if same is None else _further(same, v)
         if form is not None:
             found.append(form)
     return found
+
+
+def _further(alone: Form, v: Variant) -> Form:
+    return replace(alone, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds)
 
 
 def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:

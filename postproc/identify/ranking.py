@@ -35,8 +35,9 @@ class Search:
     seen: dict[tuple[float, int, int], list[Suspect]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        fresh = {k: forms for k, forms in self._made().items() if self.fit.model.effect(k) is None}
-        return Screen(self.fit.problem, self.classes, fresh, self.fit.free)
+        made = self._made()
+        fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
+        return Screen(self.fit.problem, self.classes, fresh, self.fit.free, made)
 
     def remember(self, screen: Screen) -> None:
         self._made().update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})

@@ -7,8 +7,10 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
-from postproc.identify.candidate import Candidate
+from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
+from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
@@ -53,3 +55,31 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expecte
     kept = search.fit.model.effect(wave.key)
     assert kept is None or kept.joint == tuple(j for j in joint if len(expected) == 1 or j == 4)
     assert search.fit.held_out_rms <= fit.held_out_rms
+
+
+def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
+    data, _ = cell(_hidden(_line(2, 23), _line(4, 39)), seed=640131, poses=100, noise=0.02)
+    found = diagnose(base_fit(data).model, data)
+    (missing,) = found.missing
+    effect = found.final.model.effect("transmission_error")
+    assert missing.candidate.key == "transmission_error" and found.verdict == "missing"
+    assert set(zip(effect.joint, effect.order, strict=True)) == {(3, 23.0), (5, 39.0)}
+
+
+def test_a_further_line_has_the_columns_that_it_has_alone():
+    fit = base_fit(cell(seed=640132, poses=40)[0])
+    held = TransmissionError(joint=(3,), order=(23.0,))
+    alone = Screen(fit.problem, {held.key: TransmissionError}).forms(held.key, None)
+    taken = forms_of(fit.problem, TransmissionError, held, alone)
+    made = forms_of(fit.problem, TransmissionError, held)
+    assert [f.label for f in taken] == [f.label for f in made] and len(made) > 1000
+    for a, b in list(zip(taken, made, strict=True))[::97]:
+        np.testing.assert_allclose(a.columns, b.columns)
+        np.testing.assert_array_equal(a.screened, b.screened)
+        np.testing.assert_array_equal(a.scale, b.scale)
+        assert (a.effect.joint, a.effect.order, a.odds, a.forming) == (
+            b.effect.joint,
+            b.effect.order,
+            b.odds,
+            b.forming,
+        )
