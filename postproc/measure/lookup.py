@@ -193,6 +193,10 @@ class Table:
             near = names.nearest(name)
             if near is not None and near not in self.place:
                 self.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
+            weight = names.fitting(self.cells.units[self.cells.at(name)], "kg") and "payload_kg" not in self.place
+            if weight:
+                what = f"column `{name}` holds masses, and no payload is read from it"
+                self.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
             values = self.cells.numbers(name, [])
             if np.isfinite(values).all():
                 found[name] = values

@@ -86,6 +86,20 @@ def test_a_unit_that_is_not_known_is_said():
     assert "states the unit `F`" in said(lines, "warning", column_map={"columns": {"temperature_C": "Temp [F]"}})
 
 
+def test_masses_that_nobody_reads_are_said():
+    assert "`Last [kg]` holds masses" in said(beside("Last [kg]", LOADED), "warning")
+    found = read(beside("Last [kg]", LOADED), {"columns": {"payload_kg": "Last [kg]"}})
+    np.testing.assert_allclose(found.state.payload_mass, LOADED)
+
+
+def test_commanded_angles_beside_those_that_were_reached():
+    lines = table(N)
+    names = [f"J{j} {what} [deg]" for what in ("cmd", "act") for j in range(1, 7)]
+    body = [",".join([line, *line.split(",")[1:7]]) for line in lines[1:]]
+    found = read([",".join(["pose_id", *names[:6], "x_mm,y_mm,z_mm", *names[6:]]), *body])
+    np.testing.assert_array_equal(found.state.q, read(lines).state.q)
+
+
 def test_a_row_of_units_below_the_names_is_read():
     lines = beside("time_s", 1e3 * np.arange(N), units="-,deg,deg,deg,deg,deg,deg,mm,mm,mm,ms")
     found = read(lines)
