@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+from io import TextIOWrapper
 
 from cyclopts import App, Group, Parameter
 
@@ -86,6 +87,9 @@ def main() -> None:
     # Whoever starts programs without streams does not want to read.
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
+    # A name that the terminal cannot show is no reason to stop (stderr is like that by itself).
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     # Threads of the linear algebra ruin small problems on a busy machine (10 times slower); who sets them keeps them.
     for name in THREADS:
         os.environ.setdefault(name, "1")

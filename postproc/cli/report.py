@@ -43,9 +43,8 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
 
 
 def say(text: str) -> None:
-    """A line for people, on stderr; characters that the terminal cannot show are escaped."""
-    encoding = sys.stderr.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding), file=sys.stderr)
+    """A line for people, on stderr, which escapes what the terminal cannot show."""
+    print(text, file=sys.stderr)
 
 
 def say_next(what: str, *words: object, lead: str = "next") -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.fit import evaluate
 from postproc.identify.fitted import Fit, rms
-from postproc.identify.trends import Trend, joint_errors, residual_trends
+from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
 from postproc.model.arm import Model
@@ -33,11 +33,6 @@ class Comparison:
     iso: Iso9283
     trends: tuple[Trend, ...]
     bound: float
-
-    @property
-    def joint_error(self) -> Array:
-        """(n, 6) the smallest joint errors that would explain the error [rad]."""
-        return joint_errors(self.fit)
 
     @property
     def length(self) -> Array:

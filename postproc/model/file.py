@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
@@ -24,6 +24,7 @@ DEFAULT_ROBOT = "irb4600_60_205"
 
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
+Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature"]
 
 
 class _Table(BaseModel):
@@ -43,17 +44,6 @@ def _numbers(row: object) -> object:
     return row.split() if isinstance(row, str) else row
 
 
-class _Range(_Table):
-    q1: Span | None = None
-    q2: Span | None = None
-    q3: Span | None = None
-    q4: Span | None = None
-    q5: Span | None = None
-    q6: Span | None = None
-    payload: Span | None = None
-    temperature: Span | None = None
-
-
 class _Fit(_Table):
     """What a fit notes."""
 
@@ -69,7 +59,7 @@ class _Fit(_Table):
     parameters: list[str] = []
     covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
     unexplained_mm: float = 0.0
-    range: _Range = _Range()
+    range: dict[Channel, Span] = {}
 
     @field_validator("covariance")
     @classmethod

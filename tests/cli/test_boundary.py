@@ -130,6 +130,21 @@ def test_a_closed_pipe_is_not_an_error() -> None:
     assert process.returncode == 1
 
 
+def test_a_terminal_that_lacks_a_letter_gets_it_escaped(tmp_path: Path) -> None:
+    own = tmp_path / "own.py"
+    text = (
+        "from postproc.effects.base import Effect, param\nclass Push(Effect):\n"
+        '    """Pushes \u00b5m. Source: us."""\n    push_m: float = param(unit="m", typical=1e-4)\n'
+        "    def displacement(self, state):\n        return self.push_m * state.q\n"
+    )
+    own.write_text(text, "utf-8")
+    command = [sys.executable, "-m", "postproc", "effects", "list", "--effects", str(own)]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    process = subprocess.run(command, capture_output=True, check=False, text=True, env=environment)
+    assert (process.returncode, process.stderr) == (0, "")
+    assert process.stdout.splitlines()[-1].split() == ["push", "Pushes", "\\xb5m.", "Source:", "us."]
+
+
 def test_a_full_disk_is_told() -> None:
     code = "from postproc.cli.app import main; import sys; sys.argv[1:] = ['explain', 'CLI001']; main()"
     with open("/dev/full", "w") as full:

@@ -19,6 +19,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
 from postproc.identify.solve import Terms
+from postproc.identify.trends import joint_errors
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -269,7 +270,8 @@ def test_comparing_shows_where_the_residual_lives():
     distance = 1e3 * np.linalg.norm(found.error, axis=1)
     assert list(j["percentiles_mm"].values()) == pytest.approx(np.percentile(distance, [50, 95, 99]), abs=1e-5)
     [told] = [t["share"] for t in j["channels"] if (t["channel"], t["where"]) == ("dir2", "joint 2")]
-    off, side = found.joint_error[:, 1] - found.joint_error[:, 1].mean(), found.fit.data.state.approach[:, 1]
+    off, side = joint_errors(found.fit)[:, 1], found.fit.data.state.approach[:, 1]
+    off = off - off.mean()
     explained = sum((side == s).sum() * off[side == s].mean() ** 2 for s in np.unique(side)) / (off @ off)
     chance = (len(np.unique(side)) - 1) / (len(off) - 1)
     assert told == pytest.approx((explained - chance) / (1 - chance), abs=1e-4)

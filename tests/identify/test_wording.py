@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.record import fit_json, parameters_json
+from postproc.identify.search import Missing
 from postproc.identify.solve import Terms
+from postproc.identify.verdict import doubts
 from postproc.identify.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from tests.identify.cells import base_fit, cell
 
@@ -123,3 +126,13 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
         base_fit(data).model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(strength={"joint_error_map": 1.0})
     )
     assert re.fullmatch(r"1\d numbers, in the model file", values_lines(fit, "joint_error_map")[0])
+
+
+def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
+    load = Missing(SimpleNamespace(key="arm_load"), 1e-5, ("payload_error", "dress_pack"), ("session",))
+    alone = Missing(SimpleNamespace(key="backlash"), 1e-5)
+    assert load.not_separable == ("payload_error", "dress_pack", "session")
+    assert list(doubts(SimpleNamespace(missing=[load, alone]))) == [
+        "On this data `arm_load` could as well be `payload_error` or `dress_pack`.",
+        "Beside `arm_load` this data would not show `session`.",
+    ]

@@ -135,7 +135,7 @@ def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
         ('covariance = "abc"', "`fit.covariance`: input should be a valid list"),
         ('covariance = ["1", "2 q"]', "`fit.covariance.1.1`: input should be a valid number"),
         ("range = {q1 = [1]}", "`fit.range.q1` has too few values"),
-        ("range = {q7 = [1, 2]}", "unknown key `q7`"),
+        ("range = {q7 = [1, 2]}", "`fit.range.q7.[key]`: input should be 'q1', 'q2'"),
         ("rang = {q1 = [1, 2]}", "unknown key `rang`"),
         ('covariance = ["1"]', "`fit.covariance`: 1 rows for 0 parameters"),
     ],
