@@ -139,6 +139,10 @@ def _sides(table: Table) -> Array | None:
         row, joint = divmod(int(odd[0]), 6)
         message = f"`dir{joint + 1}` holds {sides[row, joint]:g}; its sign is taken"
         table.say("DAT015", "warning", message, "sides of approach are +1, -1 or 0 (not known)", row)
+    if (sides > 0).any() and (sides == 0).any() and not (sides < 0).any():
+        row, joint = divmod(int(np.flatnonzero(sides == 0)[0]), 6)
+        message = f"the sides of approach are 1 and 0 and never -1: `dir{joint + 1}` = 0 is taken for `not known`"
+        table.say("DAT015", "warning", message, "if 0 is the other side, write -1 for it", row)
     return np.sign(sides)
 
 

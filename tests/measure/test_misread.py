@@ -40,6 +40,11 @@ def said(lines, severity: str, **more) -> str:
 @pytest.mark.parametrize(
     ("lines", "severity", "says"),
     [
+        (
+            beside(",".join(f"dir{j}" for j in range(1, 7)), *[np.arange(N) % 2] * 6),
+            "warning",
+            "sides of approach are 1 and 0 and never -1",
+        ),
         (beside("x_mm", np.arange(N)), "error", "columns 8 and 11 are both called `x_mm`"),
         (beside("payload_kg", 1e3 * np.array(LOADED)), "error", "`irb4600_60_205` carries 60 kg (rows 2 and 19 more)"),
         (beside("payload_kg", [-1.0, *LOADED[1:]]), "error", "no mass is negative"),
@@ -57,7 +62,7 @@ def said(lines, severity: str, **more) -> str:
         ([f"{table(N)[0]},dir1", *(f"{line},+" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
     ],
     ids=[
-        "twice", "grams", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
+        "sides", "twice", "grams", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
         "mq in rad", "words",
     ],
 )  # fmt: skip
