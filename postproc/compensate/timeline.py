@@ -22,6 +22,9 @@ from postproc.motion.values import Flags, Trajectory
 from postproc.rapid.events import MotionEvent
 
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
+# [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
+# along which targets could follow the load of that.
+IN_PLACE = 0.003
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +34,7 @@ class Timeline:
     Args:
         place: (k,) ascending, as move + fraction; t: (k,) [s].
         q, v, a: (k, 6) nominal joint angles [rad], speeds, and accelerations that last longer than the arm's first
-            natural period; restless: (k,) whether the load of inertia changes.
+            natural period (none while the torch turns in place); restless: (k,) whether the load of inertia changes.
         legs: rows of every leg, and its profile.
     """
 
@@ -71,6 +74,7 @@ def plan_timeline(
     parts: list[tuple[Array, ...]] = []
     restless: list[Flags] = []
     legs: list[tuple[slice, Profile]] = []
+    turn = np.linalg.norm(samples.curves.turn, axis=1)
     done, rows, begin = 0, 0, 0.0
     for first, moves in cut_legs(samples.moves, samples.goal - samples.start + 1):
         path, more = sample_path(model.robot, moves, events)
@@ -79,7 +83,9 @@ def plan_timeline(
             continue  # with what is wrong elsewhere
         leg = retime(model.robot, path, events, first_periods(model, path))
         known = int(first < done)  # the stop that the leg goes on from
-        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, leg.a_sustained)
+        in_place = (samples.curves.length < IN_PLACE * turn)[first + path.move]
+        a = np.where(in_place[:, None], 0.0, leg.a_sustained)
+        columns = (first + path.move + path.u, begin + leg.t, path.q, leg.v, a)
         parts.append(tuple(column[known:] for column in columns))
         restless.append((changes_speed(leg.tcp_speed) | _fast_corner(leg))[known:])
         legs.append((slice(rows - known, rows - known + len(leg.t)), leg.profile.bare()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from postproc.compensate.correction import BEFORE_TARGET, FROM_START, commanded_curve
 from postproc.convert import Conversion
+from postproc.rapid.pose import quat_mult
 from tests.compensate.build import arm, codes, convert, events, independent, module, target, written
 
 SEAM = "v100,sm,wd,{zone},tT"
@@ -180,3 +182,16 @@ MoveL {target(1250, -300, 745)},v50,fine,tT;"""
     found = convert(module("", body), inertia=True)
     assert found.report["max_error_before_mm"] > 1.0
     assert found.report["max_error_after_mm"] < 0.01
+
+
+def test_a_turn_in_place_is_corrected_for_the_weights_alone() -> None:
+    """The wrist turns as fast as it can; the torch must not be sent aside and back for the tenths of a second it takes."""
+    there = target(1350, -300)
+    half = np.radians(12.5)
+    turned = quat_mult((0.300294, -0.015738, 0.95241, 0.049914), (np.cos(half), np.sin(half), 0.0, 0.0))
+    again = re.sub(r"\],\[[^]]*\]", f"],[{','.join(f'{x:.6f}' for x in turned)}]", there, count=1)
+    text = module(
+        "", f"ConfL\\Off;\nMoveJ {there},v100,fine,tT;\nMoveL {again},v20,fine,tT;\nMoveL {there},v20,fine,tT;"
+    )
+    added = {on: convert(text, inertia=on, force=(0.0, 0.0, 0.0)).report["added_targets"] for on in (False, True)}
+    assert added[True] == added[False] <= 2
