@@ -22,7 +22,7 @@ from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import judge_statements
+from postproc.compensate.outcomes import UNKNOWN_START, judge_statements
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
@@ -82,10 +82,12 @@ class Conversion:
         expected = (
             f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
         )
+        alone = sum(o.reason == UNKNOWN_START for o in self.outcomes)
+        unproved = f" ({alone} of them at their targets alone: where they begin is not known)" if alone else ""
         count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
         return (
             f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs{passing}"
-            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated,"
+            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{unproved},"
             f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
             f" cycle time {r['cycle_time_s']:.1f} s{expected}"
         )

@@ -54,7 +54,11 @@ class Wishes:
             conf = event.target.robconf if any_configuration(event) else self._goal_conf(i, event.target.robconf)
             asked.append((i, "to", self.T_goal[i], conf))
             if event.via is not None:
-                asked.append((i, "via", self._via(i, divided.get(i)), event.via.robconf))
+                parts = divided.get(i)
+                conf = event.via.robconf
+                if parts is not None and parts.goals:  # it is moved to the middle of the last part
+                    conf = _conf(confdata(self.robot, self.written.q[[parts.vias[-1]]])[0])
+                asked.append((i, "via", self._via(i, parts), conf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         vias: dict[StatementKey, list[int]] = {}
         for row, (i, role, _, _) in enumerate(asked):

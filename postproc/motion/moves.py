@@ -67,7 +67,8 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
     findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
     findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
     findings += [_supposed(*place(events[known[row]])) for row in supposed]
-    findings += _another_arm(robot, [(events[i], i in bad) for i in known])
+    codes = {i: finding.code for i, finding in wrong}
+    findings += _another_arm(robot, [(events[i], codes.get(i)) for i in known])
 
     moves: list[Move] = []
     of_event: dict[int, int] = {}
@@ -224,12 +225,19 @@ def _supposed(source: Source, span: Span | None) -> Diagnostic:
     return Diagnostic("KIN008", "warning", text, source, span, help_)
 
 
-def _another_arm(robot: Robot, events: Sequence[tuple[MotionEvent, bool]]) -> list[Diagnostic]:
-    """Where many targets do not suit the arm, the program is hardly made for it."""
-    places = {(e.statement.source.path, e.statement.span): bad for e, bad in events if not e.loose}
+def _another_arm(robot: Robot, events: Sequence[tuple[MotionEvent, str | None]]) -> list[Diagnostic]:
+    """Where many targets do not suit the arm (code of the finding), the program is hardly made for it."""
+    places = {(e.statement.source.path, e.statement.span): code is not None for e, code in events if not e.loose}
     failed = sum(places.values())
     if failed < 3 or 10 * failed < len(places):
         return []
+    unset = (isinstance(e.target, RobTarget) and not any(e.target.robconf) for e, code in events if code is not None)
+    if all(unset) and {code for _, code in events} <= {"KIN002", None}:
+        text = f"the configurations of {failed} of {len(places)} statements, all [0,0,0,0], do not exist"
+        help_ = (
+            "where they were never set, begin with `ConfL\\Off` and `ConfJ\\Off`: the arm keeps the one it comes with"
+        )
+        return [Diagnostic("KIN009", "error", text, help=help_)]
     text = f"`{robot.name}` cannot run {failed} of {len(places)} statements as they are: it hardly is their arm"
     help_ = "name the arm with `--robot`: one of `postproc robots list`, or a file or URDF that describes it"
     return [Diagnostic("KIN009", "error", text, help=help_)]

@@ -47,7 +47,12 @@ class EventMaker:
             tool, payload = replace(tool, tload=total), LoadData()
         displacement = self.state(state, "@pdisp", Pose(), "the program displacement is not known", reasons)
         if not wobj.ufprog:
-            reasons.append(f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`")
+            reasons.append(
+                f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`"
+                if wobj.ufmec
+                else f"the work object `{wobj.name}` is moved by a mechanical unit that it does not name: ufprog of a"
+                " fixed frame is TRUE"
+            )
         if state.get("@eoffs") is not False and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
             reasons.append("an offset of the external axes may be active")
         self.missing.say_assumed(state, statement, found)

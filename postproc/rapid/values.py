@@ -188,12 +188,20 @@ def to_load(data: Data) -> LoadData:
 
 def to_tool(name: str, data: Data) -> ToolData:
     robhold, frame, load = _parts(data, 3, "tooldata")
-    return ToolData(name, bool(robhold), to_pose(frame), to_load(load))
+    return ToolData(name, bool(robhold), _frame(frame), to_load(load))
 
 
 def to_wobj(name: str, data: Data) -> WobjData:
     robhold, ufprog, ufmec, uframe, oframe = _parts(data, 5, "wobjdata")
-    return WobjData(name, bool(robhold), bool(ufprog), str(ufmec), to_pose(uframe), to_pose(oframe))
+    return WobjData(name, bool(robhold), bool(ufprog), str(ufmec), _frame(uframe), _frame(oframe))
+
+
+def _frame(data: Data) -> Pose:
+    """A frame of a tool or a work object: unlike a target, it is not left open until somebody teaches it."""
+    _, rot = _parts(data, 2, "pose")
+    if not any(_numbers(rot, 4)):
+        raise Refused("the orientation is [0,0,0,0], which no frame has")
+    return to_pose(data)
 
 
 def to_speed(data: Data) -> SpeedData:

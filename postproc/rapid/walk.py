@@ -15,6 +15,7 @@ from postproc.rapid.events import MotionEvent
 from postproc.rapid.flow import Flow
 from postproc.rapid.memory import Memory
 from postproc.rapid.program import Program, bodies, statements_in
+from postproc.rapid.rough import rough_orientations
 from postproc.rapid.state import State
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import NotKnown
@@ -66,9 +67,10 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     _follow_rest(flow, unknown)
     events = _marked(flow)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        return Walk(events[:count], found)
+        return Walk(events[:count], (*found, *rough_orientations(events[:count])))
     loose = [replace(event, loose=True) for event in events[count:]]
-    return Walk(events[:count] + loose, (*found, *map(forgiven, flow.diagnostics[len(found) :])))
+    later = map(forgiven, flow.diagnostics[len(found) :])
+    return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events)))
 
 
 def forgiven(finding: Diagnostic) -> Diagnostic:

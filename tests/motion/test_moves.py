@@ -254,3 +254,12 @@ def test_tools_in_metres_and_payloads_that_were_never_identified(data: str, body
     findings = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
     (found,) = (d for d in findings if d.code == "MOT011")
     assert found.severity == "error" and message in found.message
+
+
+@pytest.mark.parametrize(("x", "said"), [(1300, "configurations of 3 of 3"), (9000, "hardly is their arm")])
+def test_configurations_that_were_never_set_are_told_from_another_arm(x: float, said: str) -> None:
+    numbers = "[0.300294,-0.015738,0.95241,0.049914],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    body = "".join(f"MoveJ [[{x},-500,{z}],{numbers},v200,fine,tool0;\n" for z in (700, 720, 740))
+    text = f"MODULE M\nPROC main()\n{body}ENDPROC\nENDMODULE\n"
+    findings = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
+    assert [said in d.message for d in findings if d.code == "KIN009"] == [True]

@@ -396,6 +396,17 @@ def test_a_tool_without_its_load_is_named_where_it_is_declared() -> None:
     assert [(d.code, d.severity, d.message) for d in found] == [("RAP024", "error", "`t`: the value is not a tooldata")]
 
 
+def test_orientations_that_are_more_than_rounded_are_said_once_where_they_stand() -> None:
+    data = P.replace("[0,1,0,0]", "[0,0.97,0,0]")
+    (found,) = walk_program(
+        program(module("MoveL p,v5,z0,tool0; MoveJ p,v5,z0,tool0; MoveL Offs(p,0,0,9),v5,z0,tool0;", data))
+    ).diagnostics
+    assert (found.code, found.severity) == ("RAP025", "warning")
+    assert (
+        found.span is not None and found.source is not None and found.source.data[slice(*found.span)] == b"0,0.97,0,0"
+    )
+
+
 @pytest.mark.parametrize("rot", ["[0.71,0,0.71,0]", "[0.707,0,0.707,0]", "[0,0.95,0,0]"])
 def test_rounded_orientations_are_normalised(rot: str) -> None:
     found = events("MoveL p,v5,z0,tool0;", P.replace("[0,1,0,0]", rot))[0]
