@@ -116,3 +116,11 @@ def test_repeats_of_a_warmer_round_tell_the_noise_once_the_drift_is_known():
     assert lacking.scatter is lacking.noise
     assert whole.scatter.position == pytest.approx(2e-5, rel=0.25)
     assert fit_json(whole)["noise_mm"] == pytest.approx(0.02, rel=0.25)
+
+
+def test_a_stated_noise_that_cannot_be_is_said():
+    data, _ = cell(seed=5180, noise=0.02, poses=40)
+    model = base_fit(data).model
+    assert "DAT027" not in {d.code for d in cautions(fit_model(model, data, noise=5e-5))}
+    (said,) = (d for d in cautions(fit_model(model, data, noise=0.02)) if d.code == "DAT027")
+    assert said.message.startswith("the stated noise of 20.000 mm cannot be: the fit leaves 0.0")
