@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Load, State, Variant, param, structure, variant
@@ -44,10 +45,11 @@ class ArmLoad(
             found[b] = found[b] + share if b in found else share
         return Load(body=found)
 
-    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
+    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """No link weighs less than nothing, where its mass is stated."""
         own = robot.mass[list(self.body)]
-        return bool(((own == 0) | (own + self.mass_kg >= 0)).all())
+        none = (own > 0) & (own + self.mass_kg < 0)
+        return np.concatenate([none, np.repeat(none, 3)])
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

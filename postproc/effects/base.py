@@ -223,9 +223,9 @@ class Effect:
     def is_null(self) -> bool:
         return bool(np.all(self.vector() == self.null_vector()))
 
-    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
-        """Whether an arm can be like this; a diagnosis names nothing that it cannot be (``beside``: by key)."""
-        return True
+    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
+        """(p,) what no arm can have beside other effects (by key): a diagnosis holds it at null."""
+        return np.zeros(len(self.layout.null), dtype=bool)
 
     @classmethod
     def problems(cls, table: Mapping[str, Any]) -> list[FieldProblem]:

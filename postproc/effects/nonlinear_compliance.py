@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param, structure, variant
@@ -48,13 +49,14 @@ class NonlinearCompliance(
             return None
         return self.windup_rad * curve(self.law, state.joint_load / self.knee_Nm)
 
-    def possible(self, robot: Robot, beside: Mapping[str, Effect]) -> bool:
+    def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """No spring is stiffer than rigid at zero load: c + w / t0 >= 0 with the compliance c of the joint."""
         linear = beside.get("joint_compliance")
         if linear is None or self.law == "cubic":
-            return True
+            return super().impossible(robot, beside)
         compliance = linear.vector()
-        return bool((compliance + self.windup_rad / self.knee_Nm >= -STIFF * np.abs(compliance).max()).all())
+        rigid = compliance + self.windup_rad / self.knee_Nm < -STIFF * np.abs(compliance).max()
+        return np.tile(rigid & (self.windup_rad != 0), 2)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

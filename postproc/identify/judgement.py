@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
@@ -20,6 +21,7 @@ from postproc.identify.selection import columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED, Terms
+from postproc.model.arm import Model
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -60,16 +62,33 @@ def refit(base: Fit, linear: Linear, candidate: Candidate, closely: float = SETT
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
-    try:
-        return fit_model(
-            model,
-            base.data,
-            [new],
-            noise=base.noise.stated,
-            terms=Terms({**base.free, candidate.key: candidate.free}, strength, closely=closely),
-        )
-    except PostprocError:
-        return None
+
+    def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
+        terms = Terms({**base.free, candidate.key: free}, strength, closely=closely)
+        try:
+            return fit_model(start, base.data, [effect], noise=base.noise.stated, terms=terms)
+        except PostprocError:
+            return None
+
+    after = fitted(model, new, candidate.free)
+    if after is None or not (none := impossible(after, candidate.key)).any():
+        return after
+    # What no arm can be is held at null, and the rest fitted again, if anything is left.
+    found = after.model.effect(candidate.key) or new
+    left = candidate.free & ~none
+    if not (left & found.amplitudes()).any():
+        return after
+    return fitted(after.model, found.with_vector(np.where(none, found.null_vector(), found.vector())), left) or after
+
+
+def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
+    """(p,) what no arm can have of an effect: it says so, or the fit has stopped at a bound that is not nothing."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return np.zeros(0, dtype=bool)
+    none = effect.impossible(fit.model.robot, {e.key: e for e in fit.model.effects})
+    stopped = np.isin(np.arange(len(none)), [i for k, i in fit.at_bound if k == key])
+    return np.asarray(none | (stopped & effect.amplitudes() & (effect.vector() != effect.null_vector())))
 
 
 def fitted_best(
@@ -105,7 +124,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
         worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
     else:
         worth = candidate.evidence + gained
-    if not effect.possible(after.model.robot, {e.key: e for e in after.model.effects}):
+    if impossible(after, candidate.key).any():
         worth = -np.inf
     free = after.free.get(candidate.key, candidate.free)
     return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p, fit=after)

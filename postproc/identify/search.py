@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
@@ -119,7 +117,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
         return None
     taken = judged(before, after, best)
-    if taken.evidence == -np.inf:
+    if taken.evidence < 0:
         return None
     search.fit = after
     return Missing(taken, after.held_out_rms, *confusable(ranked, best, before, after))

@@ -22,7 +22,7 @@ def doubts(model: Model) -> Iterator[Diagnostic]:
         message = f"joint {joint} yields against its load: its compliance is negative"
         yield Diagnostic("MOD005", "warning", message, help=help_.format("joint_compliance"))
     for key, effect in beside.items():
-        if not effect.possible(model.robot, beside):
+        if effect.impossible(model.robot, beside).any():
             yield Diagnostic("MOD005", "warning", f"no arm has the values of `{key}`", help=help_.format(key))
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from postproc.effects.arm_load import ArmLoad
+from postproc.effects.base import Effect, param
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.add import add_effects
-from postproc.identify.candidate import Screen
+from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
 from postproc.identify.judgement import confusable, judged, predicts_better, refit
@@ -69,6 +71,45 @@ def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
     assert judged(base, after, candidate).evidence == -np.inf
     assert "arm_load" not in {m.candidate.key for m in diagnose(base.model, data).missing}
     assert add_effects(base.model, data, ["arm_load"]).fit.rms < 0.5 * base.rms
+
+
+class TwoWaves(Effect, reads=("q",)):
+    """Joint 3 goes nine times up and down in a turn; and joint 6 is further off than it can be."""
+
+    wave_rad: list[float] = param(unit="rad", shape=(2,), low=-0.01, high=(0.01, 1e-5), typical=1e-4)
+
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, 2], dq[:, 5] = (self.wave_rad * np.sin(9 * state.q[:, [2, 5]])).T
+        return dq
+
+
+class Denied(TwoWaves):
+    """The same, and any wave of joint 6 is said to be impossible."""
+
+    wave_rad: list[float] = param(unit="rad", shape=(2,), low=-0.01, high=0.01, typical=1e-4)
+
+    def impossible(self, robot, beside):
+        return np.array([False, self.wave_rad[1] != 0])
+
+
+def _nine_and_six(g, arm):
+    return Hidden("two", "", joint=lambda s, tau: _nine_times(s) + column(5, 4e-4 * np.sin(9 * s.q[:, 5])))
+
+
+@pytest.mark.parametrize("cls", [TwoWaves, Denied])
+def test_what_no_arm_can_be_is_held_and_the_rest_is_judged(cls):
+    """A bound that is reached, or what the effect itself denies, of joint 6 is no reason to doubt joint 3."""
+    data, _ = cell(_nine_and_six, seed=640122, poses=60)
+    base = base_fit(data)
+    candidate = Candidate(cls.key, cls(), np.array([True, True]), "", 1.0, 0.0, 2, 0.0, 1.0, 1.0)
+    after = refit(base, base.linear, candidate)
+    assert after.model.effect(cls.key).wave_rad[1] == 0.0
+    assert after.free[cls.key].tolist() == [True, False]
+    assert abs(after.model.effect(cls.key).wave_rad[0]) > 5e-5
+    assert judged(base, after, candidate).evidence > 0
+    alone = replace(candidate, free=np.array([False, True]))
+    assert judged(base, refit(base, base.linear, alone), alone).evidence == -np.inf
 
 
 def test_better_is_what_predicts_better_in_most_blocks():
