@@ -10,7 +10,7 @@ import pytest
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import load_robot
-from postproc.robot.configuration import branch, confdata
+from postproc.robot.configuration import branch, confdata, within
 from postproc.robot.inverse import inverse, joint_solution
 from postproc.robot.kinematics import forward
 from postproc.robot.track import track
@@ -192,6 +192,32 @@ def test_tracking_normalises_rotations() -> None:
     T = forward(robot, q)
     T[:, :3, :3] *= 1.0 + 1e-4
     assert np.abs(track(robot, T, q[0]) - q).max() < 1e-9
+
+
+def test_failures_are_counted_over_the_blocks_in_which_poses_are_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = load_robot("irb4600_60_205")
+    poses = np.tile(forward(robot, np.radians([[0.0, 20, 10, 5, 40, 5]])), (7, 1, 1))
+    whole = joint_solution(robot, poses, np.zeros((7, 4)))
+    poses[4, 0, 3] = 9.0
+    monkeypatch.setattr("postproc.robot.inverse.BLOCK", 3)
+    monkeypatch.setattr("postproc.robot.track.BLOCK", 3)
+    parts = joint_solution(robot, poses, np.zeros((7, 4)))
+    assert [f.index for f in parts.failures] == [4]
+    assert np.abs(np.delete(parts.q - whole.q, 4, axis=0)).max() == 0.0
+    with pytest.raises(PostprocError) as error:
+        track(robot, poses, whole.q[0])
+    assert "pose 4 of it" in error.value.diagnostics[0].message
+
+
+def test_a_confdata_holds_up_to_a_margin_and_a_straight_wrist_has_either_sign() -> None:
+    robot = load_robot("irb4600_60_205")
+    bent, straight, edge = np.radians(
+        [[10.0, 20, 10, 30, 40, 50], [10, 20, 10, 30, 0, 50], [10, 20, 10, 90.01, 40, 50]]
+    )
+    q, conf = np.stack([bent, bent, straight, straight, edge]), np.zeros((5, 4), dtype=int)
+    conf[1:4, 3] = 1, 0, 1  # axis 5 negative
+    assert within(robot, q, conf, 1e-3).tolist() == [True, False, True, True, True]
+    assert within(robot, q, conf, 1e-5).tolist() == [True, False, True, True, False]
 
 
 def test_leaving_the_working_range_is_a_finding() -> None:
