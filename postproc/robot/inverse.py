@@ -154,8 +154,9 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
             index, "unreachable", f"`{robot.name}` cannot reach the target", "move the target into the working range"
         )
     turned, _ = _turned(solutions[None], wanted[None, None, :3])
-    inside = ((turned[0] >= robot.lower) & (turned[0] <= robot.upper)).all(axis=-1)
-    confs = confdata(robot, turned[0])
+    q = np.concatenate([turned[0], solutions])  # a turn towards what is wanted may lead beyond a limit
+    inside = ((q >= robot.lower) & (q <= robot.upper)).all(axis=-1)
+    confs = confdata(robot, q)
     # A branch that differs costs more than any turn; one beyond the limits is only named when nothing else exists.
     distance = np.abs(confs[:, :3] - wanted[:3]).sum(axis=1) + 100 * (confs[:, 3] != wanted[3]) + 1000 * ~inside
     nearest = confs[int(np.argmin(distance))]

@@ -146,6 +146,24 @@ def test_impossible_configuration_names_the_nearest() -> None:
     assert "[1, 0, 0, 0]" in failure.diagnostic().render()
 
 
+@pytest.mark.parametrize(
+    ("degrees", "wanted", "branch_named"),
+    [
+        ((10.0, 20, 10, 30, 40, 50), (1, 2, -2, 0), 0),  # turns are nearer with the wrist turned over, the arm is not
+        ((10.0, 86, 85, 30, 40, 50), (1, 0, 0, 0), 5),  # joint 3 is beyond its limit, the arm can only reach backwards
+    ],
+)
+def test_the_nearest_configuration_is_one_of_the_same_branch_within_the_limits(
+    degrees: tuple[float, ...], wanted: tuple[int, ...], branch_named: int
+) -> None:
+    robot = load_robot("irb4600_60_205")
+    T = forward(robot, np.radians([degrees]))
+    (failure,) = joint_solution(robot, T, np.array([wanted])).failures
+    assert failure.nearest is not None and failure.nearest[3] == branch_named
+    again = joint_solution(robot, T, np.array([failure.nearest]))
+    assert not again.failures and np.allclose(forward(robot, again.q), T)
+
+
 def test_unreachable_and_limits_are_told_apart() -> None:
     robot = load_robot("irb4600_60_205")
     far = np.eye(4)
