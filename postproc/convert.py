@@ -35,6 +35,7 @@ from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
 from postproc.rapid.walk import walk_program
+from postproc.rapid.world import seen_from_base
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
@@ -111,7 +112,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     if has_errors(findings):
         return _failed(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
-    events = walked.events
+    events = seen_from_base(walked.events, options.base)
     findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text = "there is no motion statement to compensate"
@@ -120,7 +121,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         )
     if has_errors(findings):
         return _failed(findings, 1)
-    model, more = applicable_model(model, events)
+    model, more = applicable_model(model, events, options.base)
     findings += more
     motion, more = read_motion(model, events, options)
     findings += more

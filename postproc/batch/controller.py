@@ -13,6 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from postproc.rapid.records import Pose
+from postproc.rapid.values import NotKnown, to_quat
+
 Entry = Mapping[str, str]
 
 _ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
@@ -28,13 +31,13 @@ class Drive:
         task: its name on the controller.
         moves: whether it is a motion task.
         type: the arm's type as the controller writes it, None where nothing is said.
-        moved_base: the arm's base frame is not the world frame.
+        base: the arm's base frame in the world [mm]; None where it moves or cannot be read.
     """
 
     task: str
     moves: bool = True
     type: str | None = None
-    moved_base: bool = False
+    base: Pose | None = Pose()
 
 
 def read_drives(backup: Path) -> dict[str, Drive]:
@@ -57,7 +60,7 @@ def read_drives(backup: Path) -> dict[str, Drive]:
             name,
             "motiontask" in task,
             robot.get("use_robot_type") if robot is not None else None,
-            robot is not None and _moved(robot),
+            _base(robot) if robot is not None else Pose(),
         )
     return found
 
@@ -75,16 +78,16 @@ def library_name(type_: str) -> str | None:
     return f"irb{family}_{variant}{payload}_{round(100 * float(reach))}".lower()
 
 
-def _moved(robot: Entry) -> bool:
-    def value(key: str, default: float) -> float:
-        try:
-            return float(robot.get(f"base_frame_{key}", default))
-        except ValueError:
-            return math.nan
-
-    place = [value(f"pos_{axis}", 0.0) for axis in "xyz"]
-    turn = [value(f"orient_u{i}", 1.0 if i == 0 else 0.0) for i in range(4)]
-    return not (max(map(abs, place)) < 1e-9 and abs(abs(turn[0]) - 1.0) < 1e-9)
+def _base(robot: Entry) -> Pose | None:
+    """Base frame [mm]; the configuration states metres. A frame that another unit moves (a track) is none."""
+    try:
+        x, y, z = (1e3 * float(robot.get(f"base_frame_pos_{axis}", 0.0)) for axis in "xyz")
+        rot = to_quat(tuple(float(robot.get(f"base_frame_orient_u{i}", not i)) for i in range(4)))
+    except (ValueError, NotKnown):
+        return None
+    if robot.get("base_frame_coordinated") or not all(map(math.isfinite, (x, y, z, *rot))):
+        return None
+    return Pose((x, y, z), rot)
 
 
 def _domains(text: str) -> dict[str, list[Entry]]:

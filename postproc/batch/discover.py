@@ -15,6 +15,7 @@ from postproc.batch.controller import Drive, library_name, read_drives, read_qui
 from postproc.batch.journal import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.records import Pose
 
 MODULES = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})
 SYSTEM = frozenset({".sys", ".sysx"})
@@ -117,11 +118,14 @@ def _drive(home: str, drives: dict[str, dict[str, Drive]]) -> Drive | None:
 def _task(name: str, files: list[str], shared: list[str], drive: Drive | None) -> Task:
     robot = library_name(drive.type) if drive is not None and drive.type is not None else None
     findings = []
-    if drive is not None and drive.moved_base:
-        text = f"the base frame of the arm that `{drive.task}` drives is not the world frame"
-        help_ = "targets of this task are not in the arm's own frame: convert a copy whose work objects are"
+    base = drive.base if drive is not None else Pose()
+    if drive is not None and base is None:
+        text = f"where the base of the arm that `{drive.task}` drives stands in the world is not known"
+        help_ = (
+            "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
+        )
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    return Task(name, tuple(files), tuple(shared), robot, tuple(findings))
+    return Task(name, tuple(files), tuple(shared), robot, base or Pose(), tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

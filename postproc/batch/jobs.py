@@ -98,8 +98,8 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     given = {(root / name).resolve() for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
-    key = _digest((converter.fingerprint, content))
-    return Job(task.name, key, (*own, *shared), converter.model, converter.options)
+    key = _digest((converter.fingerprint, content, task.base))
+    return Job(task.name, key, (*own, *shared), converter.model, replace(converter.options, base=task.base))
 
 
 def _read(path: Path) -> bytes:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.records import Pose
 
 Status = Literal["compensated", "unchanged", "failed"]
 
@@ -24,6 +25,7 @@ class Task:
         files: its program files, relative to the root.
         shared: files it reads and must not change.
         robot: library name of the arm it drives, where the controller's configuration says so.
+        base: the base frame of that arm in the world.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -31,6 +33,7 @@ class Task:
     files: tuple[str, ...]
     shared: tuple[str, ...] = ()
     robot: str | None = None
+    base: Pose = Pose()
     findings: tuple[Diagnostic, ...] = ()
 
 

@@ -15,13 +15,16 @@ from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.units import tool_matrix
+from postproc.rapid.records import Pose
+from postproc.rapid.units import pose_matrix, tool_matrix
 from postproc.robot.pose import displace
 
 SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; farther apart it is another tool
 
 
-def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model, list[Diagnostic]]:
+def applicable_model(
+    model: Model, events: Sequence[MotionEvent], base: Pose = Pose()
+) -> tuple[Model, list[Diagnostic]]:
     """Leave out what moves the instrument's frame; carry the calibration error of the measured tool to the program's.
 
     The measured TCP is the model's nominal tool moved by ``tool_frame``. A program whose tool has its TCP within
@@ -32,7 +35,7 @@ def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model
         base is turned is programmed, MOD005 what no arm can be.
     """
     kept: list[Effect] = []
-    findings = [*doubts(model), *_turned(model, events)]
+    findings = [*doubts(model), *_turned(model, events, base)]
     for effect in model.effects:
         if _moves_instrument(model, effect):
             continue
@@ -46,11 +49,18 @@ def applicable_model(model: Model, events: Sequence[MotionEvent]) -> tuple[Model
     return model.with_effects(*kept), findings
 
 
-def _turned(model: Model, events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
-    if not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):
+def _turned(model: Model, events: Sequence[MotionEvent], base: Pose) -> Iterator[Diagnostic]:
+    source = events[0].statement.source
+    if base != Pose():
+        up = pose_matrix(base.trans, base.rot)[2, :3]  # the world's z axis in the base
+        if not np.allclose(model.R_world_base[2], up, atol=1e-3):
+            text = "the controller's base frame tilts the arm, and the model's [mounting] does not hang it that way"
+            help_ = "give [mounting] rpy_deg in the model: gravity pulls along it"
+            yield Diagnostic("CMP014", "error", text, source, None, help_)
+    elif not np.allclose(model.R_world_base, np.eye(3), atol=1e-3):
         text = "the arm's base is turned ([mounting]), and the program's work objects are read in axes of that base"
         help_ = "right where the controller's base frame is zero; else convert with work objects given in base axes"
-        yield Diagnostic("CMP014", "warning", text, events[0].statement.source, None, help_)
+        yield Diagnostic("CMP014", "warning", text, source, None, help_)
 
 
 def _carry_tool(model: Model, effect: ToolFrame, events: Sequence[MotionEvent]) -> tuple[ToolFrame | None, Diagnostic]:

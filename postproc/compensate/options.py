@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from postproc.rapid.records import Vec3
+from postproc.rapid.records import Pose, Vec3
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,7 @@ class Options:
         template_dir: a folder whose templates replace the shipped ones of the same name.
         free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
         constants: names of data that keep the value in the text, whatever the program writes to them.
+        base: the controller's base frame of the arm, where work objects are stated in a world that stands elsewhere.
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
 
@@ -32,4 +33,5 @@ class Options:
     template_dir: Path | None = None
     free_axes: str = ""
     constants: tuple[str, ...] = ()
+    base: Pose = Pose()
     entry: str | None = None

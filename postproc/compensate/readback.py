@@ -21,6 +21,7 @@ from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
 from postproc.rapid.walk import walk
+from postproc.rapid.world import seen_from_base
 
 MOST = 5000  # events of the written program that are looked at together
 
@@ -34,7 +35,7 @@ def run_again(
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
     written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
-    ran = walk(written, options.entry)
+    ran = seen_from_base(walk(written, options.entry), options.base)
     return ran, owners_of(program, written, insertions, events, ran)
 
 

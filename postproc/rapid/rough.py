@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.tokens import number_text
 
 ROUNDED = 0.002  # of the length: two decimals of each number leave no more than a few times this
 
@@ -20,7 +21,7 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
             if spans is None or (spans.source.path, spans.whole[0]) in seen:
                 continue
             seen.add((spans.source.path, spans.whole[0]))
-            length = math.hypot(*(float(spans.source.data[a:b]) for a, b in spans.rot))
+            length = math.hypot(*(float(number_text(spans.source.data, span)) for span in spans.rot))
             if abs(length - 1.0) > ROUNDED:
                 text = f"the orientation is no unit quaternion: its length is {length:.4g}, and it is scaled to 1"
                 help_ = "look for a typing error: a wrong digit turns the torch"

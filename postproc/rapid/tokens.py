@@ -56,6 +56,11 @@ def skip(data: bytes, at: int, end: int) -> int:
     return found.end() if found else at
 
 
+def number_text(data: bytes, span: Span) -> str:
+    """A number as it is written, without what may stand between its sign and its digits."""
+    return SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
+
+
 def identifiers(data: bytes) -> set[str]:
     """Every word of the text in lower case, those in comments and strings too (a superset is safe for new names)."""
     return {word.decode("latin-1").lower() for word in set(NAMES.findall(data))}

@@ -13,6 +13,7 @@ from postproc.compensate.values import Change, Displacement, Insertion, TargetVa
 from postproc.diagnostics import Source, Span
 from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
+from postproc.rapid.tokens import number_text
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
@@ -64,7 +65,7 @@ def _number_edit(change: Change) -> Edit | None:
     kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     text, begin, end = [], -1, 0
     for place, number, decimals in zip(places, numbers, _DECIMALS, strict=True):
-        before = data[slice(*place)].decode("latin-1")
+        before = number_text(data, place)
         after = number_like(before, number, decimals)
         if after != before and place not in kept:
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
@@ -75,7 +76,7 @@ def _number_edit(change: Change) -> Edit | None:
 
 def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
     """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    before = [float(data[start:end]) for start, end in places]
+    before = [float(number_text(data, place)) for place in places]
     size = math.hypot(*before)
     return size > 0 and all(
         abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)

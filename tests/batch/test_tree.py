@@ -132,9 +132,28 @@ def test_a_task_whose_arm_nobody_knows_needs_a_model(tmp_path: Path) -> None:
     assert codes(batch, "RAPID/TASK1")[0] == "BAT012"
 
 
-def test_a_moved_base_frame_is_refused(tmp_path: Path) -> None:
+def test_targets_are_taken_in_the_world_where_the_controller_places_the_base(tmp_path: Path) -> None:
     batch, _ = convert(backup(tmp_path / "in", base="-base_frame_pos_x 3.7"), tmp_path / "out")
-    assert codes(batch, "RAPID/TASK1") == ["BAT013"] and batch.failed
+    assert set(codes(batch, "RAPID/TASK1")) >= {"KIN001"} and batch.failed
+    near, _ = convert(backup(tmp_path / "near", base="-base_frame_pos_x 0.004"), tmp_path / "out2")
+    assert statuses(near) == {"RAPID/TASK1": "compensated"}
+    plain, _ = convert(backup(tmp_path / "plain"), tmp_path / "out3")
+    assert statuses(plain) == {"RAPID/TASK1": "compensated"}
+    seams = [(tmp_path / out / "RAPID/TASK1/PROGMOD/Seam.mod").read_bytes() for out in ("out2", "out3")]
+    assert seams[0] != seams[1]
+
+
+@pytest.mark.parametrize(
+    ("base", "code"),
+    [
+        ('-base_frame_coordinated "TRACK1"', "BAT013"),
+        ("-base_frame_pos_x nowhere", "BAT013"),
+        ("-base_frame_orient_u0 0.70710678 -base_frame_orient_u1 0.70710678", "CMP014"),
+    ],
+)
+def test_a_base_that_moves_or_cannot_be_read_or_is_tilted_is_refused(tmp_path: Path, base: str, code: str) -> None:
+    batch, _ = convert(backup(tmp_path / "in", base=base), tmp_path / "out")
+    assert code in codes(batch, "RAPID/TASK1") and batch.failed
     assert not (tmp_path / "out/RAPID/TASK1/PROGMOD/Seam.mod").exists()
 
 

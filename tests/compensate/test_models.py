@@ -12,7 +12,8 @@ from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
-from postproc.rapid.records import RobTarget
+from postproc.rapid.pose import pose_mult
+from postproc.rapid.records import Pose, RobTarget
 from postproc.robot.kinematics import jacobian
 from tests.compensate.build import arm, body_of, convert, events, module, places, target, written
 
@@ -70,6 +71,24 @@ def test_a_correction_that_no_arm_needs_is_not_written_in_silence(turn: float, s
 def test_what_no_arm_can_be_and_a_turned_base_are_warnings(text: str, said: list[str]) -> None:
     found = convert(TEXT, model(text), force=NO_FORCE).diagnostics
     assert [d.code for d in found if d.severity == "warning" and d.code in ("CMP014", "MOD005")] == said
+
+
+def test_the_base_frame_takes_the_program_from_the_world_to_the_arm() -> None:
+    """One cell stated twice: in a world at the base, and in one 3.7 m away and turned by 90 deg."""
+    turn = (0.6, 0.0, 0.0, 0.8)
+    base = Pose((3700.0, -200.0, 500.0), turn)
+    frame = pose_mult(base, Pose((1000.0, -300.0, 500.0)))
+    body = (
+        f"MoveJ {target(350, -200, 200)},v200,fine,tT\\WObj:=wT;\nMoveL {target(350, 200, 200)},v50,fine,tT\\WObj:=wT;"
+    )
+    here = module("", body)
+    there = here.replace("[[1000,-300,500],[1,0,0,0]]", f"[{list(frame.trans)},{list(frame.rot)}]")
+    assert here != there
+    near, far = convert(here), convert(there, base=base)
+    np.testing.assert_allclose(places(written(far)), places(written(near)), atol=0.002)
+    assert far.report["max_error_before_mm"] == pytest.approx(near.report["max_error_before_mm"], abs=1e-4)
+    tilted = convert(there, base=replace(base, rot=(0.8, 0.6, 0.0, 0.0)))
+    assert "CMP014" in [d.code for d in tilted.diagnostics if d.severity == "error"] and not tilted.outputs
 
 
 def test_on_a_wall_the_arm_hangs_sideways() -> None:
