@@ -181,8 +181,7 @@ def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, cod
         return Diagnostic(
             code, "error", f"`{name}` is missing", source, span_of(source, keys[:-1]), f"add `{keys[-1]} = ..`"
         )
-    message = error["msg"].removeprefix("Value error, ")
-    message = message[0].lower() + message[1:]
+    message = error["msg"][0].lower() + error["msg"][1:]
     return Diagnostic(
         code, "error", f"`{name}`: {message}", source, span_of(source, keys, value=True), _expected(error)
     )
@@ -205,6 +204,8 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
 
 def _expected(error: dict[str, Any]) -> str:
     context = error.get("ctx", {})
+    if "help" in context:
+        return str(context["help"])
     if "min_length" in context or "max_length" in context:
         length = context.get("min_length", context.get("max_length"))
         return f"give {length} values; there are {context.get('actual_length', 'others')}"

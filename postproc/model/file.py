@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.effects.base import Effect
@@ -21,6 +22,7 @@ from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_key
 
 DEFAULT_ROBOT = "irb4600_60_205"
+AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
@@ -66,10 +68,11 @@ class _Fit(_Table):
     def _a_row_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
         count = len(found.data.get("parameters", []))
         if len(rows) != count:
-            raise ValueError(f"{len(rows)} rows for {count} parameters")
+            raise PydanticCustomError("rows", f"{len(rows)} rows for {count} parameters", AGAIN)
         short = next((i for i, row in enumerate(rows) if len(row) not in (i + 1, count)), None)
         if short is not None:
-            raise ValueError(f"row {short + 1} has {len(rows[short])} numbers, not {short + 1}")
+            text = f"row {short + 1} has {len(rows[short])} numbers, not {short + 1}"
+            raise PydanticCustomError("row", text, AGAIN)
         return rows
 
 
