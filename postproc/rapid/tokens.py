@@ -57,8 +57,10 @@ def skip(data: bytes, at: int, end: int) -> int:
 
 
 def number_text(data: bytes, span: Span) -> str:
-    """A number as it is written, without what may stand between its sign and its digits."""
-    return SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
+    """A number as it is written, with one sign at most and nothing between that and its digits."""
+    text = SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
+    digits = text.lstrip("+-")
+    return digits if text.count("-", 0, len(text) - len(digits)) % 2 == 0 else f"-{digits}"
 
 
 def identifiers(data: bytes) -> set[str]:

@@ -546,7 +546,7 @@ def test_an_if_whose_statement_stands_on_the_next_line(condition: str) -> None:
 
 
 def test_blanks_between_a_sign_and_its_digits() -> None:
-    there = target(1300, -500).replace("-500", "- 500").replace("-0.015738", "-\n  0.015738")
+    there = target(1300, -500).replace("-500", "- 500").replace("1300", "--1300").replace("-0.015738", "-\n  0.015738")
     found = convert(module("", f"MoveJ {there},v200,fine,tT;\nMoveL {target(1350, -300)},v50,fine,tT;"))
     plain = convert(module("", f"MoveJ {target(1300, -500)},v200,fine,tT;\nMoveL {target(1350, -300)},v50,fine,tT;"))
     assert places(written(found)) == places(written(plain))
