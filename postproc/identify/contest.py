@@ -27,11 +27,16 @@ A pattern that is a third off the law in places leaves a tenth of its square, wh
 
 @dataclass(frozen=True)
 class _Whole:
-    """Named effects, the patterns that they need beside them, and the sum of squares that both leave."""
+    """Named effects, the patterns that they need beside them, and the sum of squares that both leave.
+
+    Args:
+        other: whether what they leave follows something else than these patterns.
+    """
 
     named: tuple[Missing, ...]
     outside: tuple[Suspect, ...]
     square: float
+    other: bool
 
 
 def contested(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -60,9 +65,10 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
             else:
                 fit, linear = full, _without(full, {c.key for c in dropped})
             rivals.append(_explained(search, fit, linear, named, best.outside, dropped))
-        alike = (r for r in rivals if all(akin(s, r.outside) for s in best.outside))
+        near = MENDS * (bare - noise_left)
+        alike = (r for r in rivals if _tells_as_much(r, best, near))
         rival = min(alike, key=lambda r: r.square, default=best)
-        if rival is best or rival.square - best.square > MENDS * (bare - noise_left):
+        if rival is best:
             break
         best = rival
     kept = [m for m in missing if m in best.named or m in held]
@@ -70,6 +76,17 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
         search.fit = refit_all(base, full, [m.candidate for m in kept], noise)
     search.outside = list(best.outside)
     return kept
+
+
+def _tells_as_much(rival: _Whole, best: _Whole, near: float) -> bool:
+    """Whether the patterns of another whole are like those of the best and leave hardly more.
+
+    No more at all where what is left follows something else, and where they sit elsewhere: a casting that gives in
+    every direction takes part of most effects.
+    """
+    at = {s.where for s in rival.outside}
+    mended = not rival.other and all(s.where in at for s in best.outside)
+    return all(akin(s, rival.outside) for s in best.outside) and rival.square - best.square <= near * mended
 
 
 def _explained(
@@ -85,17 +102,19 @@ def _explained(
     As long as these are like some others, and tell more than a name that was dropped would.
     """
     outside: list[Suspect] = []
+    other = False
     while len(outside) < MOST:
         found = search.suspects(fit, linear)
         if not found or not clear(found[0], linear, worth_saying(fit)):
             break
-        if like is not None and not akin(found[0], like):
+        other = like is not None and not akin(found[0], like)
+        if other:
             break
         if any(_named_worth(search.fit, linear, one) > found[0].evidence for one in dropped):
             break
         outside.append(found[0])
         linear = _counted(fit, linear.extended(found[0].columns(fit.problem)))
-    return _Whole(named, tuple(outside), linear.square)
+    return _Whole(named, tuple(outside), linear.square, other)
 
 
 def _named_worth(full: Fit, linear: Linear, dropped: Candidate) -> float:

@@ -31,11 +31,12 @@ def waves(signal: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
             yield _wave(signal, order, phase)
 
 
-def sways(time: Signal) -> Iterator[Pattern]:
-    """Waves in time, of at most so many periods over the whole."""
-    for k in range(2, 2 * SWAYS + 1):
+def sways(signal: Signal) -> Iterator[Pattern]:
+    """Waves of what is no angle: of at most so many periods over the whole, and more than two values a period."""
+    whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(np.unique(signal.values))))
+    for k in range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ():
         for phase in QUARTERS:
-            yield _wave(time, np.pi * k / max(float(np.ptp(time.values)), 1e-300), phase)
+            yield _wave(signal, np.pi * k / whole, phase)
 
 
 def neighbours(values: Array, order: float) -> Array:
@@ -57,7 +58,7 @@ def _wave(signal: Signal, order: float, phase: float) -> Pattern:
         return [_shaped(_wave(signal, k, p), signal, k) for k in near for p in EIGHTHS]
 
     verb = "swaying" if signal.name == "time" else "wave"
-    kind = "sway" if signal.name == "time" else "wave" if order <= GEAR else "fine wave"
+    kind = "sway" if not _turns(signal) else "wave" if order <= GEAR else "fine wave"
     form = f"{verb} {_each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
     return Pattern((signal,), form, lambda x: np.cos(order * x - phase), kind, finer=finer)
 
@@ -68,9 +69,13 @@ def crest(signal: Signal, order: float, phase: float) -> str:
 
 
 def _each(signal: Signal, order: float) -> str:
-    if signal.name == "time":
-        return f"with a period of {shown(signal.name, 2 * np.pi / order)}"
-    return f"{order:.3g} times a turn"
+    return (
+        f"{order:.3g} times a turn" if _turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
+    )
+
+
+def _turns(signal: Signal) -> bool:
+    return signal.unit.rstrip("123456") == "q"
 
 
 def _shaped(wave: Pattern, signal: Signal, order: float) -> Pattern:

@@ -48,8 +48,8 @@ class Diagnosis:
         screened, searched: the same on the rows that were searched, every k-th pose of many: those of the candidates
             and of the suspects.
         missing: in the order of selection; candidates: every effect of the library on the base, best first.
-        suspects: what the remaining structure follows; blind: effects that this data could not have shown, with the
-            reason.
+        suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
+        blind: effects that this data could not have shown, with the reason.
         floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
             reaches [m].
     """
@@ -64,6 +64,7 @@ class Diagnosis:
     untestable: Mapping[str, str]
     blind: Mapping[str, str]
     suspects: tuple[Suspect, ...]
+    beside: tuple[Suspect, ...]
     floor: float | None
     bound: float
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
@@ -136,6 +137,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         untestable=untestable,
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
+        beside=tuple(search.outside[1:]) if suspects else (),
         floor=final.scatter.position,
         bound=search.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),

@@ -23,7 +23,7 @@ def pulls(state: State, position: Array) -> Iterator[Pattern]:
         for k, axis in enumerate("xyz"):
             if varies(felt[:, k]):
                 label = f"{what} along {axis} of the tool"
-                signal = Signal(names, felt[:, k], code.replace("AXIS", str(k)), what, f" of {label}")
+                signal = Signal(names, felt[:, k], code.replace("AXIS", str(k)), what, label)
                 for some in of_signal(signal):
                     form = label if some.kind == "line" else some.form
                     yield replace(some, form=form, where="tool", gate=())
@@ -78,7 +78,7 @@ def _leaning(lean: Array, way: float, rocks: bool) -> Pattern:
         "((state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
         f" @ {np.round(along, 4).tolist()})"
     )
-    signal = Signal(("q1", "load2", "y", "x"), np.asarray(lean @ along), code, "load")
+    signal = Signal(("q1", "load2", "y", "x"), np.asarray(lean @ along), code, "load", what)
     return Pattern((signal,), form, np.sign if rocks else _positive, "leaning", where="base", finer=finer)
 
 

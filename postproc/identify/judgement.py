@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
@@ -15,12 +16,13 @@ from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test, hold_out
 from postproc.identify.problem import Problem
 from postproc.identify.selection import columns_of, corrected, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED, Terms
+from postproc.identify.suspects import Suspect
 from postproc.model.arm import Model
 
 SIGNIFICANT = 5e-3
@@ -143,14 +145,29 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, gram, effect.vector()[index], wide, effect.amplitudes()[index])
 
 
-def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
+def predicts_better(after: Fit, before: Fit, errors: float, beside: Sequence[Suspect] = ()) -> bool:
     """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
 
     Neighbours share what a model lacks, and what helps one block by chance harms the next.
+
+    Args:
+        beside: patterns that both have beside them.
     """
-    gain = np.nansum(before.held_out_error**2 - after.held_out_error**2, axis=1)
-    by_block = np.bincount(contiguous_blocks(after.data.repeats), gain)
-    return bool(by_block.mean() > errors * by_block.std(ddof=1) / np.sqrt(len(by_block)))
+    gain = _by_block(before, beside) - _by_block(after, beside)
+    return bool(gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain)))
+
+
+def _by_block(fit: Fit, beside: Sequence[Suspect]) -> Array:
+    """Held-out sum of squares of every block."""
+    blocks = contiguous_blocks(fit.data.repeats)
+    if not beside:
+        return np.asarray(np.bincount(blocks, np.nansum(fit.held_out_error**2, axis=1)), dtype=float)
+    linear = fit.linear
+    for suspect in beside:
+        linear = linear.extended(suspect.columns(fit.problem))
+    at = blocks[linear.row]
+    out = hold_out(linear.residual, linear.nuisance, at)
+    return np.asarray(np.bincount(at, out**2, minlength=int(blocks.max()) + 1), dtype=float)
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

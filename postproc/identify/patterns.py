@@ -21,8 +21,8 @@ from postproc.identify.pairs import of_two
 from postproc.identify.shapes import breaks, of_channel, of_signal
 from postproc.identify.signals import Signal, added, channel_signal, place_code
 
-PLACES = 17
-"""Joints, base, instrument, tool, and four bodies that turn or shift."""
+PLACES = 18
+"""Joints, base, tool, instrument and four bodies that turn or shift."""
 Single = NDArray[np.float32]
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
@@ -108,8 +108,9 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
     single = [p for signal in signals.values() for p in of_channel(signal)]
     found: list[Pattern] = []
-    if "time" in signals:
-        found += sways(signals["time"])
+    for signal in signals.values():
+        # In time, or along a rail or a turntable of the table's own.
+        found += sways(signal) if signal.name == "time" or "channels[" in signal.code else ()
     for first, second in combinations(signals.values(), 2):
         found += of_two(first, second)
     angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
@@ -174,7 +175,7 @@ def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
         yield Pattern((way,), "by how much it rose since the row before", lambda x: x, "way")
         yield Pattern((way,), "by how much it rose or fell since the row before", np.abs, "way")
         if name == "payload" or name[0] == "q":
-            then = replace(signal, values=before, code="", of=" in the row before")
+            then = replace(signal, values=before, code="", label=f"{name} in the row before")
             cycles = waves(then, LOW) if name[0] == "q" else ()
             for pattern in (*of_signal(then), *cycles):
                 yield replace(pattern, kind="before", gate=())

@@ -15,6 +15,8 @@ from postproc.identify.tried import ODDS
 
 MOST = 6
 """Effects that are added one after another at most."""
+MANY, NEAR = 3, 0.5
+"""Parts of a whole from which on another beginning is tried, and its share of the best one's evidence."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +42,23 @@ class Missing:
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.
 
-    Where a pattern beat a named effect on the way, the search goes on from there once more with the pattern taken, and
-    the whole that is worth more is kept: early on, a pattern may only look better because other effects are missing.
+    Where a pattern beat a named effect on the way, or nearly and further parts were needed, the search goes on from
+    there once more with the pattern taken, and the whole that is worth more is kept: early on, a pattern may only look
+    better because other effects are missing, and two names together may tell what one pattern tells.
     """
     forks: list[_Fork] = []
     named = replace(search, outside=[])
     missing = _select(named, first, [], forks)
-    for fork in forks:
-        other = _select(fork.search, fork.ranked, fork.missing, None)
+    parts = len(missing) + len(named.outside)
+    if parts >= MANY:
+        # What takes part of several causes comes first, and others then mend it.
+        rivals = [c for c in first[1:] if c.evidence > NEAR * first[0].evidence and c.key != first[0].key][:1]
+        forks += [_Fork(replace(search, outside=[]), [c, *first], [], True) for c in rivals]
+    for fork in forks if parts > 1 else [f for f in forks if f.more]:
+        other = _select(fork.search, fork.ranked or ranking(fork.search), fork.missing, None)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
             named, missing = fork.search, other
-    search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
+    search.fit, search.outside = named.fit, named.outside
     return missing
 
 
@@ -68,11 +76,16 @@ def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:
 
 @dataclass(frozen=True)
 class _Fork:
-    """A search where a pattern is worth more than the best named effect."""
+    """Another beginning of a search, or a pattern taken that is worth as much as the best name but for the odds.
+
+    Args:
+        ranked: None where it has to be found; more: whether it is worth more than the name, odds counted.
+    """
 
     search: Search
-    ranked: list[Candidate]
+    ranked: list[Candidate] | None
     missing: list[Missing]
+    more: bool
 
 
 def _select(
@@ -81,27 +94,30 @@ def _select(
     """One effect or pattern after another.
 
     Args:
-        forks: where names go before patterns that beat them, and the first such place is kept; None where patterns go
-            before.
+        forks: where a name goes before the first pattern that comes near it, and that place is kept; None where the
+            pattern goes before.
     """
+    refused: set[str] = set()
     for _ in range(MOST):
-        best = next((c for c in ranked if convincing(c, search.fit, len(search.classes))), None)
+        fresh = (c for c in ranked if c.key not in refused)
+        best = next((c for c in fresh if convincing(c, search.fit, len(search.classes))), None)
         suspects = search.suspects(search.fit, search.linear())
         outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
-        beaten = best is not None and outside is not None and outside.evidence > best.evidence
-        if beaten and forks == []:
-            forks.append(_Fork(replace(search), ranked, missing))
-        if best is not None and not (beaten and forks is None):
+        lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
+        first = forks == [] and lead > -ODDS
+        if first and forks is not None and outside is not None:
+            forks.append(_Fork(replace(search, outside=[*search.outside, outside]), None, missing, lead > 0))
+        if best is not None and (first or lead <= 0):
             taken = _take(search, best, ranked)
             if taken is None:
-                search.classes = {k: c for k, c in search.classes.items() if k != best.key}
-            else:
-                missing = [m for m in missing if m.candidate.key != best.key] + [taken]
+                refused.add(best.key)
+                continue
+            missing = [m for m in missing if m.candidate.key != best.key] + [taken]
         elif outside is not None and len(search.outside) < 3:
             search.outside = [*search.outside, outside]
         else:
             break
-        ranked = ranking(search)
+        ranked, refused = ranking(search), set()
     return missing
 
 
@@ -114,7 +130,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     """
     before = search.fit
     after = refit(before, search.linear(), best)
-    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
+    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0, search.outside):
         return None
     taken = judged(before, after, best)
     if taken.evidence < 0:

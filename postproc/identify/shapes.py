@@ -19,25 +19,22 @@ STEPS, KINKS = 24, 9
 GAP = 0.08
 """Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
 FINE, KNOTS = 400, 150
+FINEST = 2
+"""How often places and widths of a smooth shape are tried closer by."""
 CLOSER = 4.0
 """As much less likely is one of the many finer places of a pattern: neighbours are hardly different."""
 
 
 def only(there: str, signal: Signal, elsewhere: str = "") -> tuple[str, str, str]:
     """How it is said of something else that it acts only there, only elsewhere, or there the other way."""
-    elsewhere = elsewhere or f"not {there}"
-    is_ = f"where {signal.name} is"
-    return (
-        f"only {is_} {there}{signal.inside}",
-        f"only {is_} {elsewhere}{signal.inside}",
-        f"the other way {is_} {there}{signal.inside}",
-    )
+    is_ = f"where {signal.label} is"
+    return f"only {is_} {there}", f"only {is_} {elsewhere or f'not {there}'}", f"the other way {is_} {there}"
 
 
 def line(signal: Signal, origin: float = 0.0) -> Pattern:
     """The signal itself, as far as it is from an origin."""
     label = f"{signal.name}, counted from {shown(signal.unit, origin)}," if origin else signal.name
-    form = f"proportional{signal.of}"
+    form = f"proportional to {signal.label}" if signal.of else "proportional"
     return Pattern((signal,), form, lambda x: x - origin if origin else x, "line", label=label)
 
 
@@ -59,7 +56,7 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     yield Pattern(one, f"curved{of}", lambda x: ((x - centre) / half) ** 2, "curve")
     yield Pattern(one, f"s-shaped{of}", lambda x: ((x - centre) / half) ** 3, "curve")
     if values.min() < 0 < values.max():
-        yield Pattern(one, f"with the square of its size, by its side{of}", lambda x: x * np.abs(x), "curve")
+        yield Pattern(one, f"proportional to {signal.label} |{signal.label}|", lambda x: x * np.abs(x), "curve")
     yield from breaks(signal)
     if signal.name == "time":
         for share in (0.05, 0.1, 0.2, 0.4):
@@ -93,8 +90,7 @@ def of_channel(signal: Signal) -> Iterator[Pattern]:
     """
     yield from of_signal(signal)
     if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
-        size = signal.through(np.abs, " of its size", " in size")
-        for pattern in of_signal(size):
+        for pattern in of_signal(signal.size):
             yield pattern
             if pattern.kind == "ramp":
                 yield _sided(pattern, signal)
@@ -107,7 +103,7 @@ def _sided(pattern: Pattern, signal: Signal) -> Pattern:
         return pattern.law(np.abs(x)) * np.sign(x)
 
     finer = None if pattern.finer is None else lambda: [_sided(p, signal) for p in sharper(pattern)]
-    form = f"{pattern.form}, by its side"
+    form = f"{pattern.form}, to the side of {signal.label}"
     return replace(pattern, signals=(signal,), form=form, law=law, finer=finer, gate=())
 
 
@@ -152,11 +148,23 @@ def _step(signal: Signal, edge: Edge) -> Pattern:
     return Pattern((signal,), f"step near {{}}{signal.of}", lambda x: x > middle, "step", (edge,), None, finer, gate)
 
 
-def _rise(signal: Signal, centre: float, width: float) -> Pattern:
+def _rise(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
     """A step that takes its time: friction that sets in, a seat that lets go."""
+
+    def finer() -> list[Pattern]:
+        return [_rise(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 40, fine)]
+
     at = ((centre, centre), (2 * width, 2 * width))
-    form = f"rising about {{}}, over {{}}{signal.of}"
-    return Pattern((signal,), form, lambda x: np.tanh((x - centre) / width), "step", at)
+    form, move = f"rising about {{}}, over {{}}{signal.of}", finer if fine < FINEST else None
+    return Pattern((signal,), form, lambda x: np.tanh((x - centre) / width), "step", at, finer=move)
+
+
+def _around(values: Array, centre: float, width: float, places: int, fine: int) -> list[tuple[float, float]]:
+    """Centres and widths between those of a grid of so many places, a third of its steps apart, a ninth .."""
+    low, high = np.quantile(values, [0.02, 0.98])
+    share = np.linspace(-1.0, 1.0, 7) / 3.0**fine
+    centres, widths = centre + (high - low) / places * share, width * 1.7**share
+    return [(float(c), float(w)) for c in centres for w in widths]
 
 
 def _kink(signal: Signal, knot: float) -> Pattern:
@@ -167,14 +175,17 @@ def _kink(signal: Signal, knot: float) -> Pattern:
     return Pattern((signal,), form, lambda x: np.abs(x - knot), "kink", ((knot, knot),), None, finer)
 
 
-def _ramp(signal: Signal, knot: float, side: int) -> Pattern:
+def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
+    """What grows from a knot on, or with the square: a rubber stop."""
+
     def finer() -> list[Pattern]:
-        return [replace(_ramp(signal, e, side), finer=None) for e in knots(signal.values)]
+        return [replace(_ramp(signal, e, side, n), finer=None) for e in knots(signal.values) for n in (1, 2)]
 
     def law(x: Any) -> Any:
-        return np.maximum(x - knot if side > 0 else knot - x, 0.0)
+        grown = np.maximum(x - knot if side > 0 else knot - x, 0.0)
+        return grown if power == 1 else grown**power
 
-    over = "above {}" if side > 0 else "below {}"
+    over = ("above {}" if side > 0 else "below {}") + (", with the square" if power > 1 else "")
     gate = only(f"{over}, growing", signal)[:1]
     return Pattern((signal,), f"growing {over}{signal.of}", law, "ramp", ((knot, knot),), None, finer, gate)
 
@@ -220,12 +231,16 @@ def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
     return places[max(0, at - reach) : at + reach]
 
 
-def _bump(signal: Signal, centre: float, width: float) -> Pattern:
+def _bump(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
+    def finer() -> list[Pattern]:
+        return [_bump(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 60, fine)]
+
     def law(x: Any) -> Any:
         return np.exp(-0.5 * ((x - centre) / width) ** 2)
 
     at, near = ((centre, centre), (2 * width, 2 * width)), "near {}, {} wide"
-    return Pattern((signal,), f"bump {near}{signal.of}", law, "window", at, gate=only(near, signal)[:1])
+    gate, move = only(near, signal)[:1], finer if fine < FINEST else None
+    return Pattern((signal,), f"bump {near}{signal.of}", law, "window", at, finer=move, gate=gate)
 
 
 def _measured(distinct: Array, edge: Edge) -> bool:

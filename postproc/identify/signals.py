@@ -37,7 +37,7 @@ class Signal:
     Args:
         names: channels that it follows, the one that leads first; values: (n,).
         code: text of an expression of a ``state``; empty where a state alone does not tell it.
-        unit: channel whose unit it has; of: what is said behind a shape of it; inside: behind a part of its range.
+        unit: channel whose unit it has; label: what it is called, a channel by its own name.
         bare: whether its text needs brackets inside another one.
     """
 
@@ -45,14 +45,18 @@ class Signal:
     values: Array
     code: str
     unit: str
-    of: str = ""
-    inside: str = ""
+    label: str
     bare: bool = False
 
-    def through(self, law: Callable[[Any], Any], of: str, inside: str = "") -> Signal:
-        """What a law makes of it."""
-        code = written(law, [self])
-        return replace(self, values=law(self.values), code=code.text if code else "", of=of, inside=inside)
+    @property
+    def size(self) -> Signal:
+        code = written(np.abs, [self])
+        return replace(self, values=np.abs(self.values), code=code.text if code else "", label=f"|{self.label}|")
+
+    @property
+    def of(self) -> str:
+        """What is said behind a shape of it."""
+        return "" if self.label == self.name else f" of {self.label}"
 
     @property
     def name(self) -> str:
@@ -81,7 +85,7 @@ def channel_signal(name: str, values: Array, place: str = "") -> Signal:
         code = f"{place}[:, {'xyz'.index(name)}]" if place else ""
     else:
         code = f'state.channels["{name}"]'
-    return Signal((name,), values, code, name)
+    return Signal((name,), values, code, name, name)
 
 
 def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
@@ -90,7 +94,7 @@ def added(signals: Sequence[Signal], sign: str = "+") -> Signal:
     names = tuple(s.name for s in signals)
     values = reduce(ways[sign], (s.values for s in signals))
     code = f" {sign} ".join(s.code for s in signals)
-    return Signal(names, values, code, names[0], f" of {f' {sign} '.join(names)}", bare=True)
+    return Signal(names, values, code, names[0], f" {sign} ".join(names), bare=True)
 
 
 def channels_read(code: str) -> tuple[str, ...]:

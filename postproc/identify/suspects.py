@@ -61,13 +61,15 @@ class Suspect:
 def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
-    Joints and base (turn), instrument and tool (translation), the far end of each arm body (turn or shift). The last
-    two bodies are a few centimetres long: the tool and the joints beside them do what they do.
+    Joints and base (turn), instrument (translation, or turn about its origin), tool (translation), the far end of each
+    arm body (turn or shift). The last two bodies are a few centimetres long: the tool and the joints beside them do
+    what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
     found["base"] = J[:, :, BODY + 3 : BODY + 6]
     found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
+    found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     for b in range(1, 5):
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
@@ -88,7 +90,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
     for where, names, text, moves in smooth:
         tried.moves[where] = moves
         # One of so many, and all together are one kind of patterns.
-        everywhere = Signal(names, np.ones(len(problem.error)), "", "")
+        everywhere = Signal(names, np.ones(len(problem.error)), "", "", text)
         tried.add(where, Pattern((everywhere,), text, lambda x: x, "field", where=where, tries=len(smooth)))
     tried.sharpen()
     above = max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)

@@ -52,9 +52,11 @@ class Tried:
     found: list[Found] = field(default_factory=list)
     moves: dict[str, Array] = field(default_factory=dict)
     prepared: dict[str, Seen] = field(default_factory=dict)
+    screened: list[str] = field(default_factory=list)
 
     def screen(self, where: str) -> None:
         """The best patterns at a place, each with the price of all that were tried."""
+        self.screened.append(where)
         for group in (self.every.anywhere, self.every.only(where)):
             if group.some:
                 self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
@@ -122,7 +124,8 @@ class Tried:
                 if not any(other.worth > closest.worth for other in more):
                     del self.found[known:]
         price = odds(best.pattern, self.every.kinds)
-        for where in self.moves if best.pattern.where is None else ():
+        # A pattern is no more at home in what moves every direction in its own way.
+        for where in self.screened if best.pattern.where is None else ():
             self._best(where, _values([best.pattern]), price, lambda k: best.pattern, 1)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,31 +16,57 @@ from postproc.identify.suspects import Suspect
 from postproc.identify.verdict import suspect_size
 from postproc.render.templates import environment, fill, load_template
 
+_PLACE = re.compile(r"(joint|base|body|tool|instrument)(?: (\d))?(, shifted|, turned)?")
+"""Places that move as a whole."""
+
+
+@dataclass(frozen=True)
+class _Term:
+    """One pattern at one place: what an effect file writes of it."""
+
+    name: str
+    said: str
+    law: str
+    place: str
+    axes: str
+    unit: str
+    wide: bool
+    size: float
+
+    @property
+    def typical(self) -> str:
+        return f"{self.size:.0e}"
+
+    @property
+    def bound(self) -> str:
+        return f"{100 * self.size:.0e}"
+
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of the first suspect; no text where a pose does not tell it, or where it moves no one place.
+    """Key and Python text of what remains; no text where a pose does not tell it, or where it moves no one place.
 
     Args:
         name: of the file, which becomes the key. data: name of the table.
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
-    suspect = next(iter(found.suspects), None)
-    place = None if suspect is None else _place(suspect)
-    if suspect is None or place is None or not suspect.code:
+    told = [s for s in (*found.suspects[:1], *found.beside) if s.code and _PLACE.fullmatch(s.where)]
+    if not told or told[0] is not found.suspects[0]:
         return "_".join(words), None
-    size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
+    terms = [term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else "")]
+    first, places = told[0], tuple(dict.fromkeys(term.place for term in terms))
+    bodies = ", ".join(f"{p.removeprefix('body_')}: {p}" for p in places if p.startswith("body"))
+    reads = dict.fromkeys(name for term in terms for name in channels_read(term.law))
+    title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"
     values = {
         "name": "".join(word.capitalize() for word in words),
-        "reads": ", ".join(f'"{name}"' for name in channels_read(suspect.code)),
-        "where": suspect.where,
-        "channels": " and ".join(suspect.channels),
-        "pattern": suspect.pattern,
+        "title": title[0].upper() + title[1:],
         "data": data,
-        "law": suspect.code,
-        "typical": f"{size:.0e}",
-        "bound": f"{100 * size:.0e}",
-        **place,
+        "reads": ", ".join(f'"{name}"' for name in reads),
+        "terms": terms,
+        "arrays": any(term.wide for term in terms),
+        "places": places,
+        "moved": ", ".join([f"{p}={p}" for p in places if p[:4] != "body"] + [f"body={{{bodies}}}"] * bool(bodies)),
     }
     return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values)
 
@@ -48,21 +76,27 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
     help_ = "write it by hand: `postproc explain DAT028` shows how"
     if not found.suspects:
         why, help_ = "nothing remains that follows a channel", "see what the verdict says"
-    elif _place(found.suspects[0]) is None:
+    elif not _PLACE.fullmatch(found.suspects[0].where):
         why = f"`{found.suspects[0].where}` is no joint, body, tool or instrument that moves as a whole"
     else:
         why = f"`{found.suspects[0].pattern}` is nothing that a single pose tells"
     return Diagnostic("DAT028", "info", f"no effect was drafted: {why}", help=help_)
 
 
-def _place(suspect: Suspect) -> dict[str, object] | None:
-    """How the template moves the place; None for one that is no joint, body, tool or instrument as a whole."""
-    found = re.fullmatch(r"(joint|base|body|tool|instrument)(?: (\d))?(, shifted)?", suspect.where)
-    if found is None or suspect.place.shape[2] != (1 if found[1] == "joint" else 3):
-        return None
-    number = int(found[2] or 0)
-    if found[1] == "joint":
-        return {"kind": "joint", "number": number - 1, "unit": "rad"}
-    if found[1] in ("tool", "instrument"):
-        return {"kind": found[1], "number": 0, "unit": "m"}
-    return {"kind": "body", "number": number, "unit": "m" if found[3] else "rad"}
+def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
+    """A suspect's law at its place; at the end of a casting with what that is off everywhere: no base knows of it."""
+    where = _PLACE.fullmatch(suspect.where)
+    assert where is not None
+    kind, index, how = where[1], int(where[2] or 0), where[3]
+    turned = how == ", turned" or (kind in ("base", "body") and how is None)
+    unit = "rad" if turned or kind == "joint" else "m"
+    place, axes = f"body_{index}" if kind in ("base", "body") else kind, "3:" if turned else ":3"
+    size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
+    said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
+    if kind == "joint":
+        yield _Term(f"size{number}_{unit}", said, suspect.code, place, str(index - 1), unit, False, size)
+        return
+    yield _Term(f"size{number}_{unit}", said, suspect.code, place, axes, unit, True, size)
+    if kind == "body":
+        everywhere = "np.ones(len(state))"
+        yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.identify.contest import akin
+from postproc.identify.contest import _tells_as_much, _Whole, akin
 from postproc.identify.diagnose import diagnose
 from postproc.identify.formula import sharper
 from postproc.identify.shapes import of_channel
@@ -162,7 +162,7 @@ def test_shapes_are_met_after_sharpening_twice(law, first):
 def test_a_threshold_of_speed_is_one_of_its_size():
     v = np.random.default_rng(6).normal(0.0, 0.6, 200)
     found = best(of_channel(channel_signal("v4", v)), (np.abs(v) > 0.5).astype(float))
-    assert found.text.startswith("step near 2") and found.text.endswith("of its size")
+    assert found.text.startswith("step near 2") and found.text.endswith("of |v4|")
 
 
 def test_two_named_effects_are_not_traded_for_patterns():
@@ -171,3 +171,25 @@ def test_two_named_effects_are_not_traded_for_patterns():
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "missing"
     assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
+
+
+def suspect(channel, where):
+    return Suspect(channel, where, "proportional", 0.5, 100.0, 10.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
+
+
+@pytest.mark.parametrize(
+    ("outside", "square", "other", "goes"),
+    [
+        ([suspect("load3", "joint 3")], 540.0, False, True),
+        ([suspect("load3", "joint 3")], 700.0, False, False),
+        # What is left follows something else: the name told of that.
+        ([suspect("load3", "joint 3")], 540.0, True, False),
+        # A casting that gives in six directions takes part of most effects.
+        ([suspect("load3", "body 2")], 540.0, False, False),
+        ([suspect("load3", "body 2")], 490.0, False, True),
+        ([suspect("q1", "joint 3")], 540.0, False, False),
+    ],
+)
+def test_a_name_goes_where_the_same_patterns_leave_hardly_more(outside, square, other, goes):
+    best = _Whole((), (suspect("load3", "joint 3"),), 500.0, False)
+    assert _tells_as_much(_Whole((), tuple(outside), square, other), best, 100.0) is goes

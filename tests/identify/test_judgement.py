@@ -16,8 +16,10 @@ from postproc.identify.add import add_effects
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
-from postproc.identify.judgement import confusable, judged, predicts_better, refit
+from postproc.identify.judgement import _by_block, confusable, judged, predicts_better, refit
+from postproc.identify.linear import contiguous_blocks
 from postproc.identify.selection import compose
+from postproc.identify.suspects import Suspect, places
 from tests.identify.cells import base_fit, cell
 from tests.independent.arm import Wrenches, point_load
 from tests.independent.cells import Hidden, column
@@ -137,3 +139,21 @@ def test_what_hides_is_told_from_fits_that_use_other_rows():
     ranking = [replace(c, evidence=1.0) for c in ranking]
     chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
     assert confusable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
+
+
+def test_held_out_blocks_are_predicted_with_the_patterns_beside():
+    """Each block by least squares on the rows of the others, the pattern's columns among the fitted ones."""
+    data, _ = cell(_short_wave, seed=521, poses=60)
+    fit = base_fit(data)
+    wave, moves = np.sin(9 * data.state.q[:, 2]), places(fit.problem)["joint 3"]
+    one = Suspect("q3", "joint 3", "wave", 1.0, 0.0, 0.0, moves, wave, ("q3",))
+    columns = np.hstack([fit.columns, one.columns(fit.problem)])
+    blocks = contiguous_blocks(data.repeats)
+    at, y = blocks[fit.problem.row], fit.problem.residual
+    wanted = []
+    for block in range(blocks.max() + 1):
+        own = at == block
+        x = np.linalg.lstsq(columns[~own], y[~own], rcond=None)[0]
+        wanted.append(np.sum((y[own] - columns[own] @ x) ** 2))
+    assert _by_block(fit, [one]) == pytest.approx(np.array(wanted), rel=1e-3)
+    assert _by_block(fit, [one]).sum() < 0.5 * np.nansum((fit.held_out_error * fit.problem.weights.values) ** 2)

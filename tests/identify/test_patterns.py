@@ -14,7 +14,7 @@ from postproc.identify.patterns import PLACES, Patterns, grown, odds, patterns, 
 from postproc.identify.sensitivity import BODY
 from postproc.identify.shapes import breaks
 from postproc.identify.signals import Signal, channel_signal
-from postproc.identify.suspects import by_channel, find_suspects
+from postproc.identify.suspects import by_channel, find_suspects, places
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -66,7 +66,7 @@ def test_a_sway_is_found_at_its_own_period_and_phase():
 
 
 def plain(name, values, kind):
-    return Pattern((Signal((name,), values, "", name),), kind, lambda x: x, kind)
+    return Pattern((Signal((name,), values, "", name, name),), kind, lambda x: x, kind)
 
 
 def best(some, truth):
@@ -116,12 +116,49 @@ def test_what_another_channel_switches_is_told_with_its_edge(law, said):
         (lambda q: np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
         (lambda q: np.sign(q) * np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
         (lambda q: np.tanh(3 * (q - 0.4)), "rising about 2"),
+        (lambda q: np.maximum(q - 0.7, 0) ** 2, "growing above 39"),
+        (lambda q: np.exp(-0.5 * ((q - 0.9) / 0.15) ** 2), "bump near 51"),
     ],
 )
 def test_stops_on_both_sides_and_what_levels_off(law, said):
     q = np.random.default_rng(12).uniform(-2.0, 2.1, 220)
     found = closest(best(of_two(q5=q).every, law(q)), law(q))
-    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.99
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.997
+
+
+def test_a_column_of_the_table_may_come_again():
+    rail = np.random.default_rng(15).uniform(0.0, 5.0, 150)
+    truth = np.sin(2 * np.pi * rail / 1.3 + 0.5)
+    found = closest(best(of_two(rail_m=rail).every, truth), truth)
+    assert found.text.startswith("wave with a period of ") and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
+    assert float(found.text.split()[5].rstrip(",")) == pytest.approx(1.3, rel=0.02)
+
+
+def test_what_rose_since_the_row_before_is_told_of_every_channel():
+    warm = np.random.default_rng(16).uniform(20.0, 30.0, 90)
+    truth = np.sign(np.diff(warm, prepend=warm[0]))
+    found = best(of_two(q1=np.linspace(-1, 1, 90), temperature=warm).every, truth)
+    assert found.text == "whether it rose or fell since the row before" and found.channels == ("temperature",)
+
+
+def test_an_instrument_turns_about_its_own_origin():
+    data, _ = cell(kinds.elbow_wave, seed=311, noise=0.02, poses=40)
+    problem = base_fit(data).problem
+    seen = data.position - problem.error[:, :3]
+    for k, axis in enumerate(np.eye(3)):
+        assert places(problem)["instrument, turned"][:, :3, k] == pytest.approx(np.cross(axis, seen), abs=5e-3)
+
+
+def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
+    """The instrument sinks with the heaviest payload: nothing bends in every direction."""
+    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
+    fit = base_fit(data)
+    heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
+    sunk = places(fit.problem)["instrument"] @ [0.0, 0.0, 1e-4]
+    y = fit.problem.whiten((sunk * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")]))
+    assert found[0].where == "instrument" and found[0].evidence > 0
+    assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
 
 
 def test_what_the_arm_did_before_is_told():
@@ -130,7 +167,7 @@ def test_what_the_arm_did_before_is_told():
     q6 = np.repeat(g.uniform(-2.6, 2.6, 120), 2)
     before = np.repeat(np.concatenate([q6[:1], q6[:-2:2]]), 2)
     wave = closest(best(of_two(q6=q6).every, np.sin(2 * before)), np.sin(2 * before))
-    assert wave.text.startswith("wave 2 times a turn in the row before") and wave.kind == "before"
+    assert wave.text.startswith("wave 2 times a turn of q6 in the row before") and wave.kind == "before"
     rose = best(of_two(q6=q6).every, np.sign(q6 - before))
     assert rose.text == "whether it rose or fell since the row before"
 

@@ -145,11 +145,37 @@ def test_a_key_of_the_library_is_not_taken() -> None:
     beside = replace(found.suspects[0], where="body 4, shifted", place=np.repeat(found.suspects[0].place, 3, axis=2))
     text = effect_file(replace(found, suspects=(beside,)), "own", "cell.csv")[1]
     assert text is not None
-    assert "moved[:, :3] = np.outer(shape, self.size_m) + self.always_m" in text
-    assert "Displacement(body={4: moved})" in text
+    assert "body_4[:, :3] += np.outer(shape, self.size_m)" in text
+    assert "always_m: Array" in text
+    assert "Displacement(body={4: body_4})" in text
     # What is no single place of the arm cannot be drafted.
     scale = replace(found.suspects[0], where="instrument, scale")
     assert effect_file(replace(found, suspects=(scale,)), "own", "cell.csv")[1] is None
+
+
+def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
+    data, _ = cell(unknown.angle_step, seed=401)
+    found = diagnose(base_fit(data).model, data)
+    first = found.suspects[0]
+    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), code="np.cos(2 * state.q[:, 5])")
+    more = replace(first, where="joint 5", code="state.temperature > 21")
+    text = effect_file(replace(found, beside=(wave, more, replace(more, code=""))), "own", "cell.csv")[1]
+    assert text is not None
+    path = tmp_path / "own.py"
+    path.write_text(text, encoding="utf-8")
+    [effect] = load_effect_file(path)
+    assert check_effect(effect) == []
+    assert set(effect.parameters()) == {"size_rad", "size2_m", "size3_rad"} and set(effect.reads) == {
+        "q",
+        "temperature",
+    }
+    q = np.zeros((2, 6))
+    q[1, 5] = np.pi / 4
+    moved = effect.null().with_vector(np.array([0.0, 1e-3, 0.0, 0.0, 2e-3])).displacement(
+        State(q=q, temperature=np.array([20.0, 25.0]))
+    )  # fmt: skip
+    assert moved.tool[:, 0] == pytest.approx([1e-3, 0.0], abs=1e-12)
+    assert moved.joint[:, 4] == pytest.approx([0.0, 2e-3])
 
 
 def test_why_nothing_was_drafted_is_said() -> None:

@@ -1,0 +1,106 @@
+"""Which beginnings a search tries, on tables of what every name and pattern is worth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from postproc.identify import search as module
+from postproc.identify.ranking import Search
+from postproc.identify.suspects import Suspect
+
+
+@dataclass
+class Table(Search):
+    """A search in which what was taken decides what all the others are worth."""
+
+    worth: dict[frozenset[str], dict[str, float]] = field(default_factory=dict)
+
+    def now(self):
+        return frozenset([*self.fit.names, *(s.where for s in self.outside)])
+
+    def linear(self):
+        return SimpleNamespace(square=1.0)
+
+    def suspects(self, fit, linear):
+        some = self.worth.get(self.now(), {})
+        found = [(v, k) for k, v in some.items() if k.startswith("joint")]
+        return [Suspect("q1", k, "", 1.0, v, v, np.zeros((1, 1, 1)), np.zeros(1)) for v, k in sorted(found)[::-1]]
+
+
+@pytest.fixture
+def begin(monkeypatch):
+    def ranking(search):
+        some = search.worth.get(search.now(), {})
+        found = [SimpleNamespace(key=k, evidence=v) for k, v in some.items() if not k.startswith("joint")]
+        return sorted(found, key=lambda c: -c.evidence)
+
+    def take(search, best, ranked):
+        if best.key == "refused":
+            return None
+        search.fit = SimpleNamespace(names=(*search.fit.names, best.key))
+        return SimpleNamespace(candidate=best)
+
+    def worth(before, search, missing):
+        return search.worth.get(search.now(), {}).get("joint total", 0.0)
+
+    monkeypatch.setattr(module, "ranking", ranking)
+    monkeypatch.setattr(module, "_take", take)
+    monkeypatch.setattr(module, "_worth", worth)
+    monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
+    monkeypatch.setattr(module, "clear", lambda s, linear, share: s.evidence > 0 and s.where != "joint total")
+    monkeypatch.setattr(module, "worth_saying", lambda fit: 0.0)
+
+    def begin(table):
+        worth = {frozenset(k.split()): v for k, v in table.items()}
+        search = Table(SimpleNamespace(names=(), linear=None), {}, None, [], worth=worth)
+        return sorted(m.candidate.key for m in module.select_forward(search, ranking(search))), [
+            s.where for s in search.outside
+        ]
+
+    return begin
+
+
+def test_after_the_first_name_that_a_pattern_beats_the_better_goes_first(begin):
+    """Drift of all joints beside a joint that softens: once the drift is in, the pattern is worth ten times a name."""
+    table = {
+        "": {"drift": 200.0, "joint-2": 500.0},
+        "drift": {"growth": 30.0, "joint-3": 400.0},
+        "joint-2": {"drift": 50.0},
+        "drift joint-3": {"joint total": 3.0},
+        "joint-2 drift": {"joint total": 2.0},
+    }
+    assert begin(table) == (["drift"], ["joint-3"])
+
+
+def test_two_names_give_way_to_the_pattern_that_tells_both(begin):
+    """A rubber stop: a balancer and a gear line together, each worth a little more than the pattern."""
+    table = {
+        "": {"balancer": 505.0, "joint-2": 500.0},
+        "balancer": {"line": 12.0},
+        "balancer line": {"joint total": 1.0},
+        "joint-2": {"joint total": 2.0},
+    }
+    assert begin(table) == ([], ["joint-2"])
+    del table["balancer"], table["balancer line"]
+    assert begin(table) == (["balancer"], [])
+
+
+def test_three_parts_are_begun_again_with_the_next_best(begin):
+    """A hose takes part of a weight and of a gear that gives; then two others mend it."""
+    table = {
+        "": {"hose": 500.0, "weight": 400.0},
+        "hose": {"gear": 40.0},
+        "hose gear": {"balancer": 15.0},
+        "weight": {"joint-2": 160.0},
+        "weight joint-2": {"joint total": 1.0},
+    }
+    assert begin(table) == (["weight"], ["joint-2"])
+
+
+def test_a_name_that_was_refused_is_asked_again_once_another_is_in(begin):
+    table = {"": {"refused": 90.0, "backlash": 50.0}, "backlash": {"joint-1": 20.0}}
+    assert begin(table) == (["backlash"], ["joint-1"])
