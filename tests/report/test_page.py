@@ -64,6 +64,21 @@ def test_compensation_page(conversion: Conversion) -> None:
     assert embedded(page) == json.loads(json.dumps(r))
 
 
+def test_what_remains_beside_the_steady_way_stands_in_the_first_sentence(conversion: Conversion) -> None:
+    def sentence(**figures: float) -> str:
+        page = compensation_page("x.mod", replace(conversion, report={**conversion.report, **figures}))
+        return re.findall(r'<p class="sentence">(.*?)</p>', page)[0]
+
+    steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01}
+    assert sentence(**steady, max_transient_mm=0.01, max_transition_mm=0.0) == (
+        "The largest deviation falls from 0.50 mm to 0.004 mm."
+    )
+    assert sentence(**steady, max_transient_mm=0.062, max_transition_mm=0.2) == (
+        "At steady speed the deviation falls from 0.50 mm to 0.004 mm; there remain up to 0.062 mm while the speed changes "
+        "and 0.200 mm where the correction jumps."
+    )
+
+
 def test_names_in_a_page_are_text(conversion: Conversion) -> None:
     hostile = dict(
         conversion.report["statements"][0], routine="r<1>", reason="loop </script> index", residual_mm=np.nan
