@@ -254,9 +254,10 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         "message": "PROC `main`",
         "help": "x",
     }
+    told = [{**finding, "severity": s, "code": c} for s, c in (("info", "MOT012"), ("warning", "CMP006"))]
     figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
     tasks = [
-        {"name": "a.mod", "status": "compensated", "cached": True, **figures, "max_error_after_mm": 0.01, "diagnostics": []},
+        {"name": "a.mod", "status": "compensated", "cached": True, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
         {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
         {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": []},
     ]  # fmt: skip
@@ -274,6 +275,8 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     ):
         assert f"<dt>{label}</dt><dd>{figure}</dd>" in page
     assert "nothing to correct" not in page
+    shown = page[page.index("Errors and warnings") : page.index("Every program")]
+    assert re.findall(r"<td>([A-Z]{3}\d{3})</td>", shown) == ["RAP007", "CMP006"]
     every = page[page.index("Every program") :]
     assert [every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")] == sorted(
         every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")
