@@ -9,20 +9,24 @@ import pytest
 
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.base import Effect, param
+from postproc.effects.contract import State
 from postproc.effects.gravity_compensator import GravityCompensator
+from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
-from postproc.identify.judgement import _by_block, confusable, judged, predicts_better, refit
+from postproc.identify.judgement import _by_block, confusable, impossible, judged, predicts_better, refit
 from postproc.identify.linear import contiguous_blocks
 from postproc.identify.selection import compose
+from postproc.identify.solve import Terms
 from postproc.identify.suspects import Suspect, places
+from postproc.measure.measurements import Measurements
 from tests.identify.cells import base_fit, cell
-from tests.independent.arm import Wrenches, point_load
-from tests.independent.cells import Hidden, column
+from tests.independent.arm import ARMS, Wrenches, point_load
+from tests.independent.cells import Hidden, column, draw_cell, draw_states, measure
 
 
 def _waves(g, arm):
@@ -112,6 +116,20 @@ def test_what_no_arm_can_be_is_held_and_the_rest_is_judged(cls):
     assert judged(base, after, candidate).evidence > 0
     alone = replace(candidate, free=np.array([False, True]))
     assert judged(base, refit(base, base.linear, alone), alone).evidence == -np.inf
+
+
+@pytest.mark.parametrize("seed", [640123, 640124, 640125])
+def test_a_payload_that_was_stated_and_never_taken_up_is_nothing_impossible(seed):
+    g = np.random.default_rng(seed)
+    arm = ARMS["irb4600_60_205"]()
+    s = draw_states(g, 50, arm, False, False)
+    places = measure(draw_cell(g, arm, ()), replace(s, mass=np.zeros(50))) + g.normal(0, 3e-5, (50, 3))
+    state = State(s.q, approach=s.approach, payload_mass=s.mass, payload_center=s.center)
+    base = base_fit(Measurements(state, places, row=tuple(range(1, 51)), line=(1,) * 50))
+    free = np.array([name == "fraction" for name in PayloadError().names()])
+    fit = fit_model(base.model, base.data, [PayloadError()], terms=Terms({**base.free, "payload_error": free}))
+    assert fit.model.effect("payload_error").fraction == pytest.approx(-1.0, abs=0.1)
+    assert not impossible(fit, "payload_error").any()
 
 
 def test_better_is_what_predicts_better_in_most_blocks():
