@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import groupby
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, plac
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis
+    from postproc.identify.suspects import Suspect
 
 
 TELLING = 0.05
@@ -98,13 +99,20 @@ def diagnosis_text(d: Diagnosis) -> str:
         lines.append(row.rstrip())
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
-        for (where, pattern, share), same in groupby(d.suspects, key=lambda s: (s.where, s.pattern, s.share)):
-            follows = joined([s.channel for s in same])
-            lines.append(f"  {where}, {follows}: {pattern}, {100 * share:.0f} % of what is above the noise")
+        lines += _followed(d.suspects)
     if d.blind:
         lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
     return "\n".join([*lines, *_held(d.final)])
+
+
+def _followed(suspects: Iterable[Suspect]) -> Iterator[str]:
+    """A line for each pattern at a place, with all the channels that show it."""
+    channels: dict[tuple[str, str, float], list[str]] = {}
+    for s in suspects:
+        channels.setdefault((s.where, s.pattern, s.share), []).append(s.channel)
+    for (where, pattern, share), some in channels.items():
+        yield f"  {where}, {joined(some)}: {pattern}, {100 * share:.0f} % of what is above the noise"
 
 
 def _found(d: Diagnosis) -> list[str]:

@@ -18,6 +18,7 @@ from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.fit import fit_model
 from postproc.identify.record import fit_json, parameters_json
+from postproc.identify.report import _followed
 from postproc.identify.search import Missing
 from postproc.identify.solve import Terms
 from postproc.identify.verdict import doubts
@@ -135,4 +136,13 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     assert list(doubts(SimpleNamespace(missing=[load, alone]))) == [
         "On this data `arm_load` could as well be `payload_error` or `dress_pack`.",
         "Beside `arm_load` this data would not show `session`.",
+    ]
+
+
+def test_channels_that_show_the_same_pattern_stand_in_one_line():
+    told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6)]
+    suspects = [SimpleNamespace(channel=c, where=w, pattern="step", share=s) for c, w, s in told]
+    assert list(_followed(suspects)) == [
+        "  joint 2, q2 and load3: step, 60 % of what is above the noise",
+        "  joint 2, load2: step, 50 % of what is above the noise",
     ]
