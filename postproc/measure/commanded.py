@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -67,7 +68,8 @@ def program_targets(
     Pose, work object, displacement, tool and configuration are those in force where the program moves to the target.
 
     Raises:
-        PostprocError: DAT012 where a target is not in the program, or is visited with different tools or work objects.
+        PostprocError: DAT012 where a target is not in the program; RAP020 and its like where a tool or a work object of
+            a visit is declared in no file.
     """
     events = _visited(program)
     missing = [i for i, name in enumerate(target) if name.lower() not in events]
@@ -77,6 +79,10 @@ def program_targets(
         help_ = "name the module that was run, and targets as they stand in its motion statements"
         raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(missing[0]), help_))
     visited = [events[name.lower()] for name in target]
+    unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")
+    if unknown:
+        help_ = "copy its declaration (user.sys, CalibData.mod) into the module that is given with `--program`"
+        raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
     T_flange_tcp = np.array([_pose(event.tool.tframe) for event in visited])
     q = np.full((len(visited), 6), np.nan)
     free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]

@@ -149,6 +149,9 @@ def _sides(table: Table) -> Array | None:
 def _commanded(table: Table, robot: Robot, program: Source | None) -> tuple[Array, Array | None]:
     q = table.vector(names.JOINTS)
     if q is not None:
+        if "target" in table.place and program is not None:
+            message = "the table has joint angles and targets of the program: the angles are taken"
+            table.say("DAT015", "warning", message, "leave out `q1_deg` .. `q6_deg` if the program is to tell them")
         return q, None
     cells = table.cells
     if "target" in table.place and program is not None:

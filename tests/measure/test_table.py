@@ -199,6 +199,19 @@ def test_targets_come_from_the_program_that_was_run(samples):
     with pytest.raises(PostprocError) as caught:
         read_measurements(source(["target,x_mm,y_mm,z_mm", "pNowhere,1,2,3"]), ARM, program=module)
     assert caught.value.diagnostics[0].code == "DAT012"
+    both = read_measurements(
+        source([f"{table()[0]},target", *(f"{x},{names[0]}" for x in table()[1:])]), ARM, program=module
+    )
+    assert "the angles are taken" in both.diagnostics[0].message
+
+
+def test_a_tool_that_no_file_declares_is_no_tool0():
+    target = "CONST robtarget p:=[[1000,0,1200],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    module = f"MODULE M\n {target}\n PROC main()\n  MoveJ p,v200,fine,tProbe\\WObj:=wJig;\n ENDPROC\nENDMODULE\n"
+    with pytest.raises(PostprocError) as caught:
+        read_measurements(source(["target,x_mm,y_mm,z_mm", "p,1,2,3"]), ARM, program=Source("M.mod", module.encode()))
+    assert [d.code for d in caught.value.diagnostics] == ["RAP020", "RAP020"]
+    assert "`tProbe`" in str(caught.value) and "--program" in caught.value.diagnostics[0].help
 
 
 def test_noise_and_iso_figures_from_repeats():
