@@ -204,9 +204,12 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: floa
         turned = replace(wish.value, pose=Pose(wish.value.pose.trans, group[0].value.pose.rot))
         if not same_value(wish.value, kept if base is None else turned):
             return None  # Offs does not turn
-    way = straight(numbers, np.array(shifts), least)
-    off = [np.abs(np.subtract(way.at(named), shift)).max() for named, shift in zip(numbers, shifts, strict=True)]
-    if max(off) > SAME_MM:
+    for finest in (least, SAME_MM / 2):  # with fewer numbers if that will do
+        way = straight(numbers, np.array(shifts), finest)
+        off = [np.abs(np.subtract(way.at(named), shift)).max() for named, shift in zip(numbers, shifts, strict=True)]
+        if max(off) <= SAME_MM:
+            break
+    else:
         return None
     whole = _change(events, group[0], "argument")
     if base is None:
