@@ -15,13 +15,15 @@ DOUBTFUL = 0.01
 """Chance that repeats scatter as much beyond a noise that was stated rightly."""
 MANY = 1e6
 """Degrees of freedom of a noise that was stated."""
+TOO_LOUD, FEW = 5.0, 20
+"""No noise is so many times what a fit with so many numbers to spare leaves."""
 
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
-    """Repeats beyond the stated noise, rows that were set aside, rows that stand out of the residual of the rest."""
+    """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
     from scipy.special import fdtrc
 
-    found = []
+    found = too_loud(fit)
     own, stated = larger_noise(fit), fit.noise
     if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
         message = (
@@ -41,6 +43,15 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
         found.append(Diagnostic("DAT025", "warning", message, fit.data.source, _span(fit, int(i)), help_))
     return found
+
+
+def too_loud(fit: Fit) -> list[Diagnostic]:
+    """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
+    stated = fit.noise.position or 0.0
+    if fit.noise.origin not in ("user", "sigma_mm") or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
+        return []
+    message = f"the stated noise of {1e3 * stated:.3f} mm cannot be: the fit leaves {1e3 * fit.rms:.3f} mm per axis"
+    return [Diagnostic("DAT027", "warning", message, fit.data.source, help="is it in micrometres? It counts in mm")]
 
 
 def larger_noise(fit: Fit) -> Noise:

@@ -10,14 +10,13 @@ import numpy as np
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic
+from postproc.identify.findings import too_loud
 from postproc.identify.fitted import Fit
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
 SCARCE = 3.0
 """So many times the error on a fit's own rows that on others may be before poses are too few."""
-TOO_LOUD, FEW = 5.0, 20
-"""No noise is so many times what a fit with so many numbers to spare leaves."""
 
 
 def recorded_model(fit: Fit) -> Model:
@@ -44,16 +43,7 @@ def recorded_model(fit: Fit) -> Model:
 
 def cautions(fit: Fit) -> list[Diagnostic]:
     """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026 and DAT027."""
-    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *_too_quiet(fit)]
-
-
-def _too_quiet(fit: Fit) -> list[Diagnostic]:
-    """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
-    stated = fit.noise.position or 0.0
-    if fit.noise.origin not in ("user", "sigma_mm") or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
-        return []
-    message = f"the stated noise of {_mm(stated):.3f} mm cannot be: the fit leaves {_mm(fit.rms):.3f} mm per axis"
-    return [Diagnostic("DAT027", "warning", message, fit.data.source, help="is it in micrometres? It counts in mm")]
+    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit)]
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:

@@ -17,7 +17,7 @@ OVERLOAD = 5.0
 NEAR_M = 2e-3
 """A load whose centre is nearer to the flange than this in every row is none."""
 SHOP_C = (-30.0, 60.0)
-INSTRUMENT_M = (5e-7, 1e-3)
+INSTRUMENT_M = (5e-7, 5e-3)
 """Standard deviations of instruments that reach over an arm, with a wide margin."""
 MISREAD_DEG = 5.0
 """An angle measured on the output side is no farther from the commanded one."""
@@ -46,9 +46,10 @@ def _wrong(data: Measurements, robot: Robot) -> Iterator[tuple[Severity, NDArray
             f"`payload_kg` is {mass.min(initial=0):g}: no mass is negative",
             "leave out what is not known",
         )
-        heavy = mass > OVERLOAD * (robot.payload or np.inf)
-        message = f"`payload_kg` is {mass.max(initial=0):g}, and `{robot.name}` carries {robot.payload or 0:g} kg"
-        yield "error", heavy, message, f"is it in grams or newtons? {unit}, or divide newtons by 9.81"
+        rated = robot.payload or np.inf
+        message = f"`payload_kg` is {mass.max(initial=0):g}, and `{robot.name}` carries {rated:g} kg"
+        severity: Severity = "error" if mass.max(initial=0) > OVERLOAD * rated else "warning"
+        yield severity, mass > rated, message, f"is it in grams, pounds or newtons? {unit}, or divide newtons by 9.81"
         if state.payload_center is not None:
             away = np.linalg.norm(state.payload_center, axis=1) * (mass > 0)
             near = (away > 0) & (away.max(initial=0) < NEAR_M)

@@ -49,6 +49,12 @@ def test_repeats_speak_against_a_noise_that_was_stated_too_small():
     assert right.verdict == "complete" and "DAT027" not in [d.code for d in right.diagnostics]
 
 
+def test_a_noise_that_was_stated_in_micrometres_is_said():
+    data, _ = cell(seed=101)
+    loud = diagnose(base_fit(data).model, data, noise=3.0e-2)
+    assert "the stated noise of 30.000 mm cannot be" in " ".join(d.message for d in loud.diagnostics)
+
+
 def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     """A suspect found on one fit stands beside the next one, whose rows may be fewer."""
     data, _ = cell(worn_tooth, seed=912, poses=80, noise=0.01)

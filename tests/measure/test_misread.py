@@ -47,6 +47,7 @@ def said(lines, severity: str, **more) -> str:
         ),
         (beside("x_mm", np.arange(N)), "error", "columns 8 and 11 are both called `x_mm`"),
         (beside("payload_kg", 1e3 * np.array(LOADED)), "error", "`irb4600_60_205` carries 60 kg (rows 2 and 19 more)"),
+        (beside("payload_kg", 6 * np.array(LOADED)), "warning", "`payload_kg` is 120, and `irb4600_60_205` carries 60 kg"),
         (beside("payload_kg", [-1.0, *LOADED[1:]]), "error", "no mass is negative"),
         (
             beside("payload_kg,payload_x_mm,payload_y_mm,payload_z_mm", LOADED, *np.outer([0.04, 0, 0.12], np.ones(N))),
@@ -62,12 +63,16 @@ def said(lines, severity: str, **more) -> str:
         ([f"{table(N)[0]},dir1", *(f"{line},+" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
     ],
     ids=[
-        "sides", "twice", "grams", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
+        "sides", "twice", "grams", "pounds", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
         "mq in rad", "words",
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_said(lines, severity, says):
     assert says in said(lines, severity)
+
+
+def test_a_coarse_instrument_is_one():
+    assert read(beside("sigma_mm", [1.5] * N)).diagnostics == ()
 
 
 def test_the_same_column_twice_does_no_harm():
