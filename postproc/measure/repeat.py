@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.measure.measurements import Measurements
 
+CHANCE = 1e-3
+"""That repeats of one noise differ as much."""
+
 
 @dataclass(frozen=True, slots=True)
 class Noise:
@@ -40,7 +43,8 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
 
     Else from column ``sigma_mm``. Repeats of one visit count where there are enough of them: those of a later round, at
-    another temperature, differ by drift and growth as well.
+    another temperature, differ by drift and growth as well. So do repeats that differ in a column of the user's own,
+    where those that agree in it scatter clearly less.
 
     Args:
         error: (n, 3) what a model leaves of the positions [m]: its scatter within repeats counts in place of theirs.
@@ -50,7 +54,7 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     if stated is not None:
         return Noise(stated, np.inf, rotation, rotation_dof, "user")
     for groups in (visits(data), data.repeats):
-        square, dof = pooled_scatter(_without_strays(places, groups), groups)
+        square, dof = _alike_in_own_columns(data, _without_strays(places, groups), groups)
         if dof >= 9 and square > 0:
             return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
     if data.sigma is not None:
@@ -59,20 +63,39 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
 
 
 def visits(data: Measurements) -> NDArray[np.int_]:
-    """(n,) number of the visit of each row: repeats of a pose at nearly the same temperature and time.
-
-    Nearly: no gap of more than a twentieth of the record's range, nor of 0.3 K.
-    """
-    found = data.repeats
+    """(n,) number of the visit of each row: repeats of a pose at nearly the same temperature and time."""
+    groups = data.repeats
     for channel, least in ((data.state.temperature, 0.3), (data.state.time, 0.0)):
-        if channel is None or not np.isfinite(channel).all():
-            continue
-        order = np.lexsort((channel, found))
-        wide = np.diff(channel[order]) > max(0.05 * float(np.ptp(channel)), least)
-        fresh = np.concatenate([[True], (np.diff(found[order]) != 0) | wide])
-        found = np.empty_like(found)
-        found[order] = np.cumsum(fresh) - 1
+        groups = groups if channel is None else _split(groups, channel, least)
+    return groups
+
+
+def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDArray[np.int_]:
+    """Groups of rows where a channel has no gap of more than a twentieth of its range, nor of the least that counts."""
+    if not np.isfinite(channel).all():
+        return groups
+    order = np.lexsort((channel, groups))
+    wide = np.diff(channel[order]) > max(0.05 * float(np.ptp(channel)), least)
+    fresh = np.concatenate([[True], (np.diff(groups[order]) != 0) | wide])
+    found = np.empty_like(groups)
+    found[order] = np.cumsum(fresh) - 1
     return found
+
+
+def _alike_in_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+    """Pooled variance and degrees of freedom, of repeats that agree in the user's columns where others differ (F)."""
+    from scipy.special import fdtrc
+
+    square, dof = pooled_scatter(values, groups)
+    for channel in data.state.channels.values():
+        finer = _split(groups, channel)
+        own, left = pooled_scatter(values, finer)
+        if left < 9 or left == dof or own <= 0:
+            continue
+        between = (square * dof - own * left) / (dof - left)
+        if fdtrc(dof - left, left, between / own) < CHANCE:
+            groups, square, dof = finer, own, left
+    return square, dof
 
 
 def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
