@@ -22,7 +22,7 @@ from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import UNKNOWN_START, judge_statements
+from postproc.compensate.outcomes import UNKNOWN_START, judge_statements, unproved
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
@@ -84,11 +84,19 @@ class Conversion:
             f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
         )
         alone = sum(o.reason == UNKNOWN_START for o in self.outcomes)
-        unproved = f" ({alone} of them at their targets alone: where they begin is not known)" if alone else ""
+        doubts = [
+            f"{count} of them {what}"
+            for count, what in (
+                (alone, "at their targets alone: where they begin is not known"),
+                (r["unproved_statements"], "also run where they cannot be followed: what remains there is not proved"),
+            )
+            if count
+        ]
+        doubt = f" ({'; '.join(doubts)})" if doubts else ""
         count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
         return (
             f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs{passing}"
-            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{unproved},"
+            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{doubt},"
             f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
             f" cycle time {r['cycle_time_s']:.1f} s{expected}"
         )
@@ -226,7 +234,8 @@ def _conclude(
         model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first
     )
     said = (*findings, *unlike, *doubts, *beyond)
-    head = _header(model, options, plan, figures, sum(d.code == "CMP005" for d in said))
+    doubtful = unproved(outcomes, events)
+    head = _header(model, options, plan, figures, sum(d.code == "CMP005" for d in said), doubtful)
     report = {
         "schema": "postproc/compensate/1",
         "tool": __version__,
@@ -239,6 +248,7 @@ def _conclude(
         "max_joint_move_mm": _mm(figures.joint_move),
         "tolerance_mm": _mm(options.tolerance_m),
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
+        "unproved_statements": doubtful,
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(limits.slower, 3),
         "cycle_time_before_s": round(limits.cycle_time, 3),
@@ -248,7 +258,7 @@ def _conclude(
     return Conversion(outputs, report, said, 0, tuple(outcomes), plan, before, after)
 
 
-def _header(model: Model, options: Options, plan: Plan, figures: Figures, left: int) -> dict[str, Any]:
+def _header(model: Model, options: Options, plan: Plan, figures: Figures, left: int, doubtful: int) -> dict[str, Any]:
     """What the comment at the head of a corrected module says."""
     beyond = {
         name: f"{1e3 * value:.3f}" if value > options.tolerance_m else ""
@@ -264,6 +274,7 @@ def _header(model: Model, options: Options, plan: Plan, figures: Figures, left: 
         **beyond,
         "added": len(plan.insertions),
         "left": left,
+        "unproved": doubtful,
     }
 
 

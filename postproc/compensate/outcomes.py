@@ -111,6 +111,12 @@ def _outcome(
     )
 
 
+def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> int:
+    """Corrected statements that also run where they cannot be followed: what remains there is in no figure."""
+    astray = {key_of(e.statement) for e in events if e.reason is not None or e.elsewhere}
+    return sum(o.status == "compensated" and key_of(o.statement) in astray for o in outcomes)
+
+
 def _shifts(plan: Plan) -> Array:
     """(m, 2) how far the goal of every move is corrected [m], [rad]."""
     samples = plan.motion.samples

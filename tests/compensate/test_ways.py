@@ -74,6 +74,21 @@ def test_an_arc_that_begins_nobody_knows_where_moves_as_a_whole() -> None:
     assert outcome(found, 1).reason == UNKNOWN_START
 
 
+def test_runs_with_a_displacement_that_is_not_known_are_no_part_of_the_promise() -> None:
+    """The seam is proved where the routine runs undisplaced; nobody knows what it needs in the loop."""
+    head = "  VAR pose shift;\n  PERS num k:=0;\n"
+    seam = f"  PROC seam()\n    MoveJ {A},v200,fine,tT;\n    MoveL {B},v50,fine,tT;\n  ENDPROC\n"
+    step = "PDispSet shift;\nseam;\nshift:=PoseMult(shift,[[12,5,0],[1,0,0,0]]);\nk:=k+1;"
+    found = convert(module(head, f"seam;\nWHILE k<3 DO\n{step}\nENDWHILE\nPDispOff;", seam))
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    assert found.report["unproved_statements"] == 2
+    assert "2 of them also run where they cannot be followed" in found.summary
+    assert "! 2 motion statements also run where what remains is not proved" in written(found)
+    proved = convert(module(head, "seam;", seam))
+    assert proved.report["unproved_statements"] == 0
+    assert "not proved" not in proved.summary + written(proved)
+
+
 LEFT, RIGHT, MIDDLE = target(1350, -500), target(1350, -300), target(1350, -400)
 SIDES = f"""MoveJ {target(1300, -400, 760)},v200,fine,tT;
 IF DInput(di1)=1 THEN
