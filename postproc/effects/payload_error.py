@@ -31,7 +31,8 @@ class PayloadError(
 
     mass_kg: float = param(unit="kg", low=-500.0, high=500.0, typical=3.0)
     moment_kgm: Array = param(unit="kg m", shape=(3,), low=-200.0, high=200.0, typical=1.0, labels=("x", "y", "z"))
-    fraction: float = param(unit="1", low=-2.0, high=5.0, typical=0.1)
+    # A payload that was never taken up is -1, about which a fit scatters; below that nothing weighs.
+    fraction: float = param(unit="1", low=-1.25, high=5.0, typical=0.1)
     centre_m: Array = param(unit="m", shape=(3,), low=-2.0, high=2.0, typical=0.05, labels=("x", "y", "z"))
 
     def load(self, state: State) -> Load:

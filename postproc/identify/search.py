@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
@@ -54,11 +56,11 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
         # What takes part of several causes comes first, and others then mend it.
         rivals = [c for c in first[1:] if c.evidence > NEAR * first[0].evidence and c.key != first[0].key][:1]
         forks += [_Fork(replace(search, outside=[]), [c, *first], [], True) for c in rivals]
-    for fork in forks if parts > 1 else [f for f in forks if f.more]:
+    for fork in (f for f in forks if f.more or f.parts < parts):
         other = _select(fork.search, fork.ranked or ranking(fork.search), fork.missing, None)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
             named, missing = fork.search, other
-    search.fit, search.outside = named.fit, named.outside
+    search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
 
 
@@ -86,6 +88,10 @@ class _Fork:
     ranked: list[Candidate] | None
     missing: list[Missing]
     more: bool
+
+    @property
+    def parts(self) -> int:
+        return len(self.missing) + len(self.search.outside)
 
 
 def _select(
@@ -126,7 +132,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
 
     None where rows that the fit has not seen are not predicted better, or no arm is like that. Where more than noise is
     left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
-    block.
+    block. What no arm can be is not asked again, whatever comes beside it.
     """
     before = search.fit
     after = refit(before, search.linear(), best)
@@ -134,6 +140,8 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
         return None
     taken = judged(before, after, best)
     if taken.evidence < 0:
+        if taken.evidence == -np.inf:
+            search.classes = {k: c for k, c in search.classes.items() if k != best.key}
         return None
     search.fit = after
     return Missing(taken, after.held_out_rms, *confusable(ranked, best, before, after))

@@ -195,7 +195,12 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     first = SimpleNamespace(candidate=SimpleNamespace(key="arm_load"), not_separable=("payload_error", "dress_pack"))
     second = SimpleNamespace(candidate=SimpleNamespace(key="backlash"), not_separable=())
     found = SimpleNamespace(
-        diagnostics=(), missing=(first, second), suspects=(), verdict="missing", text=lambda: "The model lacks .."
+        diagnostics=(),
+        missing=(first, second),
+        suspects=(),
+        beside=(),
+        verdict="missing",
+        text=lambda: "The model lacks ..",
     )
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
@@ -212,7 +217,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
 def test_what_follows_can_be_copied_into_a_shell(
     call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = SimpleNamespace(diagnostics=(), missing=(), suspects=(), verdict="complete", text=lambda: "..")
+    found = SimpleNamespace(diagnostics=(), missing=(), suspects=(), beside=(), verdict="complete", text=lambda: "..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
