@@ -89,6 +89,17 @@ def test_two_names_give_way_to_the_pattern_that_tells_both(begin):
     assert begin(table) == (["balancer"], [])
 
 
+def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
+    """A gear line beside a casting, and the wave of its joint that does the same without a name."""
+    table = {
+        "": {"casting": 460.0},
+        "casting": {"line": 275.0, "joint-3": 261.0},
+        "casting line": {"joint total": 1.0},
+        "casting joint-3": {"joint total": 2.0},
+    }
+    assert begin(table) == (["casting", "line"], [])
+
+
 def test_three_parts_are_begun_again_with_the_next_best(begin):
     """A hose takes part of a weight and of a gear that gives; then two others mend it."""
     table = {
