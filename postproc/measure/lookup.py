@@ -19,6 +19,8 @@ UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
 UNIT_OF_FORM = {"wxyz": "1", "xyzw": "1", "rotvec": "rad"}
 """Units of orientations that state none; others are in degrees."""
+MOST_LEVELS = 12
+"""A column of more different words holds names or remarks."""
 STAMPS = frozenset({"time", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"})
 
 
@@ -180,10 +182,15 @@ class Table:
         return rotation
 
     def others(self) -> dict[str, Array]:
-        """Channels that the standard layout does not know: numbers in every row; what is left out is said."""
+        """Channels that the standard layout does not know, what is left out is said.
+
+        A column of numbers is one channel, a column of a few words one for each: 1 where the word stands, else 0.
+        """
         found: dict[str, Array] = {}
-        for name in self.layout.columns:
-            if name not in names.STANDARD and (values := self.column(name)) is not None:
+        for name, mapped in self.place.items():
+            if name not in names.STANDARD and not self._leveled(name, mapped.name, found):
+                values = self.column(name)
+                assert values is not None
                 found[name] = values
         taken = {self.cells.header[self.cells.at(mapped.name)] for mapped in self.place.values()}
         taken |= {name for rotation in self.layout.rotations.values() for name in rotation.columns}
@@ -200,12 +207,28 @@ class Table:
             values = self.cells.numbers(name, [])
             if np.isfinite(values).all():
                 found[name] = values
-            else:
+            elif not self._leveled(name, name, found):
                 what, help_ = "empty cells", "a channel needs a number in every row"
                 if self._words(name, values):
-                    what, help_ = "words", "names of poses belong into `pose_id`, those of sessions into `session`"
+                    what = f"more than {MOST_LEVELS} different words"
+                    help_ = "names of poses belong into `pose_id`, those of sessions into `session`"
                 self.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
         return found
+
+    def _leveled(self, name: str, theirs: str | int, found: dict[str, Array]) -> bool:
+        """Whether a column holds a few words; these become channels, ``name=word``."""
+        if not self._words(theirs, self.cells.numbers(theirs, [])):
+            return False
+        told = np.array(["" if cell.lower() in EMPTY else cell for cell in self.cells.text(theirs)])
+        levels = list(dict.fromkeys(told[told != ""].tolist()))
+        if len(levels) > MOST_LEVELS:
+            return False
+        found.update({f"{name}={level}": (told == level).astype(float) for level in levels})
+        if len(set(told.tolist())) > 1:
+            listed = ", ".join(f"`{name}={level}`" for level in levels)
+            message = f"column `{self.cells.header[self.cells.at(theirs)]}` holds words: {listed} are channels"
+            self.say("DAT015", "info", message, "1 where the word stands and 0 elsewhere")
+        return True
 
     def _stamps(self, name: str | int) -> Array | None:
         words = self._words(name, self.cells.numbers(name, []))

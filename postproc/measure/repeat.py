@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
 from typing import Literal
 
 import numpy as np
@@ -87,10 +89,11 @@ def _alike_in_own_columns(data: Measurements, values: Array, groups: NDArray[np.
     from scipy.special import fdtrc
 
     square, dof = pooled_scatter(values, groups)
-    for channel in data.state.channels.values():
-        finer = _split(groups, channel)
+    # The levels of one column of words stand side by side: `name=word`.
+    for _, some in groupby(data.state.channels.items(), lambda own: own[0].partition("=")[0]):
+        finer = reduce(_split, (channel for _, channel in some), groups)
         own, left = pooled_scatter(values, finer)
-        if left < 9 or left == dof or own <= 0:
+        if left in (0, dof) or own <= 0:
             continue
         between = (square * dof - own * left) / (dof - left)
         if fdtrc(dof - left, left, between / own) < CHANCE:

@@ -212,12 +212,30 @@ def test_misspelt_names_are_warned_of(name, meant):
 
 
 def test_what_is_not_used_is_said():
-    found = read(with_columns("operator,wind,q7_deg", ["Kim,,1"] * (len(Q) - 1) + ["Lee,2,1"]))
-    assert [d.message for d in found.diagnostics] == [
-        "column `operator` holds words and is not used",
-        "column `wind` holds empty cells and is not used",
-    ]
+    found = read(with_columns("wind,q7_deg", [",1"] * (len(Q) - 1) + ["2,1"]))
+    assert [d.message for d in found.diagnostics] == ["column `wind` holds empty cells and is not used"]
     assert list(found.state.channels) == ["q7_deg"]
+
+
+def test_remarks_are_not_read():
+    rows = table().decode().splitlines()
+    lines = [f"{rows[0]},remark", *(f"{row},beam {i} held" for i, row in enumerate(rows[1:] + rows[1:]))]
+    found = read("\n".join(lines).encode())
+    assert [(d.code, d.severity) for d in found.diagnostics] == [("DAT015", "info")]
+    assert "more than 12 different words" in found.diagnostics[0].message and not found.state.channels
+
+
+@pytest.mark.parametrize("layout", [None, {"columns": {"shift": "Schicht"}}])
+def test_each_of_a_few_words_is_a_channel(layout):
+    words = ["spät", "", "früh", "-"] * len(Q)
+    found = read(with_columns("Schicht,site", [f"{word},Ulm" for word in words[: len(Q)]]), layout)
+    name = "shift" if layout else "Schicht"
+    late, early = (np.array([w == word for w in words[: len(Q)]]) for word in ("spät", "früh"))
+    assert list(found.state.channels) == [f"{name}=spät", f"{name}=früh", "site=Ulm"]
+    np.testing.assert_array_equal(found.state.channels[f"{name}=spät"], late)
+    np.testing.assert_array_equal(found.state.channels[f"{name}=früh"], early)
+    (said,) = found.diagnostics
+    assert said.code == "DAT015" and said.severity == "info" and f"`{name}=früh`" in said.message
 
 
 def test_sides_and_payloads_that_are_guessed_are_said():

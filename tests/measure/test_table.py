@@ -214,8 +214,9 @@ def test_a_tool_that_no_file_declares_is_no_tool0():
     assert "`tProbe`" in str(caught.value) and "--program" in caught.value.diagnostics[0].help
 
 
+@pytest.mark.parametrize("dock_names", ["12", ("left", "right")])
 @pytest.mark.parametrize(("shift_mm", "dof"), [(0.5, 20 * 2 * 3), (0.0, 20 * 3 * 3)])
-def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(shift_mm, dof):
+def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(shift_mm, dof, dock_names):
     """Two docks, each twice at every pose, the points at the second shifted; and docks that do nothing."""
     g = np.random.default_rng(8)
     lines, rows = table(20, 0.0), []
@@ -224,10 +225,24 @@ def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(
         for dock in (1, 2, 1, 2):
             moved = g.normal([0, shift_mm * (dock - 1), 0], 0.05)
             rows.append(",".join([*cells[:7], *(f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True))]))
-            rows[-1] += f",{dock}"
+            rows[-1] += f",{dock_names[dock - 1]}"
     noise = estimate_noise(read_measurements(source([f"{lines[0]},dock", *rows]), ARM))
     assert noise.position == pytest.approx(5e-5, rel=0.15)
     assert noise.dof == dof
+
+
+def test_repeats_agree_in_words_where_every_one_of_them_does():
+    """Three reflectors seated 0.1 mm apart, three measurements of each pose with one, two or three of them."""
+    g = np.random.default_rng(3)
+    lines, rows = table(30, 0.0), []
+    for i, line in enumerate(lines[1:]):
+        cells = line.split(",")
+        for k in (i % 3, i // 3 % 3, i // 9 % 3):
+            moved = g.normal([0.1 * (k == 0), 0.1 * (k == 1), 0.1 * (k == 2)], 0.02)
+            seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
+            rows.append(",".join([*cells[:7], *seen, ("A1", "B2", "C3")[k]]))
+    noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM))
+    assert noise.position == pytest.approx(2e-5, rel=0.2)
 
 
 def test_noise_and_iso_figures_from_repeats():
