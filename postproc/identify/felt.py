@@ -16,6 +16,9 @@ from postproc.identify.formula import Pattern
 from postproc.identify.shapes import of_signal
 from postproc.identify.signals import Signal
 
+WAYS = 4
+"""Horizontal axes about which the footing is asked, half a turn apart in all."""
+
 
 def pulls(state: State, position: Array) -> Iterator[Pattern]:
     """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
@@ -56,31 +59,37 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
 
 
 def overturning(state: State) -> Iterator[Pattern]:
-    """The moment by which the arm leans on its footing to one side only, and its side: it lifts, or rocks."""
+    """Shapes of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
+
+    In proportion to it the base tilts on `base_compliance`.
+    """
     if state.body_load is None or state.robot is None:
         return
     force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
     lean = moment + np.cross(distal_point(state.robot, 0), force)
-    for way in np.pi / 2 * np.arange(4):
-        for rocks in (False, True):
-            if varies(lean @ [np.cos(way), np.sin(way), 0.0]):
-                yield _leaning(lean, float(way), rocks)
+    for way in np.pi / WAYS * np.arange(WAYS):
+        yield from _leaning(lean, float(way))
 
 
-def _leaning(lean: Array, way: float, rocks: bool) -> Pattern:
-    def finer() -> list[Pattern]:
-        return [replace(_leaning(lean, float(w), rocks), finer=None) for w in np.pi / 16 * np.arange(32)]
-
+def _leaning(lean: Array, way: float, about: str = "") -> Iterator[Pattern]:
+    """Shapes of the moment (n, 3) about a horizontal axis, those of one kind alone where their axis is looked for."""
     along = np.array([np.cos(way), np.sin(way), 0.0])
-    what = "side of the overturning moment" if rocks else "overturning moment to one side only"
-    form = f"{what}, about {np.degrees(way):.0f} deg from x"
+    values = np.asarray(lean @ along)
+    if not varies(values):
+        return
     code = (
         "((state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
         f" @ {np.round(along, 4).tolist()})"
     )
-    signal = Signal(("q1", "load2", "y", "x"), np.asarray(lean @ along), code, "load", what)
-    return Pattern((signal,), form, np.sign if rocks else _positive, "leaning", where="base", finer=finer)
+    axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
+    signal = Signal(("load2", "q1", "x", "y"), values, code, "load", f"the overturning moment about {axis}")
+    for shape in of_signal(signal):
+        if shape.kind in ("line", "window") or (about and shape.kind != about):
+            continue
 
+        def turned(kind: str = shape.kind) -> list[Pattern]:
+            near = way + np.pi / (4 * WAYS) * np.arange(-2, 3)
+            return [p for w in near for p in _leaning(lean, float(w), kind)]
 
-def _positive(x: Any) -> Any:
-    return np.maximum(x, 0.0)
+        finer = shape.finer if about else turned
+        yield replace(shape, kind="leaning", where="base", gate=(), finer=finer)

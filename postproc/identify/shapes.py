@@ -56,7 +56,7 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     yield Pattern(one, f"curved{of}", lambda x: ((x - centre) / half) ** 2, "curve")
     yield Pattern(one, f"s-shaped{of}", lambda x: ((x - centre) / half) ** 3, "curve")
     if values.min() < 0 < values.max():
-        yield Pattern(one, f"proportional to {signal.label} |{signal.label}|", lambda x: x * np.abs(x), "curve")
+        yield Pattern(one, f"growing with the square of {signal.label}, to its side", lambda x: x * np.abs(x), "curve")
     yield from breaks(signal)
     if signal.name == "time":
         for share in (0.05, 0.1, 0.2, 0.4):

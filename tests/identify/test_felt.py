@@ -31,10 +31,12 @@ def test_the_weight_that_a_moving_tool_feels_is_that_of_gravity_less_its_acceler
 
 
 def test_the_footing_feels_the_moment_about_its_own_place():
-    push = np.array([300.0, -200.0, 500.0, -40.0])
-    load = np.zeros((4, 1, 6))
+    push = np.array([300.0, -200.0, 500.0, -40.0, 120.0, 90.0])
+    load = np.zeros((6, 1, 6))
     load[:, 0, 0] = push
     robot = SimpleNamespace(link=np.eye(4)[None].copy())
     robot.link[0, 2, 3] = 0.5
-    found = {p.form: p.values for p in overturning(SimpleNamespace(body_load=load, robot=robot))}
-    assert found["side of the overturning moment, about 90 deg from x"] == pytest.approx(np.sign(push))
+    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot))}
+    curved = found["growing with the square of the overturning moment about y, to its side"]
+    assert curved.values == pytest.approx(push * np.abs(push) / 500.0**2)
+    assert curved.where == "base"
