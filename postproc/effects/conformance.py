@@ -68,7 +68,8 @@ def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
 
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """The state with nothing but q and what the effect reads, all arrays locked."""
-    extra = {n: np.linspace(-1.0, 1.0, ROWS) for n in _own_channels(cls)}
+    along = np.arccos(np.linspace(-1.0, 1.0, ROWS))
+    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(_own_channels(cls))}
     keep = {
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),

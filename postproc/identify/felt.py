@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,8 @@ from postproc.identify.formula import Pattern
 from postproc.identify.shapes import of_signal
 from postproc.identify.signals import Signal
 
+MOMENT = ("load2", "q1", "x", "y")
+"""Channels that the overturning moment follows."""
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
 
@@ -69,21 +71,32 @@ def overturning(state: State) -> Iterator[Pattern]:
     lean = moment + np.cross(distal_point(state.robot, 0), force)
     for way in np.pi / WAYS * np.arange(WAYS):
         yield from _leaning(lean, float(way))
+    both = [_moment(lean, 0.0), _moment(lean, np.pi / 2)]
+    if all(varies(s.values) for s in both):
+        for text, law in (("square", lambda x: x * np.abs(x)), ("cube", lambda x: x**3)):
+            form = f"growing with the {text} of the overturning moment, to its side"
+            yield Pattern(tuple(both), form, _each(law), "leaning", where="base", wide=True)
 
 
-def _leaning(lean: Array, way: float, about: str = "") -> Iterator[Pattern]:
-    """Shapes of the moment (n, 3) about a horizontal axis, those of one kind alone where their axis is looked for."""
+def _each(law: Callable[[Any], Any]) -> Callable[..., list[Any]]:
+    return lambda *signals: [law(x) for x in signals]
+
+
+def _moment(lean: Array, way: float) -> Signal:
+    """The moment (n, 3) about a horizontal axis."""
     along = np.array([np.cos(way), np.sin(way), 0.0])
-    values = np.asarray(lean @ along)
-    if not varies(values):
-        return
     code = (
         "((state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
         f" @ {np.round(along, 4).tolist()})"
     )
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
-    signal = Signal(("load2", "q1", "x", "y"), values, code, "load", f"the overturning moment about {axis}")
-    for shape in of_signal(signal):
+    return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}")
+
+
+def _leaning(lean: Array, way: float, about: str = "") -> Iterator[Pattern]:
+    """Shapes of the moment (n, 3) about a horizontal axis, those of one kind alone where their axis is looked for."""
+    signal = _moment(lean, way)
+    for shape in of_signal(signal) if varies(signal.values) else ():
         if shape.kind in ("line", "window") or (about and shape.kind != about):
             continue
 

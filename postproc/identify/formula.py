@@ -34,6 +34,7 @@ class Pattern:
         factors: makes what it is a product of, each with the channel that may switch it.
         tries: how many times as many as of its kind were tried.
         label: what it is called as part of a longer sentence.
+        wide: whether the law gives a list of functions, each with a size of its own: a shift for each level.
     """
 
     signals: tuple[Signal, ...]
@@ -47,24 +48,27 @@ class Pattern:
     factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
     tries: float = 1.0
     label: str = ""
+    wide: bool = False
 
     @cached_property
     def values(self) -> Array:
-        """(n,) by their largest size."""
+        """(n,), or (n, k) of a wide one, by their largest size."""
         return unit(self._raw())
 
     def _raw(self) -> Array:
-        return np.asarray(self.law(*(s.values for s in self.signals)), dtype=float)
+        found = self.law(*(s.values for s in self.signals))
+        return np.stack(found, axis=1).astype(float) if self.wide else np.asarray(found, dtype=float)
 
     @property
     def channels(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(name for s in self.signals for name in s.names))
 
     @property
-    def code(self) -> str:
-        """What gives its values, as an expression of a state; empty where a state does not tell them."""
+    def codes(self) -> tuple[str, ...]:
+        """What gives its values, as expressions of a state; none where a state does not tell them."""
         found, largest = written(self.law, self.signals), float(np.abs(self._raw()).max())
-        return "" if found is None else found.text if abs(largest - 1) < 1e-3 else (found / largest).text
+        every = () if found is None else found if self.wide else [found]
+        return tuple(part.text if abs(largest - 1) < 1e-3 else (part / largest).text for part in every)
 
     @property
     def text(self) -> str:
@@ -83,6 +87,11 @@ class Pattern:
         channel = self.signals[-1].unit
         spans = (within(channel, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
         return self.form.format(*spans)
+
+
+def spread(moves: Array, values: Array) -> Array:
+    """(n, r, m k) moves (n, r, m) by values (n,) or (n, k)."""
+    return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
 def sharper(pattern: Pattern) -> list[Pattern]:

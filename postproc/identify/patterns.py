@@ -17,6 +17,7 @@ from postproc.effects.contract import State
 from postproc.identify.cycles import GEAR, LOW, TEETH, sways, waves
 from postproc.identify.felt import overturning, pulls
 from postproc.identify.formula import Pattern, sharper
+from postproc.identify.levels import of_few, of_words, words
 from postproc.identify.pairs import of_two
 from postproc.identify.shapes import breaks, of_channel, of_signal
 from postproc.identify.signals import Signal, added, channel_signal, place_code
@@ -78,14 +79,19 @@ class Patterns:
     @cached_property
     def anywhere(self) -> Group:
         """Patterns that make sense at every place."""
-        return Group([p for p in self.every if p.where is None], self.kinds)
+        return Group([p for p in self.every if p.where is None and not p.wide], self.kinds)
 
     def only(self, where: str) -> Group:
         """Patterns that make sense at a place alone, or at every joint."""
         if where not in self.known:
-            some = [p for p in self.every if p.where in (where, where.rstrip(" 123456"))]
+            some = [p for p in self.every if p.where in (where, where.rstrip(" 123456")) and not p.wide]
             self.known[where] = Group(some, self.kinds)
         return self.known[where]
+
+    @cached_property
+    def wide(self) -> list[Pattern]:
+        """Patterns with several sizes."""
+        return [p for p in self.every if p.wide]
 
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
@@ -106,8 +112,11 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     """
     place = place_code(state, position)
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
+    said = words(signals)
+    signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
     single = [p for signal in signals.values() for p in of_channel(signal)]
-    found: list[Pattern] = []
+    single += [p for column in said.values() for p in of_words(column)]
+    found: list[Pattern] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
     for signal in signals.values():
         # In time, or along a rail or a turntable of the table's own.
         found += sways(signal) if signal.name == "time" or "channels[" in signal.code else ()

@@ -64,8 +64,9 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4, 8, 14):
-            if k + width < STEPS:
-                yield _window(signal, gap(distinct, span[k]), gap(distinct, span[k + width]))
+            low, high = (gap(distinct, span[min(edge, STEPS - 1)]) for edge in (k, k + width))
+            if k + width < STEPS and low < high:
+                yield _window(signal, low, high)
 
 
 def breaks(signal: Signal) -> Iterator[Pattern]:
@@ -79,7 +80,7 @@ def breaks(signal: Signal) -> Iterator[Pattern]:
             yield _step(signal, edge)
     for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
         yield _kink(signal, float(knot))
-        for side in (1, -1):
+        for side in (1, -1) if distinct[0] < knot < distinct[-1] else ():
             yield _ramp(signal, float(knot), side)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import operator
 import re
 from collections.abc import Callable, Sequence
@@ -84,7 +85,7 @@ def channel_signal(name: str, values: Array, place: str = "") -> Signal:
     elif name in ("x", "y", "z"):
         code = f"{place}[:, {'xyz'.index(name)}]" if place else ""
     else:
-        code = f'state.channels["{name}"]'
+        code = f"state.channels[{json.dumps(name, ensure_ascii=False)}]"
     return Signal((name,), values, code, name, name)
 
 
@@ -101,8 +102,8 @@ def channels_read(code: str) -> tuple[str, ...]:
     """What an effect with an expression of a state reads: ``q``, ``load``, ``pose``, or columns of the table."""
     fields = {field: name for name, field in FIELDS.items() if name != "dir"}
     fields |= {"body_load": "load", "T_base_body": "pose"}
-    found = re.findall(r'state\.(?!channels)(\w+)|channels\["(.+?)"\]', code)
-    names = (own or fields.get(field, field) for field, own in found)
+    found = re.findall(r'state\.(?!channels)(\w+)|channels\[("(?:[^"\\]|\\.)*")\]', code)
+    names = (json.loads(own) if own else fields.get(field, field) for field, own in found)
     return tuple(dict.fromkeys(name for name in names if name not in ("T_flange_tcp", "gravity")))
 
 
@@ -132,8 +133,8 @@ class Text(np.lib.mixins.NDArrayOperatorsMixin):
         return Text(f" {sign} ".join(closed), True)
 
 
-def written(law: Callable[..., Any], signals: Sequence[Signal]) -> Text | None:
-    """The expression of a state that a law of signals is; None where a state does not tell one of them."""
+def written(law: Callable[..., Any], signals: Sequence[Signal]) -> Any:
+    """The expression of a state, or the list of them, that a law of signals is; None where no state tells them all."""
     return law(*(Text(s.code, s.bare) for s in signals)) if all(s.code for s in signals) else None
 
 

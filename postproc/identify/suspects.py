@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.fields import fields
-from postproc.identify.formula import Pattern
+from postproc.identify.formula import Pattern, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns
 from postproc.identify.problem import Problem
@@ -30,9 +30,9 @@ class Suspect:
         channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
         fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
             of having no name.
-        place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern.
+        place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
         channels: all that the pattern follows, this one among them.
-        code: what gives the values, as an expression of a state; empty where a state does not tell them.
+        codes: what gives the values, as expressions of a state; empty where a state does not tell them.
     """
 
     channel: str
@@ -44,14 +44,14 @@ class Suspect:
     place: Array
     values: Array
     channels: tuple[str, ...] = ()
-    code: str = ""
+    codes: tuple[str, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside.
 
         With what the place is off everywhere, which offsets, frame and tool take up but at the end of a body.
         """
-        moved = problem.whiten(self.place * self.values[:, None, None])
+        moved = problem.whiten(spread(self.place, self.values))
         return np.hstack([moved, problem.whiten(self.place)]) if self.where.startswith("body") else moved
 
     def as_json(self) -> dict[str, Any]:
@@ -107,7 +107,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
             tried.moves[found.where],
             one.values,
             one.channels,
-            one.code,
+            one.codes,
         )
         result += [replace(first, channel=c) for c in one.channels]
     return [*result[:1], *_together(result[:1], every), *result[1:]]

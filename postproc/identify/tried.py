@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.formula import Pattern, sharper
+from postproc.identify.formula import Pattern, sharper, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns, Single, grown, odds, switched
 from postproc.identify.problem import Problem
@@ -60,6 +60,18 @@ class Tried:
         for group in (self.every.anywhere, self.every.only(where)):
             if group.some:
                 self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
+        for pattern in self.every.wide:
+            if pattern.where in (None, where):
+                self._wide(where, pattern)
+
+    def _wide(self, where: str, pattern: Pattern) -> None:
+        """A pattern with several sizes."""
+        linear = self._seen(where).linear
+        columns = self.problem.whiten(spread(self.moves[where], pattern.values))
+        fall = float(_taken(linear, columns)[1].sum())
+        price = odds(pattern, self.every.kinds) * _rarer(where)
+        worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
+        self.found.append(Found(worth, fall, where, pattern))
 
     def add(self, where: str, pattern: Pattern) -> None:
         """A single pattern at a place of its own."""
@@ -75,11 +87,13 @@ class Tried:
         return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
 
     def _without_a_row(self, one: Found) -> Found:
-        moves, linear = self.moves[one.where], self._seen(one.where).linear
-        columns = self.problem.whiten(moves * one.pattern.values[:, None, None])
-        square, fall = _shared(linear, columns)
+        linear = self._seen(one.where).linear
+        columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
+        square, taken = _taken(linear, columns)
+        most = int(np.argmax(taken))
+        left, fall = float(square.sum() - square[most]), float(taken.sum() - taken[most])
         price = odds(one.pattern, self.every.kinds) * _rarer(one.where)
-        return replace(one, worth=min(one.worth, float(_worth(square, fall, moves.shape[2], linear.freedom, price))))
+        return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 
     def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
         seen = self._seen(where)
@@ -125,7 +139,7 @@ class Tried:
                     del self.found[known:]
         price = odds(best.pattern, self.every.kinds)
         # A pattern is no more at home in what moves every direction in its own way.
-        for where in self.screened if best.pattern.where is None else ():
+        for where in self.screened if best.pattern.where is None and not best.pattern.wide else ():
             self._best(where, _values([best.pattern]), price, lambda k: best.pattern, 1)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
@@ -154,7 +168,7 @@ class Tried:
         None where that cannot be worth so much.
         """
         count = len(self.every.switches)
-        if not count or one.pattern.kind == "field" or self._could(one, SWITCHED, count) < least:
+        if not count or one.pattern.kind == "field" or one.pattern.wide or self._could(one, SWITCHED, count) < least:
             return []
         values, which = grown(one.pattern, self.every)
         if not which:
@@ -182,14 +196,12 @@ def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: 
     return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)
 
 
-def _shared(linear: Linear, columns: Array) -> tuple[float, float]:
-    """The sum of squares, and what columns take off it, without the row of which they take most."""
+def _taken(linear: Linear, columns: Array) -> tuple[Array, Array]:
+    """The sum of squares of each row, and what columns take off it."""
     inside = linear.project(columns)
     fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
-    square = np.bincount(linear.row, linear.rest**2)
-    taken = square - np.bincount(linear.row, (linear.rest - fitted) ** 2)
-    most = int(np.argmax(taken))
-    return float(square.sum() - square[most]), float(taken.sum() - taken[most])
+    square, after = (np.bincount(linear.row, x**2).astype(float) for x in (linear.rest, linear.rest - fitted))
+    return square, square - after
 
 
 class Seen:

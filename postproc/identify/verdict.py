@@ -69,7 +69,8 @@ def _extent(d: Diagnosis, s: Suspect) -> str:
     """How far a joint is turned by it, between the rows where it is least and most; empty elsewhere."""
     if not s.where.startswith("joint") or s.place.shape[2] != 1:
         return ""
-    return f", {1e3 * abs(float(suspect_size(d.searched, s)[0])) * float(np.ptp(s.values)):.2g} mrad in all"
+    turned = s.values.reshape(len(s.values), -1) @ suspect_size(d.searched, s)
+    return f", {1e3 * float(np.ptp(turned)):.2g} mrad in all"
 
 
 def suspect_size(fit: Fit, suspect: Suspect) -> Array:

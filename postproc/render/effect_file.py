@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 import numpy as np
 
@@ -50,7 +52,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
-    told = [s for s in (*found.suspects[:1], *found.beside) if s.code and _PLACE.fullmatch(s.where)]
+    told = [s for s in (*found.suspects[:1], *found.beside) if s.codes and _PLACE.fullmatch(s.where)]
     if not told or told[0] is not found.suspects[0]:
         return "_".join(words), None
     terms = [term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else "")]
@@ -60,15 +62,20 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"
     values = {
         "name": "".join(word.capitalize() for word in words),
-        "title": title[0].upper() + title[1:],
-        "data": data,
-        "reads": ", ".join(f'"{name}"' for name in reads),
+        "title": _inside(title[0].upper() + title[1:]),
+        "data": _inside(data),
+        "reads": ", ".join(json.dumps(name, ensure_ascii=False) for name in reads),
         "terms": terms,
         "arrays": any(term.wide for term in terms),
         "places": places,
         "moved": ", ".join([f"{p}={p}" for p in places if p[:4] != "body"] + [f"body={{{bodies}}}"] * bool(bodies)),
     }
     return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values)
+
+
+def _inside(text: str) -> str:
+    """As it stands inside a docstring."""
+    return text.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
 
 def nothing_to_draft(found: Diagnosis) -> Diagnostic:
@@ -94,9 +101,10 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
     if kind == "joint":
-        yield _Term(f"size{number}_{unit}", said, suspect.code, place, str(index - 1), unit, False, size)
-        return
-    yield _Term(f"size{number}_{unit}", said, suspect.code, place, axes, unit, True, size)
+        axes = str(index - 1)
+    for part, code in enumerate(suspect.codes):
+        name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
+        yield _Term(f"{name}_{unit}", said, code, place, axes, unit, kind != "joint", size)
     if kind == "body":
         everywhere = "np.ones(len(state))"
         yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

@@ -134,6 +134,20 @@ def test_a_column_of_the_table_may_come_again():
     assert float(found.text.split()[5].rstrip(",")) == pytest.approx(1.3, rel=0.02)
 
 
+def test_a_column_of_words_has_a_value_for_each_of_them():
+    word = np.arange(60) % 3
+    every = of_two(**{f"smr={w}": (word == k).astype(float) for k, w in enumerate("abc")}).every
+    assert {p.text for p in every if p.channels == ("smr",)} == {
+        "where smr is a", "where smr is b", "where smr is c", "another value at each of a, b and c",
+    }  # fmt: skip
+    truth = np.array([0.3, -1.0, 2.0])[word]
+    [each] = (p for p in every if p.wide)
+    inside = np.column_stack([np.ones(60), each.values])
+    assert inside @ np.linalg.lstsq(inside, truth, rcond=None)[0] == pytest.approx(truth)
+    # Of two words, one tells all.
+    assert len([p for p in of_two(**{"on=yes": word == 0, "on=no": word > 0}).every if p.channels == ("on",)]) == 1
+
+
 def test_what_rose_since_the_row_before_is_told_of_every_channel():
     warm = np.random.default_rng(16).uniform(20.0, 30.0, 90)
     truth = np.sign(np.diff(warm, prepend=warm[0]))

@@ -16,9 +16,10 @@ from postproc.effects.contract import State
 from postproc.effects.registry import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.identify.formula import sharper
+from postproc.identify.formula import Pattern, sharper
+from postproc.identify.levels import of_words, words
 from postproc.identify.patterns import patterns, switched
-from postproc.identify.signals import channels_read
+from postproc.identify.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
@@ -88,35 +89,40 @@ def test_the_text_of_a_pattern_holds_in_other_poses(
     every = patterns(some, state, position).every
     told = closest(best([p for p in every if set(p.channels) == set(names)], truth), truth)
     there, elsewhere = drawn(2, 300)
-    said, true = eval(told.code, {"np": np, "state": there}) * 1.0, formula(elsewhere)
+    said, true = eval(told.codes[0], {"np": np, "state": there}) * 1.0, formula(elsewhere)
     assert np.std(truth) > 0 and abs(np.corrcoef(said, true)[0, 1]) > 0.95
-    assert channels_read(told.code) == tuple(dict.fromkeys(channels_read(told.code)))
+    assert channels_read(told.codes[0]) == tuple(dict.fromkeys(channels_read(told.codes[0])))
 
 
 def test_every_pattern_has_the_values_of_its_text() -> None:
     state, channels = drawn(3, 60)
-    some = {name: channels[name] for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload")}
+    docks = {"dock": np.arange(60.0) % 5, **{f"shift={w}": np.arange(60) % 3 == k for k, w in enumerate("abc")}}
+    state = state.with_(channels={**state.channels, **docks})
+    channels |= docks
+    some = {name: channels[name] for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload", *docks)}
     every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every
     finer = [p for one in every[::40] for p in sharper(one)[::9]]
-    told = [p for p in (*every, *finer) if p.code]
+    told = [p for p in (*every, *finer) if p.codes]
     assert len(told) > 0.8 * len(every)
     for pattern in told:
-        said = np.asarray(eval(pattern.code, {"np": np, "state": state}), dtype=float)
-        assert said == pytest.approx(pattern.values, abs=2e-3), pattern.text
+        said = [np.asarray(eval(code, {"np": np, "state": state}), dtype=float) for code in pattern.codes]
+        values = pattern.values if pattern.wide else pattern.values[:, None]
+        assert np.stack(said, axis=1) == pytest.approx(values, abs=2e-3), pattern.text
     gate = next(p for p in every if p.kind == "window" and p.channels == ("q2",))
     side = next(p for p in every if p.kind == "line" and p.channels == ("dir3",))
     there = side.values * (gate.values > 0)
     for way, wanted in enumerate((there, side.values - there, side.values - 2 * there)):
         gated = switched(side, gate, way)
-        assert eval(gated.code, {"np": np, "state": state}) == pytest.approx(wanted)
+        assert eval(gated.codes[0], {"np": np, "state": state}) == pytest.approx(wanted)
         assert gated.values == pytest.approx(wanted)
     before = [p for p in every if "row before" in p.text]
-    assert before and not any(p.code for p in before)
+    assert before and not any(p.codes for p in before)
 
 
 def test_what_a_law_reads_is_taken_from_its_text() -> None:
     code = 'state.approach[:, 0] * (state.joint_load[:, 1] > 3) + state.channels["arc_V"] * state.payload_mass'
     assert channels_read(code) == ("approach", "load", "arc_V", "payload")
+    assert channels_read(channel_signal('arm 5" \\ 7', np.zeros(3)).code) == ('arm 5" \\ 7',)
     assert channels_read("state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp") == ("pose", "robot")
 
 
@@ -157,9 +163,9 @@ def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Pa
     data, _ = cell(unknown.angle_step, seed=401)
     found = diagnose(base_fit(data).model, data)
     first = found.suspects[0]
-    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), code="np.cos(2 * state.q[:, 5])")
-    more = replace(first, where="joint 5", code="state.temperature > 21")
-    text = effect_file(replace(found, beside=(wave, more, replace(more, code=""))), "own", "cell.csv")[1]
+    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), codes=("np.cos(2 * state.q[:, 5])",))
+    more = replace(first, where="joint 5", codes=("state.temperature > 21",))
+    text = effect_file(replace(found, beside=(wave, more, replace(more, codes=()))), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"
     path.write_text(text, encoding="utf-8")
@@ -176,6 +182,38 @@ def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Pa
     )  # fmt: skip
     assert moved.tool[:, 0] == pytest.approx([1e-3, 0.0], abs=1e-12)
     assert moved.joint[:, 4] == pytest.approx([0.0, 2e-3])
+
+
+def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
+    data, _ = cell(unknown.angle_step, seed=401)
+    found = diagnose(base_fit(data).model, data)
+    name = 'hose 5" \\ 7'
+    own = Pattern((channel_signal(name, np.arange(9.0)),), "proportional", lambda x: x)
+    size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, codes=own.codes)
+    text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a "b".csv')[1]
+    assert text is not None
+    path = tmp_path / "own.py"
+    path.write_text(text, encoding="utf-8")
+    [effect] = load_effect_file(path)
+    assert effect.reads == (name,) and name in str(effect.__doc__)
+
+
+def test_each_level_of_a_column_is_drafted_with_a_size_of_its_own(tmp_path: Path) -> None:
+    data, _ = cell(unknown.angle_step, seed=401)
+    found = diagnose(base_fit(data).model, data)
+    word = {f"dock={w}": (np.arange(len(found.suspects[0].values)) % 3 == k) * 1.0 for k, w in enumerate("abc")}
+    [each] = (p for p in of_words(words({n: channel_signal(n, x) for n, x in word.items()})["dock"]) if p.wide)
+    docks = replace(found.suspects[0], pattern=each.text, values=each.values, codes=each.codes)
+    text = effect_file(replace(found, suspects=(docks,), beside=()), "own", "cell.csv")[1]
+    assert text is not None
+    path = tmp_path / "own.py"
+    path.write_text(text, encoding="utf-8")
+    [effect] = load_effect_file(path)
+    assert set(effect.parameters()) == {"size_a_rad", "size_b_rad"} and effect.reads == ("dock=b", "dock=c")
+    moved = effect.null().with_vector(np.array([1e-3, 2e-3])).displacement(
+        State(q=np.zeros((3, 6)), channels={name: x[:3] for name, x in word.items()})
+    )  # fmt: skip
+    assert np.abs(moved.joint).max(axis=1) == pytest.approx([0.0, 1e-3, 2e-3])
 
 
 def test_why_nothing_was_drafted_is_said() -> None:
