@@ -22,6 +22,8 @@ from postproc.identify.pairs import of_two
 from postproc.identify.shapes import breaks, of_channel, of_signal
 from postproc.identify.signals import Signal, added, channel_signal, place_code
 
+FEW, FEW_SHARE = 6, 0.05
+"""Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
 PLACES = 18
 """Joints, base, tool, instrument and four bodies that turn or shift."""
 Single = NDArray[np.float32]
@@ -96,7 +98,8 @@ class Patterns:
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
         """Gates, what they do there, and (n,) values."""
-        return [(g, side, SIDES[side](g.values)) for g in self.gates for side in range(len(g.gate))]
+        every = ((g, side, SIDES[side](g.values)) for g in self.gates for side in range(len(g.gate)))
+        return [switch for switch in every if _seen_both_ways(switch[0].values)]
 
     @cached_property
     def switched(self) -> Single:
@@ -164,9 +167,15 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
     def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
         if gate.finer is None:
             return None
-        return lambda: [through(g) for g in sharper(gate) if len(g.gate) > side]
+        return lambda: [through(g) for g in sharper(gate) if len(g.gate) > side and _seen_both_ways(g.values)]
 
     return through(gate)
+
+
+def _seen_both_ways(gate: Array) -> bool:
+    """Whether more than a few rows have a gate open, and more than a few have it shut: chance makes one of any few."""
+    few = max(FEW, FEW_SHARE * len(gate))
+    return bool(min(np.count_nonzero(gate > 0.5), np.count_nonzero(gate < 0.5)) >= few)
 
 
 def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
