@@ -57,6 +57,8 @@ def read_measurements(
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
+    elif measured:
+        state = state.with_(channels={**state.channels, **_order(state)})
     data = Measurements(
         state=state,
         position=position,
@@ -100,6 +102,14 @@ def _state(table: Table, robot: Robot, program: Source | None) -> tuple[State, b
             "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
         )
     return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
+
+
+def _order(state: State) -> dict[str, Array]:
+    """The number of the row, in place of a time that was not recorded; none where rows stand in another order."""
+    some = [*state.q.T, state.payload_mass, state.temperature, *state.channels.values()]
+    steps = [np.diff(x) for x in some if x is not None]
+    in_order = any(x.any() and ((x >= 0).all() or (x <= 0).all()) for x in steps)
+    return {} if in_order or "row" in state.channels else {"row": np.arange(1.0, len(state) + 1)}
 
 
 def _seen(table: Table) -> Array | None:

@@ -171,7 +171,7 @@ def test_orientations_in_the_form_of_the_map(form, numbers, unit):
     layout = {"orientation": {"columns": columns, "form": form} | ({"unit": unit} if unit else {})}
     found = read(with_columns(",".join(columns), [",".join(f"{x:.9f}" for x in row) for row in cells]), layout)
     np.testing.assert_allclose(found.rotation, R.as_matrix(), atol=1e-7)
-    assert found.diagnostics == () and not found.state.channels
+    assert found.diagnostics == () and list(found.state.channels) == ["row"]
 
 
 def test_orientations_in_another_form_than_the_map_says_are_recognised():
@@ -208,13 +208,13 @@ def test_misspelt_names_are_warned_of(name, meant):
     for found in (in_table, in_map):
         (said,) = (d for d in found.diagnostics if d.code == "DAT015")
         assert said.severity == "warning" and said.help == f"did you mean `{meant}`?"
-        assert list(found.state.channels) == [name]
+        assert list(found.state.channels) == [name, "row"]
 
 
 def test_what_is_not_used_is_said():
     found = read(with_columns("wind,q7_deg", [",1"] * (len(Q) - 1) + ["2,1"]))
     assert [d.message for d in found.diagnostics] == ["column `wind` holds empty cells and is not used"]
-    assert list(found.state.channels) == ["q7_deg"]
+    assert list(found.state.channels) == ["q7_deg", "row"]
 
 
 def test_remarks_are_not_read():
@@ -222,7 +222,7 @@ def test_remarks_are_not_read():
     lines = [f"{rows[0]},remark", *(f"{row},beam {i} held" for i, row in enumerate(rows[1:] + rows[1:]))]
     found = read("\n".join(lines).encode())
     assert [(d.code, d.severity) for d in found.diagnostics] == [("DAT015", "info")]
-    assert "more than 12 different words" in found.diagnostics[0].message and not found.state.channels
+    assert "more than 12 different words" in found.diagnostics[0].message and list(found.state.channels) == ["row"]
 
 
 @pytest.mark.parametrize("layout", [None, {"columns": {"shift": "Schicht"}}])
@@ -231,7 +231,7 @@ def test_each_of_a_few_words_is_a_channel(layout):
     found = read(with_columns("Schicht,site", [f"{word},Ulm" for word in words[: len(Q)]]), layout)
     name = "shift" if layout else "Schicht"
     late, early = (np.array([w == word for w in words[: len(Q)]]) for word in ("spät", "früh"))
-    assert list(found.state.channels) == [f"{name}=spät", f"{name}=früh", "site=Ulm"]
+    assert list(found.state.channels) == [f"{name}=spät", f"{name}=früh", "site=Ulm", "row"]
     np.testing.assert_array_equal(found.state.channels[f"{name}=spät"], late)
     np.testing.assert_array_equal(found.state.channels[f"{name}=früh"], early)
     (said,) = found.diagnostics

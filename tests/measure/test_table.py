@@ -272,6 +272,17 @@ def test_noise_and_iso_figures_from_repeats():
     assert uneven.accuracy_max == pytest.approx(1.0)
 
 
+def test_the_row_stands_in_for_a_time_where_rows_are_in_no_other_order():
+    lines = table(12)
+    order = read_measurements(source(lines), ARM).state.channels["row"]
+    np.testing.assert_array_equal(order, np.arange(1, 13))
+    sorted_ = sorted(lines[1:], key=lambda row: float(row.split(",")[2]))
+    timed = [f"{lines[0]},time_s", *(f"{row},{60 * (i % 5)}" for i, row in enumerate(lines[1:]))]
+    for other in ([lines[0], *sorted_], [lines[0], *sorted_[::-1]], timed):
+        assert "row" not in read_measurements(source(other), ARM).state.channels
+    assert "row" not in read_measurements(source(lines), ARM, measured=False).state.channels
+
+
 def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
     header = "pose_id," + ",".join(f"q{j}_deg" for j in range(1, 7))
     source = Source("poses.csv", f"{header}\nA,0,10,20,30,40,50\nB,5,10,20,30,40,50\n".encode())
