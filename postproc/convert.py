@@ -143,8 +143,8 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         findings.append(Diagnostic("CMP003", "error", text, sources[0], help=help_))
         return _failed(findings, 1)
 
-    plan = plan_changes(model, motion, events, options, target_users(program), lambda e: small_zone(program, e))
-    findings += doubt_corrections(model, plan, events)
+    plan = plan_changes(model, motion, events, target_users(program), lambda e: small_zone(program, e))
+    findings += doubt_corrections(model, plan)
     if has_errors(findings):
         return _failed(findings, 1)
     env = environment(options.template_dir)
@@ -157,7 +157,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     findings += more
     if after is None:
         return _failed(findings, 1)
-    figures = figures_of(plan, events, before, after)
+    figures = figures_of(plan, before, after)
     if figures.after > max(options.tolerance_m, WORSE * figures.before):
         text = f"the corrected program would be {_mm(figures.after)} mm off, the original is {_mm(figures.before)} mm"
         help_ = "nothing is written; please report this program"
@@ -184,11 +184,11 @@ def _prove(
 ) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion = plan.motion
-    own = Driven(motion.samples, np.arange(len(motion.moves)), motion.states)
+    own = Driven(motion, np.arange(len(motion.moves)))
     before = measure_deviation(model, motion.samples, [own])
     ran, owners = run_again(program, drafts, plan.insertions, events, options)
     try:
-        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners, options)), []
+        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners)), []
     except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
@@ -227,8 +227,8 @@ def _conclude(
     findings: Sequence[Diagnostic],
 ) -> Conversion:
     first = program.sources[0]
-    outcomes, unlike = judge_statements(program, events, plan, after, options)
-    accuracy, doubts = expect_accuracy(model, plan.motion.states, first)
+    outcomes, unlike = judge_statements(program, events, plan, after)
+    accuracy, doubts = expect_accuracy(model, plan.motion, first)
     motion = plan.motion
     limits, beyond = check_corrected(
         model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first

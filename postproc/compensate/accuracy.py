@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.compensate.states import States
+from postproc.compensate.motion import Motion
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.model.uncertainty import beyond_range, predict_sigma
@@ -30,12 +30,12 @@ class Accuracy:
         return {"sigma_mm": round(MM * self.sigma, 5), "within_95_percent_mm": round(MM * self.within_95, 5)}
 
 
-def expect_accuracy(model: Model, states: States, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
+def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accuracy | None, list[Diagnostic]]:
     """Accuracy to expect (None for a model that was not fitted), and findings CMP010: outside the measured range."""
-    rows = states.samples.goal
+    rows = motion.samples.goal
     if len(rows) > _MOST:
         rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
-    at_goals = states.at(rows)
+    at_goals = motion.at(rows)
     findings = [
         Diagnostic(
             "CMP010",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from postproc.compensate.plan import Plan
@@ -11,13 +9,12 @@ from postproc.diagnostics import Diagnostic, Severity
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move
-from postproc.rapid.events import MotionEvent
 
 # [m]: industrial arms are off by a few millimetres where they are neither calibrated nor loaded beyond what they carry.
 DOUBTFUL, IMPOSSIBLE = 0.01, 0.05
 
 
-def doubt_corrections(model: Model, plan: Plan, events: Sequence[MotionEvent]) -> list[Diagnostic]:
+def doubt_corrections(model: Model, plan: Plan) -> list[Diagnostic]:
     """CMP015 at the target that moves farthest, where no arm is that far off: a warning, from 50 mm on an error."""
     samples = plan.motion.samples
     wanted = samples.T_work_tcp[samples.goal, :3, 3]
@@ -25,7 +22,7 @@ def doubt_corrections(model: Model, plan: Plan, events: Sequence[MotionEvent]) -
     worst = int(np.argmax(moved))
     if moved[worst] <= DOUBTFUL:
         return []
-    state = plan.motion.states.at(samples.goal[[worst]])
+    state = plan.motion.at(samples.goal[[worst]])
     rigid = predict(model.with_effects(), state)[0, :3, 3]
     alone = {e.key: np.linalg.norm(predict(model.with_effects(e), state)[0, :3, 3] - rigid) for e in model.effects}
     key = max(alone, key=lambda k: float(alone[k]))
@@ -34,4 +31,4 @@ def doubt_corrections(model: Model, plan: Plan, events: Sequence[MotionEvent]) -
         f"the model moves this target by {1e3 * moved[worst]:.1f} mm, most of it by `{key}` ({1e3 * alone[key]:.1f} mm)"
     )
     help_ = "no arm is that far off: look at the numbers of this effect (rad, m, kg) and at the loads of the program"
-    return [at_move(events, plan.motion.moves[worst], "CMP015", severity, text, help_)]
+    return [at_move(plan.motion.moves[worst], "CMP015", severity, text, help_)]

@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.inverse import command
+from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
-from postproc.compensate.states import States
 from postproc.model.arm import Model
 from postproc.motion.smoothing import correction_limits, transition
 from postproc.motion.values import Move
@@ -77,12 +77,13 @@ def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
     return changing
 
 
-def invert_model(model: Model, samples: Samples, states: States) -> Exact:
+def invert_model(model: Model, motion: Motion) -> Exact:
     """Commanded poses for which the real arm reaches the programmed ones, and one commanded flange pose per goal."""
+    samples = motion.samples
     T_work_tcp, q = np.empty_like(samples.T_work_tcp), np.empty_like(samples.q)
-    for rows in states.blocks():
+    for rows in motion.blocks():
         mounts, wanted = samples.mounts_at(rows), samples.T_work_tcp[rows]
-        commanded = command(model, states.at(rows), mounts.base_tcp(wanted))
+        commanded = command(model, motion.at(rows), mounts.base_tcp(wanted))
         T_work_tcp[rows], q[rows] = mounts.seen(commanded.T_base_tcp, wanted), commanded.q
     T_flange = samples.curves.mounts.flange(T_work_tcp[samples.goal])
     q_goal = q[samples.goal]

@@ -17,8 +17,9 @@ from typing import Literal
 import numpy as np
 
 from postproc.compensate.sharing import Users, fully_wished, led_elsewhere, straight
-from postproc.compensate.values import Change, Place, StatementKey, TargetValue, key_of
-from postproc.rapid.events import Base, MotionEvent, Origin
+from postproc.compensate.values import Change, Place, TargetValue
+from postproc.motion.values import Move
+from postproc.rapid.events import Base, MotionEvent, Origin, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
@@ -38,12 +39,34 @@ PlaceKey = tuple[Literal["numbers", "call"], str, int]
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """The corrected value that one execution of a statement asks for, in one argument."""
+    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``)."""
 
-    event: int
+    move: Move
     role: str
-    origin: Origin
     value: TargetValue
+
+    @property
+    def event(self) -> MotionEvent:
+        return self.move.event
+
+    @property
+    def target(self) -> RobTarget:
+        """What the argument says now."""
+        target = self.event.target if self.role == "to" else self.event.via
+        assert isinstance(target, RobTarget)
+        return target
+
+    @property
+    def origin(self) -> Origin:
+        origin = self.event.target_origin if self.role == "to" else self.event.via_origin
+        assert origin is not None
+        return origin
+
+    @property
+    def names(self) -> set[str]:
+        """Keys of the declaration and the parameters that the target comes from."""
+        handed, declaration = self.origin.handed, self.origin.declaration
+        return {*(handed.parameters if handed is not None else ()), *([declaration] if declaration is not None else [])}
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,25 +108,23 @@ def decide_changes(
     for wish in wishes:
         for place in _places(wish):
             places.setdefault(place, []).append(wish)
-        arguments.setdefault((key_of(events[wish.event].statement), wish.role), []).append(wish)
-    wished = [w.event for w in wishes]
+        arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
+    wished = {w.move.row for w in wishes}
     complete, astray = fully_wished(events, wished), led_elsewhere(events, wished)
     bases: dict[StatementKey, set[str]] = {}
     for name, use in users.items():
         for key in use.derived:
             bases.setdefault(key, set()).add(name)
 
-    editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, events, users, complete)}
+    editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, users, complete)}
     while True:
-        refused, following = _refuse(events, arguments, editable, bases, complete, astray, least)
+        refused, following = _refuse(arguments, editable, bases, complete, astray, least)
         # A declaration stays as it is when a statement that uses it does, or one that is derived from it.
         kept = editable
         if refused:
             fixed = {name for name, use in users.items() if not use.derived.isdisjoint(refused)}
             kept = {
-                k
-                for k in editable
-                if not any(key_of(events[w.event].statement) in refused or names_of(w) & fixed for w in places[k])
+                k for k in editable if not any(w.event.statement.key in refused or w.names & fixed for w in places[k])
             }
         if kept == editable:
             break
@@ -111,15 +132,15 @@ def decide_changes(
     changes = []
     for place in places:
         if place in editable and (here := [w for w in places[place] if _text_of(w, editable) == place]):
-            changes.append(_change(events, here[0], place[0]))
+            changes.append(_change(here[0], place[0]))
     edited: dict[StatementKey, Place] = dict.fromkeys(following, "derived")
     for (key, _), group in arguments.items():
         if key in refused or key in following:
             continue
         texts = [text for w in group if (text := _text_of(w, editable)) is not None]
         if len(texts) < len(group):
-            displaced = None if _agree(group) else _displaced(events, group, least)
-            changes.append(displaced or _change(events, group[0], "argument"))
+            displaced = None if _agree(group) else _displaced(group, least)
+            changes.append(displaced or _change(group[0], "argument"))
             edited[key] = "argument"
         else:
             handed = group[0].origin.handed is not None
@@ -145,7 +166,6 @@ def _text_of(wish: Wish, editable: set[PlaceKey]) -> PlaceKey | None:
 
 
 def _refuse(
-    events: Sequence[MotionEvent],
     arguments: Mapping[ArgumentKey, list[Wish]],
     editable: set[PlaceKey],
     bases: Mapping[StatementKey, set[str]],
@@ -159,16 +179,16 @@ def _refuse(
     for group in arguments.values():
         for wish in group:
             if _text_of(wish, editable) is not None:
-                edited |= names_of(wish)
-                moved.add(_target_of(events, wish))
+                edited |= wish.names
+                moved.add(wish.target)
     refused: dict[StatementKey, str] = {}
     following: dict[StatementKey, frozenset[str]] = {}
     for (key, _), group in arguments.items():
         if all(_text_of(w, editable) is not None for w in group):
             continue
-        lent = events[group[0].event].statement.source.lent
-        replaced = key in complete and not lent and _base(events, group) is not None
-        if replaced and not _agree(group) and _displaced(events, group, least) is not None:
+        lent = group[0].event.statement.source.lent
+        replaced = key in complete and not lent and _base(group) is not None
+        if replaced and not _agree(group) and _displaced(group, least) is not None:
             continue
         followed = edited & bases.get(key, set())
         # It would follow in some of its runs only, or a function decides how.
@@ -181,24 +201,24 @@ def _refuse(
             following[key] = frozenset(followed)
         elif lent:
             refused[key] = LENT
-        elif not _agree(group) and (key not in complete or _displaced(events, group, least) is None):
-            refused[key] = WAYS if any(events[w.event].way for w in group) and _one_target(events, group) else DIFFERENT
-        elif key in astray or any(events[w.event].elsewhere for w in group):
+        elif not _agree(group) and (key not in complete or _displaced(group, least) is None):
+            refused[key] = WAYS if any(w.event.way for w in group) and _one_target(group) else DIFFERENT
+        elif key in astray or any(w.event.elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
 
 
-def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: float) -> Change | None:
+def _displaced(group: Sequence[Wish], least: float) -> Change | None:
     """The change of an argument that leads to another target in each run, where one displacement serves all runs.
 
     What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``, and so
     is one whose displacement goes with a number that the statement names.
     """
-    base = _base(events, group)
-    numbers = [dict(events[wish.event].numbers) for wish in group]
+    base = _base(group)
+    numbers = [dict(wish.event.numbers) for wish in group]
     shifts = []
     for wish in group:
-        target = _target_of(events, wish)
+        target = wish.target
         shifts.append(np.subtract(wish.value.pose.trans, target.trans))
         kept = replace(wish.value, pose=Pose(wish.value.pose.trans, target.rot), robconf=target.robconf)
         turned = replace(wish.value, pose=Pose(wish.value.pose.trans, group[0].value.pose.rot))
@@ -211,7 +231,7 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: floa
             break
     else:
         return None
-    whole = _change(events, group[0], "argument")
+    whole = _change(group[0], "argument")
     if base is None:
         return replace(whole, displacement=way)
     x, y, z = np.add(base.target.trans, way.constant).tolist()
@@ -221,33 +241,20 @@ def _displaced(events: Sequence[MotionEvent], group: Sequence[Wish], least: floa
     return replace(whole, value=value, displacement=replace(way, constant=(0.0, 0.0, 0.0)), inner=base.span)
 
 
-def _target_of(events: Sequence[MotionEvent], wish: Wish) -> RobTarget:
-    target = events[wish.event].target if wish.role == "to" else events[wish.event].via
-    assert isinstance(target, RobTarget)
-    return target
-
-
-def _base(events: Sequence[MotionEvent], group: Sequence[Wish]) -> Base | None:
+def _base(group: Sequence[Wish]) -> Base | None:
     """What is one target in all runs of a statement: what ``Offs`` displaces, or its own."""
     base = group[0].origin.base
     if base is not None and all(wish.origin.base == base for wish in group):
         return base
-    statement = events[group[0].event].statement
+    statement = group[0].event.statement
     argument = statement.argument(group[0].role)
-    if argument is None or not _one_target(events, group):
+    if argument is None or not _one_target(group):
         return None
-    return Base(statement.source, argument.span, _target_of(events, group[0]))
+    return Base(statement.source, argument.span, group[0].target)
 
 
-def _one_target(events: Sequence[MotionEvent], group: Sequence[Wish]) -> bool:
-    return len({_target_of(events, w) for w in group}) == 1
-
-
-def names_of(wish: Wish) -> set[str]:
-    """Keys of the declaration and the parameters that a target comes from."""
-    origin = wish.origin
-    names = {*origin.handed.parameters} if origin.handed is not None else set()
-    return names | ({origin.declaration} if origin.declaration is not None else set())
+def _one_target(group: Sequence[Wish]) -> bool:
+    return len({w.target for w in group}) == 1
 
 
 def _agree(group: Sequence[Wish]) -> bool:
@@ -257,7 +264,6 @@ def _agree(group: Sequence[Wish]) -> bool:
 def _serves_these(
     place: PlaceKey,
     group: Sequence[Wish],
-    events: Sequence[MotionEvent],
     users: Mapping[str, Users],
     complete: frozenset[StatementKey],
 ) -> bool:
@@ -274,12 +280,12 @@ def _serves_these(
     if origin.kind == "element":
         # Statements that use other elements do not matter, but one whose index is not known may mean this one.
         return known.plain <= complete
-    return known.plain == {key_of(events[w.event].statement) for w in group}
+    return known.plain == {w.event.statement.key for w in group}
 
 
-def _change(events: Sequence[MotionEvent], wish: Wish, where: str) -> Change:
+def _change(wish: Wish, where: str) -> Change:
     """The change of the numbers of a target, of the argument of a call, or of the statement's own argument."""
-    statement, origin = events[wish.event].statement, wish.origin
+    statement, origin = wish.event.statement, wish.origin
     if where == "numbers":
         assert origin.spans is not None
         return Change(origin.spans.source, origin.spans.whole, wish.value, origin.spans)

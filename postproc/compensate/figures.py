@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from postproc.compensate.outcomes import in_transition, own_moves
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.motion.values import Flags
-from postproc.rapid.events import MotionEvent
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +26,9 @@ class Figures:
     joint_move: float
 
 
-def figures_of(plan: Plan, events: Sequence[MotionEvent], before: Deviation, after: Deviation) -> Figures:
+def figures_of(plan: Plan, before: Deviation, after: Deviation) -> Figures:
     """The largest deviations along a program as it was and as it is written."""
-    own = own_moves(plan, events)
+    own = own_moves(plan)
     mine = own[after.owner]
     passing = in_transition(plan, after)
     return Figures(

@@ -8,11 +8,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact
-from postproc.compensate.decisions import Decisions, Wish, names_of
-from postproc.compensate.reading import Motion
+from postproc.compensate.decisions import Decisions, Wish
+from postproc.compensate.motion import Motion
 from postproc.compensate.sharing import fully_wished, straight
-from postproc.compensate.values import Change, Displacement, StatementKey, TargetValue, key_of
-from postproc.rapid.events import MotionEvent
+from postproc.compensate.values import Change, Displacement, TargetValue
+from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import object_matrices
 from postproc.robot.pose import pose_error
@@ -20,32 +20,30 @@ from postproc.robot.pose import pose_error
 Ways = Mapping[StatementKey, Displacement]
 
 
-def left_targets(
-    motion: Motion, events: Sequence[MotionEvent], exact: Exact, wishes: Sequence[Wish], decisions: Decisions
-) -> dict[int, Array]:
+def left_targets(motion: Motion, exact: Exact, wishes: Sequence[Wish], decisions: Decisions) -> dict[int, Array]:
     """Moves whose targets are not written as wished, with the shift (6,) that they get: none, or that of the target
     which they are derived from. ``Offs`` keeps it as it is, ``RelTool`` turns with it.
     """
     samples = motion.samples
     wanted, corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
-    index = {move.event: i for i, move in enumerate(motion.moves)}
+    index = {move.row: i for i, move in enumerate(motion.moves)}
     bases: dict[str, list[int]] = {}
     for wish in wishes:
-        for name in names_of(wish) if wish.role == "to" else ():
-            bases.setdefault(name, []).append(index[wish.event])
+        for name in wish.names if wish.role == "to" else ():
+            bases.setdefault(name, []).append(index[wish.move.row])
     left: dict[int, Array] = {}
     for i, move in enumerate(motion.moves):
-        key, origin = key_of(events[move.event].statement), events[move.event].target_origin
+        key, origin = move.event.statement.key, move.event.target_origin
         if key in decisions.refused:
             left[i] = np.zeros(6)
         elif key in decisions.following:
             rows = [row for name in decisions.following[key] for row in bases[name]]
             # Of the targets in an array, or in several calls, the one that it is; of several runs the nearest.
-            rows = [k for k in rows if events[motion.moves[k].event].target == origin.root] or rows
+            rows = [k for k in rows if motion.moves[k].event.target == origin.root] or rows
             away = np.linalg.norm(wanted[rows, :3, 3] - wanted[i, :3, 3], axis=1)
             base = rows[int(np.argmin(away))]
             shift = pose_error(wanted[base], corrected[base])
-            lever = 1e-3 * object_matrices([events[move.event]])[0, :3, :3] @ origin.lever
+            lever = 1e-3 * object_matrices([move.event])[0, :3, :3] @ origin.lever
             left[i] = shift + np.concatenate([np.cross(shift[3:], lever), np.zeros(3)])
     return left
 
@@ -66,14 +64,14 @@ def farther_ways(
     samples = motion.samples
     runs: dict[StatementKey, list[int]] = {}
     for i, move in enumerate(motion.moves):
-        event = events[move.event]
-        if key_of(event.statement) in decisions.following:
-            runs.setdefault(key_of(event.statement), []).append(i)
-    whole = fully_wished(events, [move.event for move in motion.moves])
+        event = move.event
+        if event.statement.key in decisions.following:
+            runs.setdefault(event.statement.key, []).append(i)
+    whole = fully_wished(events, {move.row for move in motion.moves})
     shifts = pose_error(samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange))
     ways = {}
     for key, rows in runs.items():
-        here = [events[motion.moves[i].event] for i in rows]
+        here = [motion.moves[i].event for i in rows]
         if key not in whole or any(e.elsewhere or e.via is not None or e.statement.source.lent for e in here):
             continue
         lacks = 1e3 * (shifts[rows] - [left[i] for i in rows])[:, None, :3] @ object_matrices(here)[:, :3, :3]
@@ -86,26 +84,24 @@ def farther_ways(
     return ways
 
 
-def carried_on(
-    motion: Motion, events: Sequence[MotionEvent], left: Mapping[int, Array], ways: Ways
-) -> dict[int, Array]:
+def carried_on(motion: Motion, left: Mapping[int, Array], ways: Ways) -> dict[int, Array]:
     """The shifts (6,) of moves that follow with what their statements are displaced by beyond that."""
     carried = {}
     for i, shift in left.items():
-        event = events[motion.moves[i].event]
-        way = ways.get(key_of(event.statement))
+        event = motion.moves[i].event
+        way = ways.get(event.statement.key)
         if way is not None:
             on = object_matrices([event])[0, :3, :3] @ way.at(dict(event.numbers))
             carried[i] = shift + np.concatenate([1e-3 * on, np.zeros(3)])
     return carried
 
 
-def displaced_on(motion: Motion, events: Sequence[MotionEvent], ways: Ways) -> tuple[Change, ...]:
+def displaced_on(motion: Motion, ways: Ways) -> tuple[Change, ...]:
     """The texts of these displacements."""
     changes = {}
     for move in motion.moves:
-        event = events[move.event]
-        key, argument, target = key_of(event.statement), event.statement.argument("to"), event.target
+        event = move.event
+        key, argument, target = event.statement.key, event.statement.argument("to"), event.target
         if key in ways and key not in changes and argument is not None and isinstance(target, RobTarget):
             value = TargetValue(Pose(target.trans, target.rot), target.robconf, target.extax)
             changes[key] = Change(event.statement.source, argument.span, value, displacement=ways[key])

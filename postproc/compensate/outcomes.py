@@ -9,13 +9,12 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.decisions import FOLLOWS
-from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome, StatementKey, key_of
+from postproc.compensate.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.values import Flags
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
@@ -31,17 +30,17 @@ def judge_statements(
     events: Sequence[MotionEvent],
     plan: Plan,
     after: Deviation,
-    options: Options,
 ) -> tuple[list[Outcome], list[Diagnostic]]:
     """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
 
     Statements of lent files are not judged: nobody asked for them.
     """
-    moves = {move.event: i for i, move in enumerate(plan.motion.moves)}
+    tolerance = plan.motion.options.tolerance_m
+    moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs: dict[tuple[str, int], list[int]] = {}
     for index, event in enumerate(events):
         if event.again is None:
-            runs.setdefault(key_of(event.statement), []).append(index)
+            runs.setdefault(event.statement.key, []).append(index)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
     at_goal = np.where(after.goal_steady & ~_for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
@@ -49,7 +48,7 @@ def judge_statements(
     for statement in program.statements:
         if statement.source.lent:
             continue
-        indices = runs.get(key_of(statement), [])
+        indices = runs.get(statement.key, [])
         outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
         outcomes.append(outcome)
         if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
@@ -58,15 +57,15 @@ def judge_statements(
             continue
         rows = [moves[i] for i in indices if i in moves]
         largest = max((max(worst[i], at_goal[i]) for i in rows), default=0.0)
-        if outcome.status != "skipped" and largest > options.tolerance_m:
+        if outcome.status != "skipped" and largest > tolerance:
             why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
-            why = FOLLOWS if key_of(statement) in plan.decisions.following else why
-            text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * options.tolerance_m:g} mm"
+            why = FOLLOWS if statement.key in plan.decisions.following else why
+            text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * tolerance:g} mm"
             help_ = (
                 f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
             )
             findings.append(_finding("CMP006", "warning", statement, text, help_))
-    findings += _transition_findings(events, plan) + _transient_finding(events, plan, after, options)
+    findings += _transition_findings(plan) + _transient_finding(plan, after)
     return outcomes, findings
 
 
@@ -88,7 +87,7 @@ def _outcome(
     residual = MM * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
-    refused = plan.decisions.refused.get(key_of(statement))
+    refused = plan.decisions.refused.get(statement.key)
     if refused is not None:
         return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
@@ -96,7 +95,7 @@ def _outcome(
         return Outcome(
             statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
         )
-    edited = plan.decisions.edited.get(key_of(statement))
+    edited = plan.decisions.edited.get(statement.key)
     if statement.interpolation != "joint" and all(plan.motion.moves[i].first for i in rows):
         reason = reason or UNKNOWN_START
     if any(i in plan.shared for i in rows):
@@ -113,8 +112,8 @@ def _outcome(
 
 def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> int:
     """Corrected statements that also run where they cannot be followed: what remains there is in no figure."""
-    astray = {key_of(e.statement) for e in events if e.reason is not None or e.elsewhere}
-    return sum(o.status == "compensated" and key_of(o.statement) in astray for o in outcomes)
+    astray = {e.statement.key for e in events if e.reason is not None or e.elsewhere}
+    return sum(o.status == "compensated" and o.statement.key in astray for o in outcomes)
 
 
 def _shifts(plan: Plan) -> Array:
@@ -141,9 +140,9 @@ def _for_the_next(plan: Plan) -> Flags:
     return result
 
 
-def own_moves(plan: Plan, events: Sequence[MotionEvent]) -> Flags:
+def own_moves(plan: Plan) -> Flags:
     """(m,) moves of the files that may change."""
-    return np.array([not events[move.event].statement.source.lent for move in plan.motion.moves])
+    return np.array([not move.event.statement.source.lent for move in plan.motion.moves])
 
 
 def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
@@ -162,11 +161,11 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     return inside
 
 
-def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diagnostic]:
+def _transition_findings(plan: Plan) -> list[Diagnostic]:
     largest: dict[StatementKey, Transition] = {}
-    own = own_moves(plan, events)
+    own = own_moves(plan)
     for t in plan.transitions:
-        key = key_of(events[plan.motion.moves[t.move].event].statement)
+        key = plan.motion.moves[t.move].event.statement.key
         if own[t.move] and t.target not in plan.left and (key not in largest or largest[key].size_m < t.size_m):
             largest[key] = t
     findings = []
@@ -177,30 +176,28 @@ def _transition_findings(events: Sequence[MotionEvent], plan: Plan) -> list[Diag
         text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
         if move.welding:
             action = "start and end the seam with a stop"
-            if plan.motion.states.sides is not None:
+            if plan.motion.sides is not None:
                 action = "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
-            elif plan.motion.states.options.force_on == "arc":
+            elif plan.motion.options.force_on == "arc":
                 action += ", or let the force act on the whole program"
             text += ", while the arc burns"
-            findings.append(_finding("CMP008", "warning", events[move.event].statement, text, action))
+            findings.append(_finding("CMP008", "warning", move.event.statement, text, action))
         else:
-            findings.append(_finding("CMP007", "info", events[move.event].statement, text))
+            findings.append(_finding("CMP007", "info", move.event.statement, text))
     return findings
 
 
-def _transient_finding(
-    events: Sequence[MotionEvent], plan: Plan, after: Deviation, options: Options
-) -> list[Diagnostic]:
+def _transient_finding(plan: Plan, after: Deviation) -> list[Diagnostic]:
     """The largest deviation while the arm speeds up or slows down, where that is above the tolerance."""
-    mine = own_moves(plan, events)[after.owner]
+    mine = own_moves(plan)[after.owner]
     rows = np.flatnonzero(mine & after.space & ~after.steady & ~in_transition(plan, after))
-    if not len(rows) or after.distance[rows].max() <= options.tolerance_m:
+    if not len(rows) or after.distance[rows].max() <= plan.motion.options.tolerance_m:
         return []
     worst = rows[int(np.argmax(after.distance[rows]))]
     move = plan.motion.moves[int(after.owner[worst])]
     off = MM * after.distance[worst]
     text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
-    return [_finding("CMP009", "info", events[move.event].statement, text)]
+    return [_finding("CMP009", "info", move.event.statement, text)]
 
 
 def _finding(code: str, severity: str, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.motion import Motion
 from postproc.compensate.samples import Samples
-from postproc.compensate.states import States
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -49,13 +49,12 @@ class Driven:
     """A part of a program that drives the arm.
 
     Args:
-        samples: nominal joint angles from the program's own text; states: at these.
+        motion: from the program's own text.
         owner: (moves of it,) the programmed move that each move is (a part of).
     """
 
-    samples: Samples
+    motion: Motion
     owner: Index
-    states: States
 
 
 def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]) -> Deviation:
@@ -69,11 +68,11 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
     again = np.array([move.again is not None for move in programmed.moves])
     found: list[tuple[Array, Index, Array, Flags, Flags]] = []
     for part in parts:
-        ran, of = part.samples, part.owner[part.samples.move]
+        ran, of = part.motion.samples, part.owner[part.motion.samples.move]
         in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
         distance, u, reached = np.empty(len(of)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
-        for rows in part.states.blocks():
-            real = _reached(model, part.states.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
+        for rows in part.motion.blocks():
+            real = _reached(model, part.motion.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
             distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
             joints = rows.start + np.flatnonzero(in_joints[rows])
             wanted = ran_pose(programmed, ran, of, joints)
@@ -82,7 +81,7 @@ def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]
             goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
             reached[goals] = real[ran.goal[goals] - rows.start]
         distance[again[of]] = 0.0  # counted where it was reached
-        steady = part.states.steady()
+        steady = part.motion.steady()
         found.append((distance, of, u, ~in_joints, steady))
         # In the order of the moves: the last part of a divided move reaches its goal.
         wanted = programmed.T_work_tcp[programmed.goal[part.owner]]

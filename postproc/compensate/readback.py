@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.motion import feels_sides, motion_of
 from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Driven
 from postproc.compensate.reading import read_samples
-from postproc.compensate.states import feels_sides, states_of
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion, key_of
+from postproc.compensate.values import Insertion
 from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
@@ -51,28 +51,26 @@ def owners_of(
     Statements are told apart by their order in the text: before each original stand as many added ones as were planned.
     None where the written program does not run the same statements.
     """
-    added = Counter(key_of(i.statement) for i in insertions)
-    planned = [key for s in program.statements for key in [None] * added[key_of(s)] + [key_of(s)]]
+    added = Counter(i.statement.key for i in insertions)
+    planned = [key for s in program.statements for key in [None] * added[s.key] + [s.key]]
     if len(planned) != len(written.statements):
         return None
-    original = dict(zip(map(key_of, written.statements), planned, strict=True))
+    original = dict(zip((s.key for s in written.statements), planned, strict=True))
     owners: list[int] = []
     at = 0
     for event in ran:
         if at >= len(events):
             return None
         owners.append(at)
-        key = original[key_of(event.statement)]
+        key = original[event.statement.key]
         if key is not None:
-            if key != key_of(events[at].statement):
+            if key != events[at].statement.key:
                 return None
             at += 1
     return owners if at == len(events) else None
 
 
-def drive(
-    model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence[int] | None, options: Options
-) -> Iterator[Driven]:
+def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence[int] | None) -> Iterator[Driven]:
     """What the written program drives, part by part: working memory does not grow with the program.
 
     Args:
@@ -81,7 +79,7 @@ def drive(
     Raises:
         PostprocError: the arm cannot run it, or it does not run what was planned.
     """
-    index = {move.event: i for i, move in enumerate(plan.motion.moves)}
+    index = {move.row: i for i, move in enumerate(plan.motion.moves)}
     missing = Counter({i: 1 for i in index.values()} | {p.move: 1 + len(p.goals) for p in plan.pieces})
     if owners is None:
         raise PostprocError([])
@@ -93,13 +91,13 @@ def drive(
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
         begin = max(a - 1, 0)  # with the goal from which the part goes on
         part = [e if e.again is None else replace(e, again=e.again - begin) for e in ran[begin:b]]
-        samples, findings = read_samples(model, part, options, joint_ways=True)
+        samples, findings = read_samples(model, part, plan.motion.options)
         errors = [d for d in findings if d.severity == "error"]
         if errors:
             raise PostprocError(errors)
         if samples is None:
             continue
-        at = begin + np.array([move.event for move in samples.moves])
+        at = begin + np.array([move.row for move in samples.moves])
         owner = np.array([index.get(owners[j], -1) for j in at])
         missing.subtract(owner[at >= a].tolist())
         if (owner < 0).any():
@@ -110,7 +108,7 @@ def drive(
         low, high = np.array(span).T
         move = samples.move
         place = owner[move] + low[move] + (high - low)[move] * samples.u
-        yield Driven(samples, owner, states_of(model, samples, plan.motion.timeline, options, place))
+        yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
     if any(missing.values()):
         raise PostprocError([])
 

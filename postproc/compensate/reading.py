@@ -1,40 +1,28 @@
-"""From a program to its motion: moves, samples of their curves, timing, and the state of the arm at every sample."""
+"""From a program to its motion: moves, samples of their curves, timing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from postproc.compensate.correction import changing_moves
+from postproc.compensate.motion import Motion, motion_of
 from postproc.compensate.options import Options
 from postproc.compensate.reversals import sample_for
 from postproc.compensate.samples import Samples
-from postproc.compensate.states import States, states_of
-from postproc.compensate.timeline import SWIFT, Timeline, plan_timeline
+from postproc.compensate.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.moves import read_moves
-from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
 
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """What a program makes the arm do: moves, their timing, and samples of the programmed curves."""
-
-    moves: tuple[Move, ...]
-    timeline: Timeline
-    samples: Samples
-    states: States
-
-
 def read_samples(
-    model: Model, events: Sequence[MotionEvent], options: Options, joint_ways: bool = False
+    model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Samples | None, list[Diagnostic]]:
     """Moves of a program and samples of their curves; None where an error makes that impossible."""
     moves, findings = read_moves(model.robot, events, options.free_axes)
@@ -43,7 +31,7 @@ def read_samples(
     swift = np.array([options.inertia and m.speed > SWIFT for m in moves])
     dense = np.where(changing_moves(tuple(moves), options), TRANSITION_INTERVALS, np.where(swift, SWIFT_INTERVALS, 0))
     try:
-        return sample_for(model, moves, dense, joint_ways), findings
+        return sample_for(model, moves, dense), findings
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
 
@@ -52,14 +40,14 @@ def read_motion(
     model: Model, events: Sequence[MotionEvent], options: Options
 ) -> tuple[Motion | None, list[Diagnostic]]:
     """Moves, timing and samples of a program; None where an error makes that impossible."""
-    samples, findings = read_samples(model, events, options, joint_ways=True)
+    samples, findings = read_samples(model, events, options)
     if samples is None:
         return None, findings
     try:
-        timeline, more = plan_timeline(model, samples, events)
+        timeline, more = plan_timeline(model, samples)
     except PostprocError as error:
         return None, findings + list(error.diagnostics)
     findings += more
     if timeline is None:
         return None, findings
-    return Motion(samples.moves, timeline, samples, states_of(model, samples, timeline, options)), findings
+    return motion_of(model, samples, timeline, options), findings

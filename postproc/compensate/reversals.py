@@ -12,8 +12,8 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Transition
+from postproc.compensate.motion import approach_side, feels_sides
 from postproc.compensate.samples import Samples, sample_moves
-from postproc.compensate.states import approach_side, feels_sides
 from postproc.model.arm import Model
 from postproc.motion.values import Flags, Move
 
@@ -21,13 +21,13 @@ CLOSEST = 0.002  # [m] between samples of a move in which a joint turns back
 CROSSING = 0.1  # [s]: nor closer than the arm moves in this time, to cross the gap without a knock
 
 
-def sample_for(model: Model, moves: Sequence[Move], dense: Array, joint_ways: bool) -> Samples:
+def sample_for(model: Model, moves: Sequence[Move], dense: Array) -> Samples:
     """Samples of every move, closer together in moves in which, or at whose ends, a joint turns back.
 
     Args:
-        moves, dense, joint_ways: see ``sample_moves``.
+        moves, dense: see ``sample_moves``.
     """
-    samples = sample_moves(model.robot, moves, dense=dense, joint_ways=joint_ways)
+    samples = sample_moves(model.robot, moves, dense=dense)
     if not feels_sides(model):
         return samples
     speed = np.array([m.speed for m in samples.moves])
@@ -38,7 +38,7 @@ def sample_for(model: Model, moves: Sequence[Move], dense: Array, joint_ways: bo
     wanted[meeting] = np.maximum(wanted, close)[meeting]
     if (wanted <= dense).all():
         return samples
-    return sample_moves(model.robot, moves, dense=wanted, joint_ways=joint_ways)
+    return sample_moves(model.robot, moves, dense=wanted)
 
 
 def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array, least: float) -> list[Transition]:

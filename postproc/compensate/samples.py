@@ -48,29 +48,25 @@ class Samples:
         return self.curves.mounts[self.move[rows]]
 
 
-def sample_moves(
-    robot: Robot, moves: Sequence[Move], spacing: float = SPACING, dense: Array | None = None, joint_ways: bool = False
-) -> Samples:
+def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array | None = None) -> Samples:
     """Sample every move evenly.
 
     Args:
         moves: chains of moves; the first of a chain has its goal only.
-        spacing: largest distance between samples [m].
         dense: (m,) least number of intervals of a move, where more is wanted.
-        joint_ways: sample the way of joint moves too, not only their goals.
     """
     moves = tuple(moves)
     curves = build_curves(robot, moves)
     first = np.array([move.first for move in moves])
     turn = np.linalg.norm(curves.turn, axis=1)
-    count = np.maximum(np.ceil(curves.length / spacing - 1e-9), np.ceil(turn / TURN - 1e-9))
+    count = np.maximum(np.ceil(curves.length / SPACING - 1e-9), np.ceil(turn / TURN - 1e-9))
     count = np.maximum(count, 1)
     arcs = np.maximum(np.maximum(count, np.ceil(curves.angle / ARC_STEP)), 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
     if dense is not None:
         count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
     travel = np.ceil(np.abs(curves.q_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9)
-    count = np.where(curves.joint, np.maximum(travel, 1) if joint_ways else 0, count)
+    count = np.where(curves.joint, np.maximum(travel, 1), count)
     count = np.where(first, 0, count).astype(int)
 
     size = count + 1

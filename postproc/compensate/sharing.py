@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.values import Displacement, StatementKey, key_of
-from postproc.rapid.events import MotionEvent
+from postproc.compensate.values import Displacement
+from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.execution import MAX_CALLS
 from postproc.rapid.program import Program
 from postproc.rapid.uses import Use, declaration_uses
@@ -50,30 +50,26 @@ def target_users(program: Program) -> Mapping[str, Users]:
             elif use.statement is None or use.kind not in ("motion", "expression") or use.role not in ("to", "via"):
                 return None
             else:
-                (plain if use.kind == "motion" else derived).add(key_of(use.statement))
+                (plain if use.kind == "motion" else derived).add(use.statement.key)
         return Users(frozenset(plain), frozenset(derived))
 
     return {key: known for key in uses if (known := users(key, 0)) is not None}
 
 
-def fully_wished(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozenset[StatementKey]:
-    """Statements of which every execution has a corrected value."""
-    have = set(wished)
-    complete: dict[StatementKey, bool] = {}
-    for index, event in enumerate(events):
-        key = key_of(event.statement)
-        complete[key] = complete.get(key, True) and (index in have or event.again is not None)
-    return frozenset(key for key, all_of_it in complete.items() if all_of_it)
+def fully_wished(events: Sequence[MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
+    """Statements of which every execution, by its row among the events, has a corrected value."""
+    run = {event.statement.key for event in events}
+    lacking = (e.statement.key for row, e in enumerate(events) if row not in wished and e.again is None)
+    return frozenset(run.difference(lacking))
 
 
-def led_elsewhere(events: Sequence[MotionEvent], wished: Sequence[int]) -> frozenset[StatementKey]:
+def led_elsewhere(events: Sequence[MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
     """Statements that also run to a place that is not known, or to another one for which no value is asked."""
-    have = set(wished)
-    places = {(key_of(events[i].statement), events[i].target, events[i].via) for i in have}
+    places = {(e.statement.key, e.target, e.via) for row, e in enumerate(events) if row in wished}
     return frozenset(
-        key_of(event.statement)
-        for i, event in enumerate(events)
-        if i not in have and event.again is None and (key_of(event.statement), event.target, event.via) not in places
+        e.statement.key
+        for row, e in enumerate(events)
+        if row not in wished and e.again is None and (e.statement.key, e.target, e.via) not in places
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,6 @@ from postproc.motion.path import sample_path
 from postproc.motion.timing import Profile
 from postproc.motion.trajectory import changes_speed, retime
 from postproc.motion.values import Flags, Trajectory
-from postproc.rapid.events import MotionEvent
 
 SWIFT = 0.1  # [m/s]: from here on inertia bends the correction where a move speeds up, slows down or turns
 # [m]: a torch that turns about a point this near to its TCP turns in place, as fast as the wrist can: there is no way
@@ -62,9 +60,7 @@ class Timeline:
         return self.at(self.restless.astype(float), place) <= 0.0
 
 
-def plan_timeline(
-    model: Model, samples: Samples, events: Sequence[MotionEvent]
-) -> tuple[Timeline | None, list[Diagnostic]]:
+def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list[Diagnostic]]:
     """Time the moves of a program leg by leg; None where an error makes that impossible.
 
     Raises:
@@ -77,11 +73,11 @@ def plan_timeline(
     turn = np.linalg.norm(samples.curves.turn, axis=1)
     done, rows, begin = 0, 0, 0.0
     for first, moves in cut_legs(samples.moves, samples.goal - samples.start + 1):
-        path, more = sample_path(model.robot, moves, events)
+        path, more = sample_path(model.robot, moves)
         findings += more
         if has_errors(findings):
             continue  # with what is wrong elsewhere
-        leg = retime(model.robot, path, events, first_periods(model, path))
+        leg = retime(model.robot, path, first_periods(model, path))
         known = int(first < done)  # the stop that the leg goes on from
         in_place = (samples.curves.length < IN_PLACE * turn)[first + path.move]
         a = np.where(in_place[:, None], 0.0, leg.a_sustained)

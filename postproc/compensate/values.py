@@ -11,7 +11,6 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.events import MotionStatement, TargetSpans
 from postproc.rapid.records import Ax6, Pose, Vec3
 
-StatementKey = tuple[str, int]  # path and offset of a motion statement
 Status = Literal["compensated", "unchanged", "skipped"]
 Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
 """Where the new target of a statement is written: the numbers of a declaration, of an array element, of the aggregate
@@ -20,10 +19,6 @@ moves with the target that it is derived from."""
 
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
-
-
-def key_of(statement: MotionStatement) -> StatementKey:
-    return statement.source.path, statement.span[0]
 
 
 @dataclass(frozen=True, slots=True)

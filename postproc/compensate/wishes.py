@@ -11,14 +11,14 @@ from postproc.arrays import Array
 from postproc.compensate.correction import Exact
 from postproc.compensate.decisions import SAME_MM, Wish, same_value
 from postproc.compensate.insertions import insertion_of
+from postproc.compensate.motion import Motion
 from postproc.compensate.proof import distance_to_curves
-from postproc.compensate.reading import Motion
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion, StatementKey, TargetValue, key_of
+from postproc.compensate.values import Insertion, TargetValue
 from postproc.motion.moves import any_configuration
 from postproc.motion.refusals import STILL
-from postproc.rapid.events import MotionEvent
+from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import NO_AXIS, Ax6, Pose, RobTarget
 from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
@@ -32,10 +32,8 @@ Conf = tuple[int, int, int, int]
 class Wishes:
     """Corrected targets of one round, as the program writes them."""
 
-    def __init__(
-        self, robot: Robot, motion: Motion, events: Sequence[MotionEvent], written: Exact, curve: Array, least: float
-    ) -> None:
-        self.robot, self.motion, self.events, self.written, self.curve = robot, motion, events, written, curve
+    def __init__(self, robot: Robot, motion: Motion, written: Exact, curve: Array, least: float) -> None:
+        self.robot, self.motion, self.written, self.curve = robot, motion, written, curve
         self.least = 1e3 * least  # [mm] see ``straight``
         nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, written.q_goal)
@@ -48,7 +46,7 @@ class Wishes:
         asked: list[tuple[int, str, Array, Conf]] = []
         for i in chosen:
             move = self.motion.moves[i]
-            event = self.events[move.event]
+            event = move.event
             if not isinstance(event.target, RobTarget) or move.again is not None:
                 continue
             conf = event.target.robconf if any_configuration(event) else self._goal_conf(i, event.target.robconf)
@@ -63,18 +61,12 @@ class Wishes:
         vias: dict[StatementKey, list[int]] = {}
         for row, (i, role, _, _) in enumerate(asked):
             if role == "via" and i in shared:
-                vias.setdefault(key_of(self.events[self.motion.moves[i].event].statement), []).append(row)
+                vias.setdefault(self.motion.moves[i].event.statement.key, []).append(row)
         for rows in vias.values():
-            runs = [self.events[self.motion.moves[asked[row][0]].event] for row in rows]
+            runs = [self.motion.moves[asked[row][0]].event for row in rows]
             for row, value in zip(rows, _alike([values[row] for row in rows], runs, self.least), strict=True):
                 values[row] = value
-        found = []
-        for (i, role, _, _), value in zip(asked, values, strict=True):
-            event = self.events[self.motion.moves[i].event]
-            origin = event.target_origin if role == "to" else event.via_origin
-            assert origin is not None
-            found.append(Wish(self.motion.moves[i].event, role, origin, value))
-        return found
+        return [Wish(self.motion.moves[i], role, value) for (i, role, _, _), value in zip(asked, values, strict=True)]
 
     def _goal_conf(self, i: int, taught: Conf) -> Conf:
         """The confdata as it was taught, while the corrected joints stand where it says."""
@@ -84,7 +76,7 @@ class Wishes:
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
         """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
-        events = [self.events[self.motion.moves[i].event] for i, _, _ in asked]
+        events = [self.motion.moves[i].event for i, _, _ in asked]
         poses = target_poses(events, np.array([T for _, T, _ in asked]).reshape(-1, 4, 4))
         result = []
         for event, pose, (_, _, conf) in zip(events, poses, asked, strict=True):
@@ -115,7 +107,7 @@ class Wishes:
         """The statements to add before one move."""
         if part is None:
             return []
-        event = self.events[self.motion.moves[i].event]
+        event = self.motion.moves[i].event
         goals = list(part.goals)
         confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
         to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
@@ -127,7 +119,7 @@ class Wishes:
 
     def _axes(self, i: int, share: float) -> Ax6:
         """Where the external axes are after a share of a move: they move evenly with it."""
-        before, target = (self.events[self.motion.moves[j].event].target for j in (max(i - 1, 0), i))
+        before, target = (self.motion.moves[j].event.target for j in (max(i - 1, 0), i))
         assert before is not None and target is not None
         a, b, c, d, e, f = (
             end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
@@ -148,7 +140,7 @@ class Wishes:
         runs: dict[tuple[str, int], list[int]] = {}
         for i, move in enumerate(self.motion.moves):
             if move.again is None:
-                runs.setdefault(key_of(self.events[move.event].statement), []).append(i)
+                runs.setdefault(move.event.statement.key, []).append(i)
         for key, group in runs.items():
             if not any(i in divided for i in group):
                 continue

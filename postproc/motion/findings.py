@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.motion.values import Move
 from postproc.rapid.events import MotionEvent
@@ -15,10 +13,8 @@ def place(event: MotionEvent, role: str = "to") -> tuple[Source, Span]:
     return event.statement.source, argument.span if argument else event.statement.span
 
 
-def at_move(
-    events: Sequence[MotionEvent], move: Move, code: str, severity: Severity, message: str, help: str = ""
-) -> Diagnostic:
-    source, span = place(events[move.event])
+def at_move(move: Move, code: str, severity: Severity, message: str, help: str = "") -> Diagnostic:
+    source, span = place(move.event)
     return Diagnostic(code, severity, message, source, span, help)
 
 

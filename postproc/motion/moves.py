@@ -82,7 +82,7 @@ def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "")
         if e.again is not None:
             if e.again not in of_event:
                 continue  # nothing brings the arm there
-            move = replace(moves[of_event[e.again]], event=i, first=True, again=of_event[e.again])
+            move = replace(moves[of_event[e.again]], row=i, event=e, first=True, again=of_event[e.again])
         of_event[i] = len(moves)
         moves.append(move)
         previous = i
@@ -262,14 +262,15 @@ def _programmed_speed(e: MotionEvent) -> float:
     return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
 
 
-def _move(index: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
+def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
     kind = e.statement.interpolation
     assert kind != "none"
     welding = e.weld is not None and e.weld.phase != "start"
     speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
     T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
     return Move(
-        event=index,
+        row=row,
+        event=e,
         kind=kind,
         q=q,
         T_mount_tcp=load.T_mount_tcp,

@@ -12,12 +12,11 @@ from postproc.motion.corners import Corners, blended_poses, plan_corners
 from postproc.motion.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.findings import at_move, once
 from postproc.motion.values import Flags, Index, Move, Path, mounts_of
-from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import inverse
 from postproc.robot.track import track
 
-SPACING = 0.010  # [m]
+SPACING = 0.010  # [m] between samples
 TURN = np.radians(1.0)  # reorientation between samples [rad]
 ARC_STEP = np.radians(5.0)  # of a circle between samples
 JOINT_STEP = np.radians(3.0)  # of the fastest joint in joint moves: only their ends are corrected
@@ -28,15 +27,11 @@ _GOAL_MISS = 1e-4  # [rad] between the tracked and the programmed joint angles o
 _NEAR_SINGULAR = np.radians(0.5)  # |q5| on a path in space
 
 
-def sample_path(
-    robot: Robot, moves: Sequence[Move], events: Sequence[MotionEvent], spacing: float = SPACING
-) -> tuple[Path, list[Diagnostic]]:
+def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnostic]]:
     """Sample the moves of a program densely enough to see how the deflection of the arm changes along them.
 
     Args:
         moves: from ``read_moves``; the first of a chain contributes its goal only.
-        events: what the moves were read from, for the positions of findings.
-        spacing: largest distance between samples [m].
 
     Returns:
         The path, and findings: MOT001 no arc, MOT002 joint limit on the way, MOT003 jump of a joint,
@@ -50,18 +45,18 @@ def sample_path(
         ), []
     curves = build_curves(robot, moves)
     findings = [
-        at_move(events, moves[i], "MOT001", "error", f"MoveC cannot run this arc: {ARC_FAULTS[curves.fault[i]]}",
+        at_move(moves[i], "MOT001", "error", f"MoveC cannot run this arc: {ARC_FAULTS[curves.fault[i]]}",
                 "use a line, or move the circle point")
         for i in np.flatnonzero(curves.fault)
     ]  # fmt: skip
     corners = plan_corners(moves, curves)
-    move, u, goal = place_samples(moves, curves, corners, spacing)
+    move, u, goal = place_samples(moves, curves, corners)
     T, q, blend = blended_poses(robot, curves, corners, move, u)
     lone = np.flatnonzero([m.first for m in moves])
     q[goal[lone]] = [moves[i].q for i in lone]
     in_space = np.isnan(q[:, 0])
     mounts = curves.mounts
-    findings += _track(robot, moves, events, mounts[move].flange(T), q, move)
+    findings += _track(robot, moves, mounts[move].flange(T), q, move)
 
     # Arc length in the tool of the sample: a change of tool is no travel.
     back = T[:-1].copy()
@@ -71,7 +66,7 @@ def sample_path(
     step[starts_chain(moves, move)[1:]] = 0.0
     s = np.concatenate([[0.0], np.cumsum(step)])
     path = Path(moves, mounts, T, q, move, u, s, goal, blend, corners.stop)
-    findings += _examine(robot, moves, events, path, in_space)
+    findings += _examine(robot, moves, path, in_space)
     return path, once(findings)
 
 
@@ -82,9 +77,7 @@ def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
     return result
 
 
-def place_samples(
-    moves: tuple[Move, ...], curves: Curves, corners: Corners, spacing: float
-) -> tuple[Index, Array, Index]:
+def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> tuple[Index, Array, Index]:
     """Moves and fractions of all samples, and the sample of each goal: (n,), (n,), (m,).
 
     Every move has up to three stretches (corner, free, corner), each evenly divided; sample density follows length,
@@ -94,7 +87,7 @@ def place_samples(
     turn = np.linalg.norm(curves.turn, axis=1)
     travel = np.where(curves.joint, np.abs(curves.q_change).max(axis=1), 0.0)
     asked = np.maximum.reduce([
-        np.where(curves.joint, 0.0, curves.length / spacing), np.where(curves.joint, 0.0, turn / TURN),
+        np.where(curves.joint, 0.0, curves.length / SPACING), np.where(curves.joint, 0.0, turn / TURN),
         np.abs(curves.angle) / ARC_STEP, travel / JOINT_STEP,
     ])  # fmt: skip
     least = np.where((curves.length < _SHORT) & (turn < TURN) & (travel < JOINT_STEP), 2, 4)
@@ -135,9 +128,7 @@ def _corner_angles(curves: Curves) -> Array:
     return np.where(unclear, np.pi / 2, angle)
 
 
-def _track(
-    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], T_base_flange: Array, q: Array, move: Index
-) -> list[Diagnostic]:
+def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array, move: Index) -> list[Diagnostic]:
     """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
     findings = []
     unknown = np.concatenate([[False], np.isnan(q[:, 0]), [False]]).astype(int)
@@ -148,22 +139,20 @@ def _track(
         except PostprocError as error:
             lost = np.isnan(inverse(robot, T_base_flange[run])[..., 0]).all(axis=1)
             where = moves[move[a + int(np.argmax(lost))]]
-            found = at_move(events, where, error.diagnostics[0].code, "error", "the way to this target is out of reach",
+            found = at_move(where, error.diagnostics[0].code, "error", "the way to this target is out of reach",
                             "move the path into the working range, or pass the place with a joint move")  # fmt: skip
             findings.append(found)
             q[run] = q[a - 1]
     return findings
 
 
-def _examine(
-    robot: Robot, moves: tuple[Move, ...], events: Sequence[MotionEvent], path: Path, in_space: Flags
-) -> list[Diagnostic]:
+def _examine(robot: Robot, moves: tuple[Move, ...], path: Path, in_space: Flags) -> list[Diagnostic]:
     """Joint limits, jumps, goals in another configuration and singular wrists; one finding per move and kind."""
     findings = []
 
     def report(rows: Index, code: str, severity: Severity, message: Callable[[int], str], help: str) -> None:
         for i in np.unique(path.move[rows], return_index=True)[1]:
-            findings.append(at_move(events, moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help))
+            findings.append(at_move(moves[path.move[rows[i]]], code, severity, message(int(rows[i])), help))
 
     excess = np.maximum(robot.lower - path.q, path.q - robot.upper)
     report(
@@ -175,7 +164,7 @@ def _examine(
     step[starts_chain(moves, path.move)] = 0.0
     jump = step.max(axis=1) > _JUMP
     q_goal = np.array([m.q for m in moves])[path.move]
-    monitored = np.array([events[m.event].options.get("conf_l") is not False for m in moves])
+    monitored = np.array([m.event.options.get("conf_l") is not False for m in moves])
     at_goal = np.zeros(len(jump), dtype=bool)
     at_goal[path.goal] = path.stop
     missed = at_goal & in_space & monitored[path.move] & (np.abs(path.q - q_goal).max(axis=1) > _GOAL_MISS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Knots, Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law, times_at
 from postproc.motion.values import Flags, Index, Path
-from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 
 _ROUNDS = 6
@@ -98,7 +96,7 @@ def _place(runs: Knots, run: Index, s: Array) -> Array:
     return place
 
 
-def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEvent], gravity: Array) -> TimeLaw:
+def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw:
     """The jerk-limited time law of all runs; where averaging passes a limit, that stretch is slowed and solved again.
 
     Raises:
@@ -111,7 +109,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, events: Sequence[MotionEve
     grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), ease, window)
     speed, blocked = fastest(robot, path, runs, grid, gravity)
     if blocked is not None:
-        raise PostprocError(_blocked(robot, path, runs, grid, blocked, events, gravity), exit_code=1)
+        raise PostprocError(_blocked(robot, path, runs, grid, blocked, gravity), exit_code=1)
     changed = np.ones(len(grid.s), dtype=bool)
     excess = np.zeros(len(program))
     for attempt in range(_ROUNDS + 1):
@@ -209,9 +207,7 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array
     return allowed
 
 
-def _blocked(
-    robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, events: Sequence[MotionEvent], gravity: Array
-) -> Diagnostic:
+def _blocked(robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, gravity: Array) -> Diagnostic:
     knot = min(int(np.searchsorted(runs.s, grid.s[point])), len(runs.s) - 1)
     move = path.moves[path.move[runs.sample[knot]]]
     place = np.array([min(grid.s[point], np.nextafter(runs.s[-1], 0.0))])
@@ -223,7 +219,7 @@ def _blocked(
                                  move.payload_center[None], gravity)  # fmt: skip
         share = np.abs(weight[0]) / robot.torque
     return at_move(
-        events, move, "MOT010", "error",
+        move, "MOT010", "error",
         f"at no speed can the arm follow the path to this target: joint {np.argmax(share) + 1} passes its limits",
         "check the joint limits of the robot file, and the path for a singularity",
     )  # fmt: skip

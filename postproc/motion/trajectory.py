@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from postproc.arrays import Array
@@ -13,7 +11,6 @@ from postproc.motion.sustained import sustained
 from postproc.motion.timelaw import times_at
 from postproc.motion.timing import Profile, joint_motion, limited_law, slope_acceleration
 from postproc.motion.values import Flags, Path, Trajectory
-from postproc.rapid.events import MotionEvent
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 
@@ -25,13 +22,7 @@ _BLOCK = 5000  # samples looked at together: long programs need little memory
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
-def retime(
-    robot: Robot,
-    path: Path,
-    events: Sequence[MotionEvent],
-    period: Array | None = None,
-    gravity: Array = GRAVITY,
-) -> Trajectory:
+def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array = GRAVITY) -> Trajectory:
     """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
 
     toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
@@ -46,7 +37,7 @@ def retime(
     """
     n = len(path.q)
     runs = cut_runs(path)
-    law = limited_law(robot, path, runs, events, gravity)
+    law = limited_law(robot, path, runs, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
     profile = Profile(runs, law, start)
 

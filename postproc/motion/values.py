@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
+from postproc.rapid.events import MotionEvent
 
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -21,7 +22,7 @@ class Move:
     """One motion event in SI units, ready for geometry.
 
     Args:
-        event: index of the MotionEvent it comes from.
+        row, event: which of the program's motion events it comes from, and that event.
         kind: ``joint`` and ``absjoint`` in joint space, ``line`` and ``arc`` in space.
         T_work_tcp: (4, 4) commanded goal pose of the TCP in the work frame (see ``mounts``), work object and
             displacement resolved (None for absjoint).
@@ -39,7 +40,8 @@ class Move:
         again: the move that has brought the arm here before: no motion, but another way that goes on from there.
     """
 
-    event: int
+    row: int
+    event: MotionEvent
     kind: Literal["joint", "absjoint", "line", "arc"]
     q: Array
     T_mount_tcp: Array

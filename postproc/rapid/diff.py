@@ -10,7 +10,7 @@ from typing import Literal
 
 from postproc.rapid.align import aligned
 from postproc.rapid.difference import Difference, ProgramDiff
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import JointTarget, Quat, RobTarget
@@ -36,7 +36,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
         ours, theirs = routines_a.get(place, []), routines_b.get(place, [])
 
         def near(x: MotionStatement, y: MotionStatement) -> bool:
-            return x.instruction == y.instruction and _near(events_a.get(_key(x), []), events_b.get(_key(y), []))
+            return x.instruction == y.instruction and _near(events_a.get(x.key, []), events_b.get(y.key, []))
 
         pairs = [*aligned(ours, theirs, near)]
         paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
@@ -45,7 +45,7 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
                 differences.append(_lonely(x, y))
                 continue
             compared += 1
-            found = _compare(a, x, events_a.get(_key(x), []), b, y, events_b.get(_key(y), []))
+            found = _compare(a, x, events_a.get(x.key, []), b, y, events_b.get(y.key, []))
             most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
             far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
             if far or found.conf or found.arguments:
@@ -55,17 +55,10 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
     return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
 
 
-Key = tuple[str, int]
-
-
-def _key(statement: MotionStatement) -> Key:
-    return statement.source.path, statement.span[0]
-
-
-def _by_statement(events: Sequence[MotionEvent]) -> dict[Key, list[MotionEvent]]:
-    found: dict[Key, list[MotionEvent]] = {}
+def _by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
+    found: dict[StatementKey, list[MotionEvent]] = {}
     for event in events:
-        found.setdefault(_key(event.statement), []).append(event)
+        found.setdefault(event.statement.key, []).append(event)
     return found
 
 

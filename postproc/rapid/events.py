@@ -24,6 +24,7 @@ from postproc.rapid.records import (
 )
 
 Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
+StatementKey = tuple[str, int]  # path and offset of a motion statement
 OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
 
 
@@ -134,6 +135,11 @@ class MotionStatement:
     roles: tuple[str, ...]
     places: tuple[int, ...]
     interpolation: Interpolation
+
+    @property
+    def key(self) -> StatementKey:
+        """What tells it from every other statement of the program."""
+        return self.source.path, self.span[0]
 
     @property
     def arguments(self) -> tuple[Argument, ...]:

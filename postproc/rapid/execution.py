@@ -10,7 +10,7 @@ from postproc.rapid.assign import forget, store
 from postproc.rapid.calls import bound_frame
 from postproc.rapid.changes import READ_ONLY, STATE, Changes
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
 from postproc.rapid.memory import Constants, Memory
 from postproc.rapid.missing import undeclared
@@ -43,8 +43,8 @@ class Execution(ABC):
         self.ways = Ways()
         self.diagnostics: list[Diagnostic] = []
         self.visited: dict[str, set[int]] = {}
-        self.elsewhere: set[tuple[str, int]] = set()  # statements that run again with another target
-        self.first: dict[tuple[str, int], MotionEvent] = {}
+        self.elsewhere: set[StatementKey] = set()  # statements that run again with another target
+        self.first: dict[StatementKey, MotionEvent] = {}
         self.only_new = False
         self.supposed = False  # what runs now has run before as far as its calls tell: only what is new in it counts
         self.entered: set[str] = set()  # routines
@@ -240,22 +240,21 @@ class Execution(ABC):
         seen = self.visited.setdefault(statement.source.path, set())
         new = statement.span[0] not in seen
         seen.add(statement.span[0])
-        place = (statement.source.path, statement.span[0])
         if new or not self.only_new:
             make = self.maker.event if new else self.repeats.event
             event = make(statement, memory, self.conditional > 0)
             if self.returning and event.reason is not None:
                 return
             self.steps += self.ways.go(event) - 1
-            self.first.setdefault(place, event)
+            self.first.setdefault(statement.key, event)
         else:
             self.ways.lose()
             if not self.supposed and not self.same_target(statement, memory):
-                self.elsewhere.add(place)
+                self.elsewhere.add(statement.key)
 
     def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
         """Whether a further execution goes where the first one went."""
-        first = self.first[statement.source.path, statement.span[0]]
+        first = self.first[statement.key]
         to = statement.argument("to")
         if to is None or not isinstance(first.target, RobTarget):
             return True

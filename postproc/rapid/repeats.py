@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.memory import Memory
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.tokens import identifiers
@@ -33,16 +33,15 @@ class Repeats:
 
     def __init__(self, maker: EventMaker) -> None:
         self.maker = maker
-        self.kept: dict[tuple[str, int], Kept] = {}
+        self.kept: dict[StatementKey, Kept] = {}
 
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of a further execution."""
-        place = (statement.source.path, statement.span[0])
-        kept = self.kept.get(place)
+        kept = self.kept.get(statement.key)
         if kept is not None and kept.holds(memory, conditional):
             return kept.event
         event = self.maker.event(statement, memory, conditional)
         if len(memory.changed) <= MOST_CHANGED and not event.diagnostics:
             words = frozenset(identifiers(statement.source.data[slice(*statement.span)]))
-            self.kept[place] = Kept(event, dict(memory.changed), words)
+            self.kept[statement.key] = Kept(event, dict(memory.changed), words)
         return event

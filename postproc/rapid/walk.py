@@ -95,8 +95,7 @@ def _marked(flow: Flow) -> list[MotionEvent]:
     if not flow.elsewhere:
         return flow.ways.events
     return [
-        replace(e, elsewhere=True) if (e.statement.source.path, e.statement.span[0]) in flow.elsewhere else e
-        for e in flow.ways.events
+        replace(event, elsewhere=True) if event.statement.key in flow.elsewhere else event for event in flow.ways.events
     ]
 
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.compensate.options import Options
-from postproc.compensate.values import Outcome, Place, StatementKey, key_of
+from postproc.compensate.values import Outcome, Place
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move, mounts_of
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk_program
 from postproc.robot.arm import Robot
@@ -58,8 +58,8 @@ class Inspection:
 
     def decided(self, outcomes: Sequence[Outcome]) -> Inspection:
         """With what a compensation decides for each statement; without outcomes as it is."""
-        known = {key_of(outcome.statement): outcome for outcome in outcomes}
-        return replace(self, rows=tuple(_decided(row, known.get(key_of(row.statement))) for row in self.rows))
+        known = {outcome.statement.key: outcome for outcome in outcomes}
+        return replace(self, rows=tuple(_decided(row, known.get(row.statement.key)) for row in self.rows))
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,18 +90,18 @@ def inspect_program(sources: Sequence[Source] | Source, robot: Robot, options: O
     program = read_program(sources, options.constants)
     followed = walk_program(program)
     moves, unreachable = read_moves(robot, followed.events, options.free_axes)
-    _, on_the_way = sample_path(robot, moves, followed.events)
-    at = {move.event: i for i, move in enumerate(moves)}
+    _, on_the_way = sample_path(robot, moves)
+    at = {move.row: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)
     grouped: dict[StatementKey, list[int]] = {}
     for index, event in enumerate(followed.events):
         if event.again is None:
-            grouped.setdefault(key_of(event.statement), []).append(index)
+            grouped.setdefault(event.statement.key, []).append(index)
     rows = [
         _row(statement, followed.events, executions, seen[[at[i] for i in executions if i in at]], robot)
         for statement in program.statements
         if not statement.source.lent
-        for executions in [grouped.get(key_of(statement), [])]
+        for executions in [grouped.get(statement.key, [])]
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
 

@@ -85,7 +85,7 @@ def events(text: str) -> list[MotionEvent]:
 def timed(text: str) -> Trajectory:
     """The programmed path with its time."""
     found, robot = events(text), arm().robot
-    return retime(robot, sample_path(robot, read_moves(robot, found)[0], found)[0], found)
+    return retime(robot, sample_path(robot, read_moves(robot, found)[0])[0])
 
 
 def places(text: str) -> list[tuple[float, float, float]]:

@@ -46,7 +46,7 @@ def chain(*steps: dict[str, Any], tool: np.ndarray = TORCH) -> list[Move]:
             turns = found - 2 * np.pi * np.round((found - q) / (2 * np.pi))
             q = turns[int(np.argmin(np.abs(turns - q).max(axis=1)))]
         given.setdefault("first", i == 0)
-        moves.append(Move(event=i, q=q, T_mount_tcp=own, **given))
+        moves.append(Move(row=i, event=_event(i), q=q, T_mount_tcp=own, **given))
     return moves
 
 
@@ -62,13 +62,10 @@ def arc(via: np.ndarray, T: np.ndarray, **more: Any) -> dict[str, Any]:
     return {"kind": "arc", "T_work_tcp": T, "T_work_via": via, **more}
 
 
-def events(moves: list[Move]) -> list[MotionEvent]:
-    """Stand-ins with nothing but a place each."""
-    found = []
-    for i, _ in enumerate(moves):
-        statement = SimpleNamespace(argument=lambda role: None, source=None, span=(i, i + 1))
-        found.append(cast(MotionEvent, SimpleNamespace(statement=statement, options={})))
-    return found
+def _event(row: int) -> MotionEvent:
+    """A stand-in with nothing but a place."""
+    statement = SimpleNamespace(argument=lambda role: None, source=None, span=(row, row + 1))
+    return cast(MotionEvent, SimpleNamespace(statement=statement, options={}))
 
 
 def tcp(q: np.ndarray, tool: np.ndarray = TORCH) -> np.ndarray:

@@ -13,7 +13,7 @@ from postproc.motion.smoothing import GENTLE, SHARE, correction_limits, transiti
 from postproc.motion.sustained import sustained
 from postproc.motion.trajectory import retime
 from postproc.robot.kinematics import body_poses, jacobian
-from tests.motion.build import ROBOT, TORCH, chain, events, joint, line, pose, tcp
+from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose, tcp
 
 
 def kept(a: np.ndarray, period: float, dt: float = 0.001) -> np.ndarray:
@@ -61,16 +61,16 @@ def test_a_slow_weld_is_free_of_inertia_and_a_long_swing_is_not() -> None:
         line(pose(1.1, 0.3, 0.5), speed=0.01, fine=True),
         joint(pose(1.1, -0.5, 0.8), speed=5.0, fine=True),
     )
-    path, _ = sample_path(ROBOT, moves, events(moves))
-    trajectory = retime(ROBOT, path, events(moves))
+    path, _ = sample_path(ROBOT, moves)
+    trajectory = retime(ROBOT, path)
     weld, swing = path.move == 1, path.move == 2
     assert np.abs(trajectory.a_sustained[weld]).max() < 1e-2
     assert np.abs(trajectory.a[weld]).max() > np.abs(trajectory.a_sustained[weld]).max()
     assert np.abs(trajectory.a_sustained[swing]).max() > 1.0
     # Only bursts longer than the first period count.
-    stiff = retime(ROBOT, path, events(moves), np.full(len(path.q), 0.02))
+    stiff = retime(ROBOT, path, np.full(len(path.q), 0.02))
     assert np.abs(stiff.a_sustained).sum() > np.abs(trajectory.a_sustained).sum()
-    rigid = retime(ROBOT, path, events(moves), np.zeros(len(path.q)))
+    rigid = retime(ROBOT, path, np.zeros(len(path.q)))
     assert rigid.a_sustained == pytest.approx(stiff.a_sustained)
 
 

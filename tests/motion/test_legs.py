@@ -8,7 +8,7 @@ from postproc.motion.legs import cut_legs
 from postproc.motion.path import sample_path
 from postproc.motion.trajectory import retime
 from postproc.motion.values import Move
-from tests.motion.build import ROBOT, chain, events, joint, line, pose
+from tests.motion.build import ROBOT, chain, joint, line, pose
 
 
 def rows() -> list[Move]:
@@ -32,7 +32,7 @@ def test_legs_cover_the_program_and_meet_at_stops() -> None:
         goes_on = first < done
         assert goes_on == (first == done - 1) and (goes_on or first == done)
         assert not goes_on or moves[first].fine
-        assert [m.event for m in leg] == [m.event for m in moves[first : first + len(leg)]]
+        assert [m.row for m in leg] == [m.row for m in moves[first : first + len(leg)]]
         done = first + len(leg)
     assert done == len(moves)
 
@@ -45,14 +45,14 @@ def test_without_a_stop_there_is_one_leg() -> None:
 def test_legs_are_timed_as_the_whole_is() -> None:
     moves = tuple(rows())[:-1]
     period = 0.1
-    path, _ = sample_path(ROBOT, moves, events(list(moves)))
-    whole = retime(ROBOT, path, events(list(moves)), np.full(len(path.q), period))
+    path, _ = sample_path(ROBOT, moves)
+    whole = retime(ROBOT, path, np.full(len(path.q), period))
     place = path.move + path.u
     begin = 0.0
     for first, leg in cut_legs(moves, np.full(len(moves), 10), most=35):
-        part, found = sample_path(ROBOT, leg, events(list(moves)))
+        part, found = sample_path(ROBOT, leg)
         assert not found
-        timed = retime(ROBOT, part, events(list(moves)), np.full(len(part.q), period))
+        timed = retime(ROBOT, part, np.full(len(part.q), period))
         inside = slice(1, None)  # a stop may be left at another time than it is reached
         at = (first + part.move + part.u)[inside]
         assert np.isin(at, place).all()

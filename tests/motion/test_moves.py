@@ -118,7 +118,7 @@ def test_a_hidden_target_breaks_the_chain() -> None:
     moves, findings, _ = read(f"MoveJ {P1},v200,fine,t1;\nMoveL *,v50,z10,t1;\nMoveL {P2},v50,fine,t1;")
     assert [m.first for m in moves] == [True, True]
     assert findings == []
-    assert [m.event for m in moves] == [0, 2]
+    assert [m.row for m in moves] == [0, 2]
 
 
 def test_everything_out_of_reach_is_found_at_once_and_where() -> None:
@@ -131,7 +131,7 @@ def test_everything_out_of_reach_is_found_at_once_and_where() -> None:
     assert "cannot run 3 of 4" in findings[3].message
     assert [text.encode()[slice(*(d.span or (0, 0)))].decode() for d in findings[:2]] == [far, odd]
     assert "joint 5" in findings[2].message
-    assert [m.event for m in moves] == [0]
+    assert [m.row for m in moves] == [0]
 
 
 def test_a_start_that_nobody_knows_is_supposed_near_zero_and_followed() -> None:
@@ -225,7 +225,7 @@ def test_an_arc_knows_its_circle_point() -> None:
     )
     found = walk(read_program([Source("m.mod", text.encode())]))
     moves, _ = read_moves(ROBOT, found)
-    _, findings = sample_path(ROBOT, moves, found)
+    _, findings = sample_path(ROBOT, moves)
     assert [d.code for d in findings] == ["MOT001"]
     assert text.encode()[slice(*(findings[0].span or (0, 0)))].decode() == P2
 

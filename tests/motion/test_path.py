@@ -11,19 +11,19 @@ from scipy.spatial.transform import Rotation
 from postproc.motion.curves import ARC_FAULTS, build_curves, circle_through, pose_at
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move, Path
-from tests.motion.build import HOME, ROBOT, arc, chain, events, joint, line, pose, tcp
+from tests.motion.build import HOME, ROBOT, arc, chain, joint, line, pose, tcp
 
 A, B, C = pose(1.1, -0.3, 0.5), pose(1.1, 0.3, 0.5, (20.0, 175.0, 5.0)), pose(1.2, 0.3, 0.7)
 
 
 def sampled(moves: list[Move]) -> Path:
-    path, findings = sample_path(ROBOT, moves, events(moves))
+    path, findings = sample_path(ROBOT, moves)
     assert findings == []
     return path
 
 
 def codes(moves: list[Move]) -> list[str]:
-    return [d.code for d in sample_path(ROBOT, moves, events(moves))[1]]
+    return [d.code for d in sample_path(ROBOT, moves)[1]]
 
 
 def test_a_line_is_straight_and_turns_evenly() -> None:
@@ -181,7 +181,7 @@ def test_a_change_of_tool_does_not_move_the_arm() -> None:
     ahead = flange @ other
     ahead[:3, 3] += [0.1, 0.0, 0.1]
     last = chain(joint(ahead, first=False), tool=other)[0]
-    more = [replace(last, kind="line", fine=True, event=2)]
+    more = [replace(last, kind="line", fine=True, row=2)]
     path = sampled(moves + more)
     flanges = tcp(path.q, np.eye(4))[:, :3, 3]
     steps = np.linalg.norm(np.diff(flanges, axis=0), axis=1)
@@ -212,7 +212,7 @@ def test_a_limit_on_the_way() -> None:
     high[4] = np.radians(119.0)
     narrow = replace(ROBOT, upper=np.where(np.arange(6) == 4, np.radians(100.0), ROBOT.upper))
     moves = chain({"kind": "absjoint", "q": q}, {"kind": "absjoint", "q": high, "fine": True})
-    _, findings = sample_path(narrow, moves, events(moves))
+    _, findings = sample_path(narrow, moves)
     assert [d.code for d in findings] == ["MOT002"]
     assert "joint 5" in findings[0].message
 

@@ -15,13 +15,13 @@ from postproc.motion.path import sample_path
 from postproc.motion.timing import Profile, joint_motion
 from postproc.motion.trajectory import retime
 from postproc.motion.values import Move, Trajectory
-from tests.motion.build import ROBOT, arc, chain, events, joint, line, pose, tcp
+from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
 
 
 def timed(moves: list[Move], **more: object) -> Trajectory:
-    path, findings = sample_path(ROBOT, moves, events(moves))
+    path, findings = sample_path(ROBOT, moves)
     assert findings == []
-    return retime(ROBOT, path, events(moves), **more)  # type: ignore[arg-type]
+    return retime(ROBOT, path, **more)  # type: ignore[arg-type]
 
 
 def weld() -> list[Move]:
@@ -175,16 +175,16 @@ def torque(trajectory: Trajectory) -> np.ndarray:
 
 def test_torque_limits() -> None:
     moves = chain(joint(pose(1.1, -0.4, 0.9)), joint(pose(1.1, 0.4, 0.4), speed=5.0, fine=True))
-    path, _ = sample_path(ROBOT, moves, events(moves))
-    free = retime(ROBOT, path, events(moves))
+    path, _ = sample_path(ROBOT, moves)
+    free = retime(ROBOT, path)
     weak = replace(ROBOT, torque=np.array([200.0, 4000.0, 2000.0, 300.0, 200.0, 100.0]))
-    held = retime(weak, path, events(moves))
+    held = retime(weak, path)
     assert held.t[-1] > free.t[-1]
     assert np.abs(torque(free)[:, 0]).max() > 200.0
     assert np.abs(torque(held)[:, 0]).max() < 200.0 * 1.05
     none = replace(ROBOT, torque=np.array([200.0, 10.0, 2000.0, 300.0, 200.0, 100.0]))
     with pytest.raises(PostprocError) as error:
-        retime(none, path, events(moves))
+        retime(none, path)
     assert error.value.diagnostics[0].code == "MOT010"
     assert "joint 2" in error.value.diagnostics[0].message
 
@@ -221,9 +221,9 @@ def test_cost_grows_with_the_program_and_no_faster() -> None:
     def seconds(n: int) -> float:
         points = [line(pose(1.1 + 0.02 * (k % 2), -0.4 + 0.8 * k / n, 0.5), zone=0.001, speed=0.1) for k in range(n)]
         moves = chain(joint(pose(1.0, -0.4, 0.6)), *points, line(pose(1.1, 0.4, 0.5), fine=True))
-        path, _ = sample_path(ROBOT, moves, events(moves))
+        path, _ = sample_path(ROBOT, moves)
         begin = time.process_time()
-        retime(ROBOT, path, events(moves))
+        retime(ROBOT, path)
         return time.process_time() - begin
 
     seconds(10)

@@ -1,4 +1,4 @@
-"""What loads the arm at every sample: tool and payload, wrench, motion, side of approach."""
+"""What a program makes the arm do, and what loads it on the way: tool, payload, wrench, acceleration, approach."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from postproc.compensate.samples import Samples
 from postproc.compensate.timeline import Timeline
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.motion.values import Flags, Index
+from postproc.motion.values import Flags, Index, Move
 
 BLOCK = 10_000  # samples whose states are held at a time
 _NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
 
 
 @dataclass(frozen=True, slots=True)
-class States:
-    """What loads the arm at n samples, put together for the rows that are asked for: a program has many.
+class Motion:
+    """n samples of a program's curves in time; states are put together for the rows that are asked for.
 
     Args:
         place: (n,) where the samples stand on the programmed path, as move + fraction; timeline: of that path.
@@ -34,6 +34,10 @@ class States:
     place: Array
     moving: bool
     sides: Array | None
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        return self.samples.moves
 
     def at(self, rows: slice | Index) -> State:
         """The state at some samples."""
@@ -64,15 +68,15 @@ class States:
             yield slice(start, start + BLOCK)
 
 
-def states_of(
+def motion_of(
     model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
-) -> States:
-    """The states at every sample; without ``place`` they are samples of the programmed path itself."""
+) -> Motion:
+    """The motion through samples; without ``place`` they are samples of the programmed path itself."""
     # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
     moving = options.inertia or any("v" in effect.reads for effect in model.effects)
     sides = approach_side(samples) if feels_sides(model) else None
     where = samples.move + samples.u if place is None else place
-    return States(samples, timeline, options, where, moving, sides)
+    return Motion(samples, timeline, options, where, moving, sides)
 
 
 def feels_sides(model: Model) -> bool:
