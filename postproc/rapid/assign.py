@@ -79,9 +79,7 @@ def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
 
 def shown(key: str, program: Program) -> str:
     """The name of data as it is spelt where it is declared, or of state."""
-    module, _, inner = key.partition(".")
-    routine, _, name = inner.partition(".")
-    declaration = program.names.get((module, routine, name))
+    declaration = program.names.get(key)
     return declaration.name if declaration is not None else key.lstrip("@")
 
 

@@ -11,6 +11,7 @@ from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.events import Handed
 from postproc.rapid.expressions import Expression, Index, Name
 from postproc.rapid.memory import Binding, Frame, Memory, Reference
+from postproc.rapid.motion import Piece
 from postproc.rapid.syntax import Parameter, Routine
 from postproc.rapid.values import NotKnown
 
@@ -23,7 +24,7 @@ def unbound_frame(routine: Routine) -> Frame:
     return Frame(routine, dict(unknown))
 
 
-def bound_frame(routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory, tree: Tree) -> Frame:
+def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> Frame:
     r"""A call with the arguments ``pieces`` of the present routine's file.
 
     ``\Opt?name`` passes a parameter on only if the caller got it.

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.motion import read_arguments
+from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program, bodies, statements_in
 from postproc.rapid.syntax import Parameter, Routine, Statement
 
@@ -48,9 +48,7 @@ def component_path(data: bytes, span: Span) -> tuple[str, ...]:
     return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
 
 
-def paired(
-    parameters: Sequence[Parameter], pieces: Iterable[tuple[str, Span, Span]]
-) -> Iterator[tuple[Parameter, Span]]:
+def paired(parameters: Sequence[Parameter], pieces: Iterable[Piece]) -> Iterator[tuple[Parameter, Span]]:
     """Parameters with the argument each gets in a call."""
     by_name = {p.name: p for p in parameters if p.optional}
     required = iter(p for p in parameters if not p.optional)
@@ -159,9 +157,8 @@ class Changes:
             changed.add(STATE[statement.word])
         if called is None and (statement.word in STATE or statement.word in READ_ONLY):
             return
-        end = statement.span[1] - (data[statement.span[1] - 1 : statement.span[1]] == b";")
         start = statement.span[0] + len(statement.word)
-        pieces = read_arguments(data, start, end)
+        pieces = read_arguments(data, start, statement.span[1])
         if called is None:
             writer = data[statement.span[0] : start].decode("latin-1")
             for _, span, _ in pieces:

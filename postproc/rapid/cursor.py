@@ -55,6 +55,19 @@ class Cursor:
                 return max(start + 1, stop.start()), False
         return end, end < self.end
 
+    def close_statement(self, start: int, behind: int) -> int:
+        """Step behind the statement that starts at ``start`` and goes on at ``behind``; where its semicolon stands."""
+        end, closed = self.to_semicolon(behind)
+        if not closed:
+            self.report("RAP008", "error", "the statement has no `;`", (start, end), "add the missing semicolon")
+        self.at = end + 1 if closed else end
+        return end
+
+    def part(self, start: int, end: int) -> Span:
+        """The text between two places without blanks and comments around it."""
+        first = skip(self.data, start, end)
+        return first, max(first, patterns.trimmed(self.data, first, end))
+
     def opaque(self, start: int) -> Statement:
         """Keep what cannot be read as it stands, up to the semicolon or the next certain beginning."""
         end, closed = self.to_semicolon(start)
@@ -65,15 +78,11 @@ class Cursor:
             self.report("RAP003", "warning", f"`{shown}` is not understood and is kept as it stands", span)
         return Statement("opaque", span)
 
-    def not_closed(self, start: int, end: int) -> None:
-        self.report("RAP008", "error", "the statement has no `;`", (start, end), "add the missing semicolon")
-
     def head(self, pattern: re.Pattern[bytes], at: int, word: int) -> tuple[Span, bool]:
         """Expression before a word of ``word`` letters; the cursor goes behind the word if it is there."""
         found = pattern.match(self.data, at)
         end = found.end() if found else at
         hit = end < self.end and self.data[end : end + 1] != b";"
-        first = skip(self.data, at, end)
         if hit:
             self.at = end + word
-        return (first, max(first, patterns.trimmed(self.data, first, end))), hit
+        return self.part(at, end), hit

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
+from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
 from postproc.rapid import functions
@@ -131,27 +132,20 @@ def _unary(operator: str, value: Value) -> Value:
     return Value(-value.data if operator == "-" else value.data, value.type)
 
 
+_TRUTH: Mapping[str, Callable[[Data, Data], bool]] = {
+    "=": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge, "xor": is_not,
+}  # fmt: skip
+
+
 def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
     if operator in ("and", "or"):
         return _logical(operator == "or", left, right, scope)
     a, b = _evaluate(left, scope), _evaluate(right, scope)
     x, y = a.data, b.data
     try:
+        if operator in _TRUTH:
+            return Value(_TRUTH[operator](x, y), "bool")
         match operator:
-            case "=":
-                return Value(x == y, "bool")
-            case "<>":
-                return Value(x != y, "bool")
-            case "<":
-                return Value(x < y, "bool")
-            case ">":
-                return Value(x > y, "bool")
-            case "<=":
-                return Value(x <= y, "bool")
-            case ">=":
-                return Value(x >= y, "bool")
-            case "xor":
-                return Value(x is not y, "bool")
             case "div":
                 return Value(float(int(x / y)), "num")
             case "mod":
@@ -162,20 +156,11 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
                 return _product(a, b)
             case "+" if isinstance(x, str) or isinstance(y, str):
                 return Value(x + y, "string")
-            case "+":
-                return Value(tuple(map(_sum, x, y)) if isinstance(x, tuple) else _sum(x, y), a.type)
             case _:
-                return Value(tuple(map(_difference, x, y)) if isinstance(x, tuple) else _difference(x, y), a.type)
+                combine = add if operator == "+" else sub
+                return Value(tuple(map(combine, x, y)) if isinstance(x, tuple) else combine(x, y), a.type)
     except (TypeError, ValueError, ArithmeticError) as error:
         raise NotKnown(f"`{operator}` has no value for these operands") from error
-
-
-def _sum(x: Data, y: Data) -> Data:
-    return x + y
-
-
-def _difference(x: Data, y: Data) -> Data:
-    return x - y
 
 
 def _product(a: Value, b: Value) -> Value:

@@ -14,7 +14,7 @@ from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
 from postproc.rapid.memory import Constants, Memory
 from postproc.rapid.missing import undeclared
-from postproc.rapid.motion import read_arguments
+from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program
 from postproc.rapid.records import RobTarget
 from postproc.rapid.repeats import Repeats
@@ -129,8 +129,7 @@ class Execution(ABC):
             if not word:
                 return
         routine = self.program.routine(word, memory.frame.routine.module)
-        end = statement.span[1] - (source.data[statement.span[1] - 1 : statement.span[1]] == b";")
-        pieces = read_arguments(source.data, start, end)
+        pieces = read_arguments(source.data, start, statement.span[1])
         if routine is not None:
             place, supposed = (source.path, statement.span[0]), self.supposed
             self.supposed = supposed and place in self.followed
@@ -182,9 +181,7 @@ class Execution(ABC):
             return "", 0
         return word, close + 1
 
-    def call_routine(
-        self, routine: Routine, pieces: Sequence[tuple[str, Span, Span]], memory: Memory
-    ) -> Value | NotKnown | None:
+    def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | NotKnown | None:
         if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
@@ -213,7 +210,7 @@ class Execution(ABC):
             return Value(result.data, routine.type)
         raise result if isinstance(result, NotKnown) else NotKnown(f"`{call.name}` gives no known value")
 
-    def count(self, word: str, pieces: Sequence[tuple[str, Span, Span]], memory: Memory) -> None:
+    def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
         """Incr, Decr, Add and Clear."""
         if not pieces:
             return

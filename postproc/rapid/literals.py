@@ -99,14 +99,10 @@ def _of_tree(source: Source, tree: Expression) -> tuple[RobTarget, TargetSpans] 
     for item, count in zip(tree.items, (3, 4, 4, 6), strict=True):
         if not isinstance(item, Aggregate) or len(item.items) != count:
             return None
-        numbers = [n for n in map(_number, item.items) if n is not None]
+        numbers = [n for n in item.items if isinstance(n, Number)]
         if len(numbers) != count:
             return None
         groups.append(numbers)
     spans: list[tuple[Span, ...]] = [tuple(n.span for n in group) for group in groups[:3]]
     data: Data = tuple(tuple(n.value for n in group) for group in groups)
     return to_robtarget(data), TargetSpans(source, spans[0], spans[1], spans[2], tree.span)
-
-
-def _number(item: Expression) -> Number | None:
-    return item if isinstance(item, Number) else None

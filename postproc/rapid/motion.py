@@ -9,14 +9,17 @@ from postproc.rapid import patterns
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.signatures import SIGNATURES, Signature
 
+Piece = tuple[str, Span, Span]
 
-def read_arguments(data: bytes, start: int, end: int) -> tuple[tuple[str, Span, Span], ...]:
-    r"""Arguments of the instruction text ``data[start:end]`` (after the name, before the semicolon).
+
+def read_arguments(data: bytes, start: int, end: int) -> tuple[Piece, ...]:
+    r"""Arguments of the statement that goes on at ``start``, behind its name, and ends before ``end``, `;` or not.
 
     Returns:
         For each: ``\name`` of an optional argument or nothing, span of the expression, span of the whole argument.
     """
-    found: list[tuple[str, Span, Span]] = []
+    found: list[Piece] = []
+    end -= data[end - 1 : end] == b";"
     at = start
     match = patterns.PIECE.match
     while at < end:
@@ -56,10 +59,7 @@ def read_motion(source: Source, span: Span, word: str, module: str, routine: str
     signature = SIGNATURES.get(word)
     if signature is None:
         return None
-    data = source.data
-    start = span[0] + len(word)
-    end = span[1] - 1 if data[span[1] - 1 : span[1]] == b";" else span[1]
-    pieces = read_arguments(data, start, end)
+    pieces = read_arguments(source.data, span[0] + len(word), span[1])
     given = positional_roles(signature, len([1 for name, _, _ in pieces if not name]))
     rest = iter(given)
     roles = tuple([intern(name) if name else next(rest, "extra") for name, _, _ in pieces])

@@ -30,85 +30,46 @@ def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
     return re.compile(many(other + rb"|" + STRING + rb"|" + COMMENT + rb"|" + begins_otherwise + rb"|\""))
 
 
+def _spaced(*parts: bytes) -> re.Pattern[bytes]:
+    """The parts in order, with blanks and comments between them."""
+    return re.compile(GAP.join(parts))
+
+
+def _maybe(part: bytes) -> bytes:
+    """An optional part, and the blanks behind it."""
+    return rb"(?:" + part + GAP + rb")?"
+
+
+WORDED = rb"(" + IDENTIFIER + rb")"
 # The first word of a statement and what follows it.
-LEAD = re.compile(GAP + rb"(?:(" + IDENTIFIER + rb")" + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
-WORD = re.compile(GAP + rb"(" + IDENTIFIER + rb")")
+LEAD = re.compile(GAP + rb"(?:" + WORDED + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
+WORD = re.compile(GAP + WORDED)
 TO_SEMICOLON = re.compile(many(rb"[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\""))
 TO_LINE_END = re.compile(rb"[^\n]*+")
 PLACE = re.compile(PLACEHOLDER)
-REFERENCE = re.compile(
-    IDENTIFIER + many(GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb")") + GAP + rb"(:=)"
-)
+REFERENCE = _spaced(IDENTIFIER + many(GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb")"), rb"(:=)")
 # A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
 HARD_STOP = re.compile(
     rb"\n[ \t]*+(?i:(?:END(?:PROC|FUNC|TRAP|MODULE|RECORD|IF|FOR|WHILE|TEST)|ELSE|ELSEIF|CASE|DEFAULT|PROC|FUNC|TRAP"
     rb"|MODULE|LOCAL|CONST|PERS|VAR|ERROR|UNDO|BACKWARD)(?![\w\x80-\xff])"
     rb"|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
 )
-DECLARATION = re.compile(
-    rb"(?i:(CONST|PERS|VAR))"
-    + GAP
-    + rb"("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"(?:("
-    + BRACKETED
-    + rb")"
-    + GAP
-    + rb")?(:=)?"
-)
-MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + rb"(" + IDENTIFIER + rb")(?:" + GAP + rb"(\([^()]*+\)))?")
+DECLARATION = _spaced(rb"(?i:(CONST|PERS|VAR))", WORDED, WORDED, _maybe(rb"(" + BRACKETED + rb")") + rb"(:=)?")
+MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + WORDED + rb"(?:" + GAP + rb"(\([^()]*+\)))?")
 ROUTINE_HEAD = re.compile(
-    rb"(?i:(?:(FUNC)" + GAP + rb"(" + IDENTIFIER + rb")|(PROC|TRAP)))" + GAP + rb"(" + IDENTIFIER + rb")"
-    rb"(?:" + GAP + rb"(\(" + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
-)
-PARAMETER = re.compile(
-    GAP
-    + rb"([,|(]?)"
-    + GAP
-    + rb"(\\?)"
-    + GAP
-    + rb"(?:(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])"
-    + GAP
-    + rb")?"
-    + rb"("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"(\{[^{}]*+\})?"
-)
-FIELD = re.compile(GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb"(" + IDENTIFIER + rb")" + GAP + rb";")
+    rb"(?i:(?:(FUNC)" + GAP + WORDED + rb"|(PROC|TRAP)))" + GAP + WORDED + rb"(?:" + GAP + rb"(\("
+    + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
+)  # fmt: skip
+PARAMETER = _spaced(
+    rb"", rb"([,|(]?)", rb"(\\?)", _maybe(rb"(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])") + WORDED, WORDED,
+    rb"(\{[^{}]*+\})?",
+)  # fmt: skip
+FIELD = _spaced(rb"", WORDED, WORDED, rb";")
 # One argument of an instruction: separator, \\name (or the name of a required argument), := or ?, expression.
 PIECE = re.compile(
-    GAP
-    + rb"(,?)"
-    + GAP
-    + rb"(?>(?:\\"
-    + GAP
-    + rb"("
-    + IDENTIFIER
-    + rb")"
-    + GAP
-    + rb"(?:(:=|\?)"
-    + GAP
-    + rb")?|"
-    + IDENTIFIER
-    + GAP
-    + rb":="
-    + GAP
-    + rb")?)("
-    + EXPRESSION
-    + rb")"
-)
+    GAP + rb"(,?)" + GAP + rb"(?>(?:\\" + GAP + WORDED + GAP + _maybe(rb"(:=|\?)") + rb"|"
+    + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(" + EXPRESSION + rb")"
+)  # fmt: skip
 # Arguments that are names, nothing else between them than commas.
 PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.

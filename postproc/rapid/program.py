@@ -26,6 +26,7 @@ class Program:
         diagnostics: what is wrong or not understood.
         identifiers: all words in lower case, those in comments and strings too.
         motions: the same motion statements by path and offset.
+        names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
         constants: names of data that keep the value in the text, whatever the program writes to them.
     """
 
@@ -36,7 +37,7 @@ class Program:
     diagnostics: tuple[Diagnostic, ...]
     identifiers: frozenset[str] = field(repr=False)
     motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
-    names: Mapping[tuple[str, str, str], Declaration] = field(repr=False)
+    names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
     constants: frozenset[str] = frozenset()
 
@@ -44,9 +45,9 @@ class Program:
         """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
         low, where = name.lower(), module.lower()
         return (
-            (self.names.get((where, routine.lower(), low)) if routine else None)
-            or self.names.get((where, "", low))
-            or self.names.get(("", "", low))
+            (self.names.get(f"{where}.{routine.lower()}.{low}") if routine else None)
+            or self.names.get(f"{where}..{low}")
+            or self.names.get(f"..{low}")
         )
 
     def routine(self, name: str, module: str = "") -> Routine | None:
@@ -167,9 +168,9 @@ def _all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
             yield from routine.declarations
 
 
-def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tuple[str, str, str], Declaration]:
-    """Declarations by (module, routine, name); names visible in the whole task under ("", "", name) too."""
-    names: dict[tuple[str, str, str], Declaration] = {}
+def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
+    """See ``Program.names``."""
+    names: dict[str, Declaration] = {}
     declarations = list(_all_declarations(modules))
     # PERS data of one name is one in all tasks, and only one of them need give its value.
     valued = {(d.name.lower(), d.type): d for d in declarations if _shared(d) and d.init is not None}
@@ -177,18 +178,21 @@ def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[tup
         declaration = declared
         if _shared(declared) and declared.init is None:
             declaration = valued.get((declared.name.lower(), declared.type), declared)
-        module, routine, name = declared.key.split(".", 2)
-        if not routine and declaration.scope != "LOCAL":
-            first = names.setdefault(("", "", name), declaration)
+        if not declared.routine and declaration.scope != "LOCAL":
+            first = names.setdefault(f"..{declared.name.lower()}", declaration)
             lent = first.source.lent or declared.source.lent
-            if first is not declaration and first.module.lower() != module and not (lent and _shared(declared)):
+            if (
+                first is not declaration
+                and first.module.lower() != declared.module.lower()
+                and not (lent and _shared(declared))
+            ):
                 diagnostics.append(
                     Diagnostic(
                         "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
                         declaration.source, declaration.span, "give the files of one task only, each once",
                     )
                 )  # fmt: skip
-        known = names.setdefault((module, routine, name), declaration)
+        known = names.setdefault(declared.key, declaration)
         if known is not declaration and known.source is declared.source:
             text = f"`{declared.name}` is declared twice in `{declared.routine or declared.module}`"
             help_ = "the controller does not load such a module: give one of them another name"
@@ -207,12 +211,12 @@ def _shared(declaration: Declaration) -> bool:
 
 
 def _fixed(
-    names: dict[tuple[str, str, str], Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
-) -> dict[tuple[str, str, str], Declaration]:
-    for name in sorted(constants - {name for _, _, name in names}):
+    names: dict[str, Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
+) -> dict[str, Declaration]:
+    for name in sorted(constants - {d.name.lower() for d in names.values()}):
         text = f"`{name}`, which is to be constant, is declared in none of the files"
         diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
-    return {key: replace(d, storage="CONST") if key[2] in constants else d for key, d in names.items()}
+    return {key: replace(d, storage="CONST") if d.name.lower() in constants else d for key, d in names.items()}
 
 
 def _routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:

@@ -129,8 +129,7 @@ class SettingsReader:
         """Name of the declared data behind an argument, as it is declared."""
         if value.declaration is None:
             return argument.text.strip()
-        module, routine, name = value.declaration.split(".", 2)
-        declared = self.program.names[module, routine, name]
+        declared = self.program.names[value.declaration]
         if len(value.at) > len(declared.dims):
             return argument.text.strip()  # a component
         return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Span
 from postproc.rapid.changes import STATE
 from postproc.rapid.memory import Memory
+from postproc.rapid.motion import Piece
 from postproc.rapid.pose import pose_inv, pose_mult, subtract
 from postproc.rapid.records import LoadData, Pose
 from postproc.rapid.values import Data, NotKnown, to_load, to_pose
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
 NO_MASS = 0.001
-
-Pieces = Sequence[tuple[str, Span, Span]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +39,7 @@ class State:
         return replace(self, values={**self.values, **unknown})
 
 
-def run_state_instruction(word: str, pieces: Pieces, memory: Memory, value: Callable[[Span], Data]) -> None:
+def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
     """Carry out one instruction of ``changes.STATE``; what it sets may turn out not to be known."""
     switches = {option[1:] for option, _, _ in pieces if option}
     plain = [span for option, span, _ in pieces if not option]
@@ -76,7 +75,7 @@ def run_state_instruction(word: str, pieces: Pieces, memory: Memory, value: Call
         changed[STATE[word]] = NotKnown(f"the arguments of `{word}` cannot be read")
 
 
-def _displacement(pieces: Pieces, plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
+def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
     r"""PDispOn with ``\ExeP``: ``D`` with ``D P_programmed = P_executed``, translation only without ``\Rot``."""
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:

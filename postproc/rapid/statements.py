@@ -70,14 +70,10 @@ class StatementReader(Cursor):
                 if declaration is not None:
                     self.local_data.append(declaration)
                 return Statement("data", (start, self.at))
-            end, closed = self.to_semicolon(lead.end(1))
-            if not closed:
-                self.not_closed(start, end)
-            self.at = end + 1 if closed else end
+            end = self.close_statement(start, lead.end(1))
             span = (start, self.at)
             if word in SIMPLE:
-                first = skip(data, lead.end(1), end)
-                part = (first, max(first, patterns.trimmed(data, first, end)))
+                part = self.part(lead.end(1), end)
                 return Statement(SIMPLE[word], span, text(data[part[0] : part[1]]).lower(), (part,))
             return Statement("call", span, text(word))
         if mark == b":":
@@ -86,13 +82,9 @@ class StatementReader(Cursor):
         reference = lead if mark == b":=" else patterns.REFERENCE.match(data, start)
         if reference is None:
             return self.opaque(start)
-        end, closed = self.to_semicolon(reference.end())
-        if not closed:
-            self.not_closed(start, end)
-        self.at = end + 1 if closed else end
+        end = self.close_statement(start, reference.end())
         target = (start, patterns.trimmed(data, start, reference.end() - 2))
-        first = skip(data, reference.end(), end)
-        value = (first, max(first, patterns.trimmed(data, first, end)))
+        value = self.part(reference.end(), end)
         return Statement("assign", (start, self.at), text(word), (target, value))
 
     def odd_statement(self, at: int) -> Statement | None:
@@ -199,10 +191,8 @@ class StatementReader(Cursor):
 
     def test_at(self, start: int, end: int) -> Statement:
         found = TO_TEST_BODY.match(self.data, end)
-        stop = found.end() if found else end
-        subject = (skip(self.data, end, stop), 0)
-        subject = (subject[0], max(subject[0], patterns.trimmed(self.data, subject[0], stop)))
-        self.at = stop
+        self.at = found.end() if found else end
+        subject = self.part(end, self.at)
         branches = []
         while True:
             word, begin, after = self.peek()
@@ -228,14 +218,8 @@ class StatementReader(Cursor):
         if found is None:
             self.opaque(start)
             return None
-        end, closed = self.to_semicolon(found.end())
-        if not closed:
-            self.not_closed(start, end)
-        self.at = end + 1 if closed else end
-        init = None
-        if found[5]:
-            first = skip(self.data, found.end(), end)
-            init = (first, max(first, patterns.trimmed(self.data, first, end)))
+        end = self.close_statement(start, found.end())
+        init = self.part(found.end(), end) if found[5] else None
         dims: tuple[Span, ...] = ()
         if found[4]:
             inner = self.data[found.start(4) + 1 : found.end(4) - 1]

@@ -69,8 +69,7 @@ class Targets:
         key = (name, at)
         done = self.declared.get(key)
         if done is None:
-            module, routine, plain = name.split(".", 2)
-            declaration = memory.program.names[module, routine, plain]
+            declaration = memory.program.names[name]
             spans = self._spans(declaration, at, memory)
             kind: OriginKind = "expression" if spans is None else "element" if at else "declared"
             origin = Origin(kind, spans, name, declaration.storage)
@@ -98,8 +97,7 @@ class Targets:
             return NotKnown(f"the target cannot be read: {error}"), RUNTIME
         if value.declaration is None:
             return target, Origin("inline" if source.data[span[0] : span[0] + 1] == b"[" else "expression")
-        module, routine, name = value.declaration.split(".", 2)
-        storage = memory.program.names[module, routine, name].storage
+        storage = memory.program.names[value.declaration].storage
         return target, Origin("element" if value.at else "declared", None, value.declaration, storage)
 
 

@@ -74,7 +74,7 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
     found: dict[str, list[Use]] = {}
     records: Records = {**RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}}
     changes = Changes(program)
-    declared = {name for _, _, name in program.names}
+    declared = {d.name.lower() for d in program.declarations}
     for declaration in program.declarations:
         for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
             if not _numbers_only(declaration.source, span):
@@ -162,8 +162,7 @@ def _handed_over(program: Program, routine: Routine, statement: Statement) -> Ma
     if called is None:
         return {}
     data = routine.source.data
-    end = statement.span[1] - (data[statement.span[1] - 1 : statement.span[1]] == b";")
-    pieces = read_arguments(data, statement.span[0] + len(statement.word), end)
+    pieces = read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])
     return {
         span[0]: called.parameter_key(parameter.name)
         for parameter, span in paired(called.parameters, pieces)
