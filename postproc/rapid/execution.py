@@ -50,7 +50,7 @@ class Execution(ABC):
         self.entered: set[str] = set()  # routines
         self.followed: set[tuple[str, int]] = set()  # calls
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
-        self.emitting = True  # motions become events; not while a turn of a loop is tried out
+        self.emitting = True  # motions become events; not while something is tried out
         self.returning = False  # from the end of a loop to the first motion of its next turn
         self.conditional = 0
         self.maker = EventMaker(program, self.diagnostics)
@@ -205,7 +205,9 @@ class Execution(ABC):
             return None
         pieces = [("", a.span, a.span) for a in call.arguments]
         pieces += [("\\" + name, value.span if value else (0, 0), (0, 0)) for name, value in call.options]
+        emitting, self.emitting = self.emitting, self.emitting and not memory.trial
         result = self.call_routine(routine, pieces, memory)
+        self.emitting = emitting
         if isinstance(result, Value):
             return Value(result.data, routine.type)
         raise result if isinstance(result, NotKnown) else NotKnown(f"`{call.name}` gives no known value")

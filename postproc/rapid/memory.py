@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from postproc.diagnostics import Span
 from postproc.rapid import patterns
@@ -70,10 +70,16 @@ class Memory:
     frame: Frame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
+    trial: bool = False
 
     @property
     def records(self) -> Mapping[str, Fields]:
         return self.constants.records
+
+    def aside(self) -> Memory:
+        """The same to try something out: what functions write and move then does not count."""
+        frame = replace(self.frame, bindings=dict(self.frame.bindings))
+        return replace(self, frame=frame, changed=dict(self.changed), trial=True)
 
     # -- Scope ---------------------------------------------------------------------------------------------------
 

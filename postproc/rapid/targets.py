@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.evaluate import evaluate
+from postproc.rapid.assign import store
+from postproc.rapid.evaluate import evaluate, names_in
 from postproc.rapid.events import Base, Origin, OriginKind, TargetSpans
 from postproc.rapid.expressions import Call, Expression, ExpressionError, Index, Name, Star, read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
-from postproc.rapid.pose import add, subtract
-from postproc.rapid.records import JointTarget, RobTarget, Vec3
+from postproc.rapid.pose import about, add, quat_mult, subtract
+from postproc.rapid.records import JointTarget, Pose, RobTarget, Vec3
 from postproc.rapid.syntax import Declaration
 from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
 
@@ -42,15 +44,16 @@ class Targets:
             done = self.declared.get((declaration.key, ()))
             if done is not None and memory.is_initial(declaration) and tree.name not in memory.frame.bindings:
                 return done
+        before = memory.aside() if isinstance(tree, Call) else memory
         try:
             target, origin = self._of_value(evaluate(tree, memory), memory)
             if isinstance(tree, Call):
-                root, lever = _root(tree, memory)
+                root, lever = _root(tree, target, before)
                 origin = replace(origin, root=root, lever=lever)
-            if isinstance(tree, Call) and tree.name == "offs":
-                displaced = tree.arguments[0]
-                base = Base(source, displaced.span, to_robtarget(evaluate(displaced, memory).data))
-                origin = replace(origin, base=base)
+                if tree.name == "offs":
+                    displaced = tree.arguments[0]
+                    base = Base(source, displaced.span, to_robtarget(evaluate(displaced, before).data))
+                    origin = replace(origin, base=base)
             return target, origin
         except NotKnown as error:
             return error, _runtime(declaration)
@@ -112,23 +115,45 @@ def _named(tree: Expression, memory: Memory) -> Declaration | None:
     return bound.declaration if isinstance(bound, Reference) else None
 
 
-def _root(tree: Expression, memory: Memory) -> tuple[RobTarget | None, Vec3]:
-    """The target that ``Offs`` and ``RelTool``, one inside the other, displace (None for other functions), and what
-    ``RelTool`` displaces it by, which turns with it, [mm] in the object frame.
+def _root(tree: Expression, target: RobTarget, memory: Memory) -> tuple[RobTarget | None, Vec3]:
+    """The target that ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace
+    (None for other functions), and what ``RelTool`` displaces it by, which turns with it, [mm] in the object frame.
+
+    Args:
+        target: value of the tree; memory: as it was before.
     """
     lever: Vec3 = (0.0, 0.0, 0.0)
     try:
-        target = to_robtarget(evaluate(tree, memory).data)
         while isinstance(tree, Call) and tree.arguments:
-            if tree.name not in ("offs", "reltool"):
+            inner = tree.arguments[0]
+            outer, target = target, to_robtarget(evaluate(inner, memory.aside()).data)
+            if tree.name == "reltool":
+                lever = add(lever, subtract(outer.trans, target.trans))
+            elif tree.name != "offs" and not _displaces(tree, inner, target, outer, memory):
                 return None, lever
-            outer, turns = target, tree.name == "reltool"
-            tree = tree.arguments[0]
-            target = to_robtarget(evaluate(tree, memory).data)
-            lever = add(lever, subtract(outer.trans, target.trans)) if turns else lever
+            tree = inner
     except NotKnown:
         return None, lever
     return target, lever
+
+
+_TRIED = Pose((7.0, -11.0, 13.0), about(0, 2.0))  # any move tells one that displaces from one that does more
+
+
+def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarget, memory: Memory) -> bool:
+    """Whether a function of the program moves and turns as its first argument does, tried out with another value.
+
+    Raises:
+        NotKnown: with another value it has no result.
+    """
+    name = next(iter(names_in(inner)), "")
+    aside = memory.aside()
+    aside.frame.bindings[name] = aside.lookup(Name(inner.span, name))
+    moved = replace(before, trans=add(before.trans, _TRIED.trans), rot=quat_mult(_TRIED.rot, before.rot))
+    store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), aside)
+    found = to_robtarget(evaluate(tree, aside).data)
+    wanted = (*add(after.trans, _TRIED.trans), *quat_mult(_TRIED.rot, after.rot))
+    return math.dist(wanted, (*found.trans, *found.rot)) < 1e-6
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

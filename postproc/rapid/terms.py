@@ -43,7 +43,7 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
     found = {}
     for text, tree in terms:
         try:
-            value = evaluate(tree, memory)
+            value = evaluate(tree, memory.aside())
         except NotKnown:
             continue
         if value.type == "num" and isinstance(value.data, float):

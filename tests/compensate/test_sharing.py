@@ -217,3 +217,30 @@ def test_targets_that_a_function_makes_of_two_are_displaced_not_expected_to_foll
     found = convert(module(data, loop, BETWEEN))
     assert "MoveL Offs(between(a,d,i/4)," in written(found)
     assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.01
+
+
+LIFTED = """  FUNC robtarget lifted(robtarget p)
+    VAR robtarget found;
+    found:=p;
+    found.trans.z:=found.trans.z+60;
+    RETURN found;
+  ENDFUNC
+"""
+VISITS = "  PROC visit(spot s)\n    MoveJ lifted(s.at),v300,z5,tT;\n    MoveL s.at,v100,fine,tT;\n    MoveL lifted(s.at),v100,fine,tT;\n  ENDPROC\n"
+
+
+@pytest.mark.parametrize("call", ["lifted(s.at)", "RelTool(lifted(s.at),0,0,-5)"])
+def test_what_a_function_displaces_follows_its_target(call: str) -> None:
+    """As `Offs` does: the target in the record is corrected where it stands, whoever derives another from it."""
+    text = module(SPOTS, "visit last;\nvisit row{1};\nvisit row{3};", VISITS.replace("lifted(s.at)", call) + LIFTED)
+    found = convert(text)
+    assert {o.edited for o in found.outcomes if o.statement.instruction == "MoveL"} >= {"element"}
+    assert "MoveL s.at,v100,fine,tT;" in lines_of(written(found))
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.015
+
+
+def test_what_a_function_mirrors_does_not_follow() -> None:
+    mirrored = LIFTED.replace("found.trans.z:=found.trans.z+60", "found.trans.y:=-700-found.trans.y")
+    text = module(SPOTS, "visit row{1};\nvisit row{3};", VISITS + mirrored)
+    found = convert(text)
+    assert "MoveL s.at,v100,fine,tT;" not in lines_of(written(found))

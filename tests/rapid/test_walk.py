@@ -63,6 +63,17 @@ def test_functions_of_the_program() -> None:
     assert x("MoveL above(q,5),v5,z0,tool0; MoveL above(q,-5),v5,z0,tool0;", data) == [15, 10]
 
 
+@pytest.mark.parametrize("target", ["next()", "Offs(next(),0,5,0)", "Offs(p,next().trans.x,0,0)"])
+def test_a_function_that_counts_runs_once_in_each_statement(target: str) -> None:
+    data = P + "VAR num n:=0; FUNC robtarget next() n:=n+1; RETURN Offs(p,10*n,0,0); ENDFUNC"
+    assert x(f"n:=0; {f'MoveL {target},v5,z0,tool0; ' * 3}", data) == [10, 20, 30]
+
+
+def test_a_function_that_moves_does_so_once() -> None:
+    data = P + "FUNC robtarget seen() MoveL q,v5,z0,tool0; RETURN p; ENDFUNC"
+    assert x("MoveL Offs(seen(),5,0,0),v5,z0,tool0;", data) == [10, 5]
+
+
 def test_a_function_that_depends_on_a_signal_is_not_known() -> None:
     data = P + "FUNC num f() IF di1=1 RETURN 1; RETURN 2; ENDFUNC"
     assert x(move("f()"), data) == [None]
