@@ -32,9 +32,10 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.zeros((0, 6))
     if robot.opw is None:
         return np.stack([q for q in _stepwise(robot, poses, q_start)])
-    # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity).
+    # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity);
+    # axes 1 to 3 tell branches apart, and a wrist that has half a turn to go does not change them.
     solutions = inverse(robot, poses[:1])
-    first = np.abs(_wrapped(solutions[0] - q_start)).max(axis=-1)
+    first = np.abs(_wrapped(solutions[0] - q_start))[:, :3].max(axis=-1)
     if np.isnan(first).all():
         _left_branch(robot, 0)
     arm = int(branch(robot.opw, solutions)[0, int(np.nanargmin(first))] >> 1)

@@ -161,6 +161,17 @@ def test_without_configuration_control_the_arm_keeps_the_one_it_has() -> None:
     assert len(strict) == 1
 
 
+def test_a_wrist_with_half_a_turn_to_go_changes_neither_shoulder_nor_elbow() -> None:
+    """The torch points down and 25 deg aside; from home every turn of axis 6 leaves the arm in front, elbow up."""
+    home = "MoveAbsJ [[0,-20,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v200,fine,t1;\nConfJ\\Off;"
+    for turn in np.radians(np.arange(0.0, 360.0, 15.0)):
+        w, z = np.cos(turn / 2), np.sin(turn / 2)
+        goal = f"[[1000,-400,600],[{-0.2164 * z:.7f},{0.9763 * w:.7f},{0.9763 * z:.7f},{0.2164 * w:.7f}],[9,9,9,9],{E}]"
+        moves, findings, _ = read(f"{home}\nMoveJ {goal},v200,fine,t1;")
+        assert findings == []
+        assert abs(moves[1].q[0]) < np.pi / 2 and moves[1].q[2] < np.pi / 2
+
+
 def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
     """The arm bends over backwards; 1.75 m from axis 1 only an arm that faces the place reaches it."""
     held = np.eye(4)
