@@ -93,10 +93,12 @@ def plan_changes(
         left = now_left | left | {i: now_left[i] for i in parted} | middles
         shared = (shared | middles.keys()) - parted
         indivisible.update(clashing)
+    # What has a text of its own by now, having followed in an earlier round, has the displacement in that.
+    displaced = {key: way for key, way in farther.items() if key in decisions.following}
     return Plan(
         motion,
         written,
-        replace(decisions, refused=refused, changes=decisions.changes + displaced_on(motion, farther)),
+        replace(decisions, refused=refused, changes=decisions.changes + displaced_on(motion, displaced)),
         tuple(insertions),
         tuple(pieces),
         tuple(transitions),

@@ -244,3 +244,23 @@ def test_what_a_function_mirrors_does_not_follow() -> None:
     text = module(SPOTS, "visit row{1};\nvisit row{3};", VISITS + mirrored)
     found = convert(text)
     assert "MoveL s.at,v100,fine,tT;" not in lines_of(written(found))
+
+
+def test_a_statement_that_followed_and_then_has_a_text_of_its_own_is_written_once() -> None:
+    data = f"""CONST robtarget a:={A};\nCONST robtarget d:={D};
+PERS loaddata part:=[8,[5,0,60],[1,0,0,0],0,0,0];
+CONST jointtarget jH:=[[0,-20,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"""
+    fetch = """  PROC fetch()
+    MoveJ Offs(a,0,0,80),v500,z20,tT;
+    MoveL a,v100,fine,tT;
+    GripLoad part;
+    MoveL Offs(a,0,0,80),v200,z20,tT;
+    MoveL Offs(d,0,0,80),v200,z20,tT;
+    MoveL d,v100,fine,tT;
+    GripLoad load0;
+    MoveL Offs(d,0,0,80),v500,z20,tT;
+  ENDPROC
+"""
+    text = module(data, "MoveAbsJ jH,v500,fine,tT;\nfetch;\nfetch;\nMoveAbsJ jH,v500,fine,tT;", fetch)
+    found = convert(text, inertia=True)
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.02
