@@ -77,7 +77,7 @@ def plan_timeline(model: Model, samples: Samples) -> tuple[Timeline | None, list
         findings += more
         if has_errors(findings):
             continue  # with what is wrong elsewhere
-        leg = retime(model.robot, path, first_periods(model, path))
+        leg = retime(model.robot, path, first_periods(model, path), model.gravity)
         known = int(first < done)  # the stop that the leg goes on from
         in_place = (samples.curves.length < IN_PLACE * turn)[first + path.move]
         a = np.where(in_place[:, None], 0.0, leg.a_sustained)

@@ -15,7 +15,7 @@ from postproc.model.file import default_model, parse_model
 from postproc.rapid.pose import pose_mult
 from postproc.rapid.records import Pose, RobTarget
 from postproc.robot.kinematics import jacobian
-from tests.compensate.build import arm, body_of, convert, events, module, places, target, written
+from tests.compensate.build import arm, body_of, codes, convert, events, module, places, target, written
 
 TEXT = module(
     f"CONST robtarget p1:={target(1350, -500)};\nCONST robtarget p2:={target(1350, -100)};",
@@ -160,3 +160,13 @@ def test_both_geometries(name: str) -> None:
     assert found.report["robot"] == name
     assert found.report["max_error_after_mm"] <= 0.01 < 1.0 < found.report["max_error_before_mm"]
     assert body_of(written(found))[0] == "MoveJ p1,v200,fine,tT;"
+
+
+def test_torque_limits_hold_the_weight_as_the_arm_hangs() -> None:
+    """On a wall axis 1 has the weight of the whole arm to hold."""
+    weak = replace(arm().robot, torque=np.array([300.0, 8000.0, 5000.0, 900.0, 900.0, 900.0]))
+    wall = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    floor = convert(TEXT, replace(arm(), robot=weak), force=NO_FORCE)
+    assert floor.exit_code == 0
+    held = convert(TEXT, replace(arm(), robot=weak, R_world_base=wall), force=NO_FORCE)
+    assert "MOT010" in codes(held)
