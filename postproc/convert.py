@@ -10,9 +10,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
+from jinja2.sandbox import SandboxedEnvironment
 
 from postproc import __version__
 from postproc.compensate.accuracy import expect_accuracy
@@ -21,6 +22,7 @@ from postproc.compensate.belief import doubt_corrections
 from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.insertions import small_zone
+from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import UNKNOWN_START, judge_statements, unproved
 from postproc.compensate.plan import Plan, plan_changes
@@ -36,9 +38,11 @@ from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
 from postproc.rapid.walk import walk_program
 from postproc.rapid.world import seen_from_base
+from postproc.render.header import header_values
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
+SCHEMA = "postproc/compensate/1"
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
@@ -107,6 +111,13 @@ class Conversion:
         return next(iter(self.outputs.values()), None)
 
 
+class _Unsafe(Exception):
+    """The program is not converted; the findings say why."""
+
+    def __init__(self, exit_code: int = 1) -> None:
+        self.exit_code = exit_code
+
+
 def compensate_program(source: Source | Sequence[Source], model: Model, options: Options) -> Conversion:
     """Correct the program of one task so that the real arm follows its programmed paths.
 
@@ -115,54 +126,72 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
         model: the real arm.
     """
     sources = (source,) if isinstance(source, Source) else tuple(source)
-    program = read_program(sources, options.constants)
-    findings = list(program.diagnostics) + _already_done(sources)
-    if has_errors(findings):
-        return _failed(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
-    walked = walk_program(program, options.entry)
-    events = seen_from_base(walked.events, options.base)
-    findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
-    if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
-        text = "there is no motion statement to compensate"
-        findings.append(
-            Diagnostic("CMP002", "error", text, sources[0], help="give a module with Move or Arc statements")
-        )
-    if has_errors(findings):
-        return _failed(findings, 1)
+    findings: list[Diagnostic] = []
+    try:
+        return _converted(sources, model, options, findings)
+    except _Unsafe as stop:
+        report = {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
+        return Conversion({}, report, tuple(findings), stop.exit_code)
+
+
+def _converted(sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic]) -> Conversion:
+    """The conversion; what is found on the way is added to ``findings``.
+
+    Raises:
+        _Unsafe: an error is among them.
+    """
+    program, events = _followed(sources, options, findings)
     model, more = applicable_model(model, events, options.base)
     findings += more
-    motion, more = read_motion(model, events, options)
-    findings += more
-    if has_errors(findings):
-        return _failed(findings, 1)
-    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
-    if motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves)):
-        text = "no motion statement has a target that is known before the program runs"
-        why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
-        help_ = f"{why}`postproc inspect` has the reason of every statement"
-        findings.append(Diagnostic("CMP003", "error", text, sources[0], help=help_))
-        return _failed(findings, 1)
-
+    motion = _moving(model, program, events, options, findings)
     plan = plan_changes(model, motion, events, target_users(program), lambda e: small_zone(program, e))
     findings += doubt_corrections(model, plan)
-    if has_errors(findings):
-        return _failed(findings, 1)
+    _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
     for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):
         edits[changed.path].append(edit)
     plan = replace(plan, decisions=replace(plan.decisions, changes=()))  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
-    before, after, more = _prove(model, plan, program, events, drafts, options)
-    findings += more
-    if after is None:
-        return _failed(findings, 1)
+    before, after = _proved(model, plan, program, events, drafts, findings)
     figures = figures_of(plan, before, after)
     if figures.after > max(options.tolerance_m, WORSE * figures.before):
         text = f"the corrected program would be {_mm(figures.after)} mm off, the original is {_mm(figures.before)} mm"
         help_ = "nothing is written; please report this program"
-        return _failed([*findings, Diagnostic("CMP013", "error", text, sources[0], help=help_)], 1)
-    return _conclude(program, events, model, options, plan, before, after, figures, edits, findings)
+        _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
+    outcomes, unlike = judge_statements(program, events, plan, after)
+    findings += unlike
+    report = _report(program, model, plan, outcomes, figures, unproved(outcomes, events), findings)
+    left = sum(d.code == "CMP005" for d in findings)
+    outputs = _outputs(program, edits, header_values(model, plan, figures, left, report["unproved_statements"]), env)
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
+
+
+def _stop_at_errors(findings: Sequence[Diagnostic], exit_code: int = 1) -> None:
+    if has_errors(findings):
+        raise _Unsafe(exit_code)
+
+
+def _refuse(findings: list[Diagnostic], *errors: Diagnostic) -> NoReturn:
+    findings += errors
+    raise _Unsafe
+
+
+def _followed(
+    sources: tuple[Source, ...], options: Options, findings: list[Diagnostic]
+) -> tuple[Program, list[MotionEvent]]:
+    """The program, and its motions in the order in which it runs, seen from the base of the arm."""
+    program = read_program(sources, options.constants)
+    findings += [*program.diagnostics, *_already_done(sources)]
+    _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
+    walked = walk_program(program, options.entry)
+    events = seen_from_base(walked.events, options.base)
+    findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
+    if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
+        text, help_ = "there is no motion statement to compensate", "give a module with Move or Arc statements"
+        _refuse(findings, Diagnostic("CMP002", "error", text, sources[0], help=help_))
+    _stop_at_errors(findings)
+    return program, events
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
@@ -174,70 +203,64 @@ def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
     ]
 
 
-def _prove(
+def _moving(
+    model: Model, program: Program, events: Sequence[MotionEvent], options: Options, findings: list[Diagnostic]
+) -> Motion:
+    """What the program makes the arm do."""
+    motion, more = read_motion(model, events, options)
+    findings += more
+    _stop_at_errors(findings)
+    reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
+    if motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves)):
+        text = "no motion statement has a target that is known before the program runs"
+        why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
+        help_ = f"{why}`postproc inspect` has the reason of every statement"
+        _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
+    return motion
+
+
+def _proved(
     model: Model,
     plan: Plan,
     program: Program,
     events: Sequence[MotionEvent],
     drafts: Mapping[str, bytes],
-    options: Options,
-) -> tuple[Deviation, Deviation | None, list[Diagnostic]]:
+    findings: list[Diagnostic],
+) -> tuple[Deviation, Deviation]:
     """Deviation of the program as it was and as it is written, from the text itself."""
     motion = plan.motion
-    own = Driven(motion, np.arange(len(motion.moves)))
-    before = measure_deviation(model, motion.samples, [own])
-    ran, owners = run_again(program, drafts, plan.insertions, events, options)
+    before = measure_deviation(model, motion.samples, [Driven(motion, np.arange(len(motion.moves)))])
+    ran, owners = run_again(program, drafts, plan.insertions, events, motion.options)
     try:
-        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners)), []
+        return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners))
     except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
-        return before, None, [*error.diagnostics, failed]
-
-
-def _failed(findings: Sequence[Diagnostic], exit_code: int) -> Conversion:
-    report = {"schema": "postproc/compensate/1", "statements": [], "diagnostics": [d.as_json() for d in findings]}
-    return Conversion({}, report, tuple(findings), exit_code)
-
-
-def _wrench_text(options: Options) -> str:
-    parts = [
-        f"{name} {', '.join(f'{x:g}' for x in vector)} {unit}"
-        for name, vector, unit in (("force", options.force, "N"), ("moment", options.moment, "N m"))
-        if any(vector)
-    ]
-    where = {"all": "along the whole program", "arc": "while the arc burns"}[options.force_on]
-    return f"{'; '.join(parts)}, {where}" if parts else ""
+        _refuse(findings, *error.diagnostics, failed)
 
 
 def _mm(value: float) -> float:
     return round(1e3 * value, 5)
 
 
-def _conclude(
+def _report(
     program: Program,
-    events: Sequence[MotionEvent],
     model: Model,
-    options: Options,
     plan: Plan,
-    before: Deviation,
-    after: Deviation,
+    outcomes: Sequence[Outcome],
     figures: Figures,
-    edits: Mapping[str, list[Edit]],
-    findings: Sequence[Diagnostic],
-) -> Conversion:
-    first = program.sources[0]
-    outcomes, unlike = judge_statements(program, events, plan, after)
-    accuracy, doubts = expect_accuracy(model, plan.motion, first)
-    motion = plan.motion
+    doubtful: int,
+    findings: list[Diagnostic],
+) -> dict[str, Any]:
+    """The document; what it takes to know the accuracy and the limits of the joints may add findings."""
+    motion, first = plan.motion, program.sources[0]
+    accuracy, doubts = expect_accuracy(model, motion, first)
     limits, beyond = check_corrected(
         model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first
     )
-    said = (*findings, *unlike, *doubts, *beyond)
-    doubtful = unproved(outcomes, events)
-    head = _header(model, options, plan, figures, sum(d.code == "CMP005" for d in said), doubtful)
-    report = {
-        "schema": "postproc/compensate/1",
+    findings += [*doubts, *beyond]
+    return {
+        "schema": SCHEMA,
         "tool": __version__,
         "robot": model.robot.name,
         "statements": [o.as_json() for o in outcomes],
@@ -246,43 +269,20 @@ def _conclude(
         "max_transition_mm": _mm(figures.transition),
         "max_transient_mm": _mm(figures.transient),
         "max_joint_move_mm": _mm(figures.joint_move),
-        "tolerance_mm": _mm(options.tolerance_m),
+        "tolerance_mm": _mm(motion.options.tolerance_m),
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "unproved_statements": doubtful,
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(limits.slower, 3),
         "cycle_time_before_s": round(limits.cycle_time, 3),
-        "diagnostics": [d.as_json() for d in said],
-    }
-    outputs = _outputs(program, edits, head, options)
-    return Conversion(outputs, report, said, 0, tuple(outcomes), plan, before, after)
-
-
-def _header(model: Model, options: Options, plan: Plan, figures: Figures, left: int, doubtful: int) -> dict[str, Any]:
-    """What the comment at the head of a corrected module says."""
-    beyond = {
-        name: f"{1e3 * value:.3f}" if value > options.tolerance_m else ""
-        for name, value in (("transient_mm", figures.transient), ("transition_mm", figures.transition))
-    }
-    return {
-        "version": __version__,
-        "robot": model.robot.name,
-        "effects": ", ".join(e.key for e in model.effects) or "rigid",
-        "wrench": _wrench_text(options),
-        "before_mm": f"{1e3 * figures.before:.3f}",
-        "after_mm": f"{1e3 * figures.after:.3f}",
-        **beyond,
-        "added": len(plan.insertions),
-        "left": left,
-        "unproved": doubtful,
+        "diagnostics": [d.as_json() for d in findings],
     }
 
 
 def _outputs(
-    program: Program, edits: Mapping[str, list[Edit]], head: Mapping[str, Any], options: Options
+    program: Program, edits: Mapping[str, list[Edit]], head: Mapping[str, Any], env: SandboxedEnvironment
 ) -> dict[str, bytes]:
     """The bytes of every file that may change, with a header in those that do."""
-    env = environment(options.template_dir)
     outputs = {}
     for s in program.sources:
         if edits[s.path]:
