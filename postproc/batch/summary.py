@@ -7,7 +7,7 @@ from typing import Any
 
 from postproc.batch.values import Batch, Outcome
 
-HEAD = ("task", "result", "before mm", "after mm", "added", "left", "warnings")
+HEAD = ("task", "result", "before mm", "after mm", "added", "left", "unproved", "warnings")
 MOST_ROWS = 40
 
 
@@ -29,7 +29,8 @@ def finding_line(found: Mapping[str, Any]) -> str:
 
 
 def table_lines(batch: Batch) -> Iterator[str]:
-    """A row for each task: deviation before and after, targets added, statements left as they are.
+    """A row for each task: deviation before and after, targets added, statements left as they are, and
+    corrected ones that also run where they cannot be followed.
 
     Those that matter most, failures first with their reason, then the largest remaining deviations.
     """
@@ -48,10 +49,11 @@ def _rank(outcome: Outcome) -> tuple[bool, float]:
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:
-    figures: tuple[str, ...] = ("", "", "", "")
+    figures: tuple[str, ...] = ("",) * 5
     if f := outcome.figures:
         lengths = (f"{f['max_error_before_mm']:.3f}", f"{f['max_error_after_mm']:.3f}")
-        figures = (*lengths, str(f["added_targets"]), str(f["statements"]["skipped"]))
+        counts = (f["added_targets"], f["statements"]["skipped"], f.get("unproved_statements") or "")
+        figures = (*lengths, *map(str, counts))
     warnings = sum(found["severity"] == "warning" for found in outcome.findings)
     reason = next((f": {found['code']}" for found in outcome.findings if found["severity"] == "error"), "")
     result = outcome.status + (reason if outcome.status == "failed" else "") + (", as before" if outcome.cached else "")

@@ -18,7 +18,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.model.arm import Model
 
-FIGURES = ("max_error_before_mm", "max_error_after_mm", "added_targets", "cycle_time_s")
+FIGURES = ("max_error_before_mm", "max_error_after_mm", "added_targets", "unproved_statements", "cycle_time_s")
 
 
 def prepare_worker() -> None:

@@ -8,7 +8,8 @@ from typing import Any
 from postproc.report.page import Section, made_section, render_page, table
 
 MOST_ROWS = 2000
-COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "cycle [s]", "warnings")
+UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
+COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "unproved", "cycle [s]", "warnings")
 
 
 def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] | None = None) -> str:
@@ -37,7 +38,10 @@ def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] |
         columns = ("program", "line", "", "code", "what", "what to do")
         sections.append(Section("Errors and warnings", table(columns, said[:MOST_ROWS]), _cut(len(said))))
     rows = [_row(t) for t in sorted(tasks, key=_rank)]
-    note = "Failures first, then the largest deviations that remain. " + _cut(len(rows))
+    note = "Failures first, then the largest deviations that remain. "
+    if any(t.get("unproved_statements") for t in tasks):
+        note += f"Unproved: {UNPROVED}. "
+    note += _cut(len(rows))
     sections.append(Section("Every program", table(COLUMNS, rows[:MOST_ROWS]), note))
     sections.append(made_section(made or {}))
     return render_page(f"postproc batch {name}", _sentence(count, worst), sections, document, key)
@@ -59,8 +63,9 @@ def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
     warnings = sum(d["severity"] == "warning" for d in task["diagnostics"])
     result = task["status"] + (", as before" if task["cached"] else "")
     names = ("max_error_before_mm", "max_error_after_mm", "added_targets")
-    left = task.get("statements", {}).get("skipped")
-    return (task["name"], result, *(task.get(n) for n in names), left, task.get("cycle_time_s"), warnings or None)
+    left, unproved = task.get("statements", {}).get("skipped"), task.get("unproved_statements") or None
+    figures = (*(task.get(n) for n in names), left, unproved, task.get("cycle_time_s"))
+    return (task["name"], result, *figures, warnings or None)
 
 
 def _finding(name: str, found: Mapping[str, Any]) -> tuple[object, ...]:

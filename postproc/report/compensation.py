@@ -34,6 +34,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
             "tolerance": document["tolerance_mm"],
             "the model is sure to (95 %)": (document["expected_accuracy"] or {}).get("within_95_percent_mm"),
             "targets added": document["added_targets"],
+            "statements not proved": document["unproved_statements"] or None,
             "cycle time": f"{document['cycle_time_s']:.1f} s",
         }
         sections += [_course(found), _where(found)]
@@ -68,9 +69,12 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         )
         if document[key] > document["tolerance_mm"]
     ]
+    count = document["unproved_statements"]
+    doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
+    end = f".{doubt if count else ''}"
     if not beside:
-        return f"The largest deviation falls from {fell}."
-    return f"At steady speed the deviation falls from {fell}; there remain up to {' and '.join(beside)}."
+        return f"The largest deviation falls from {fell}{end}"
+    return f"At steady speed the deviation falls from {fell}; there remain up to {' and '.join(beside)}{end}"
 
 
 def _course(found: Conversion) -> Section:

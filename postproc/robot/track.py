@@ -11,7 +11,11 @@ from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch
 from postproc.robot.inverse import BLOCK, TAUGHT_WRIST
 from postproc.robot.kinematics import forward, jacobian
+from postproc.robot.opw import wrist_place
 from postproc.robot.pose import pose_error
+
+ARM_SINGULAR = 1e-3
+"""As near the wrist's centre [m] comes to the edge of two branches where the arm may change between them."""
 
 
 def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
@@ -32,13 +36,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.zeros((0, 6))
     if robot.opw is None:
         return np.stack([q for q in _stepwise(robot, poses, q_start)])
-    # The arm branch is the one whose first pose is nearest to the start (the start itself may stand on a singularity);
-    # axes 1 to 3 tell branches apart, and a wrist that has half a turn to go does not change them.
-    solutions = inverse(robot, poses[:1])
-    first = np.abs(_wrapped(solutions[0] - q_start))[:, :3].max(axis=-1)
-    if np.isnan(first).all():
-        _left_branch(robot, 0)
-    arm = int(branch(robot.opw, solutions)[0, int(np.nanargmin(first))] >> 1)
+    arm = _arm(robot.opw, np.asarray(q_start, dtype=float), inverse(robot, poses[:1])[0])
     wrists = np.empty((len(poses), 2, 6))
     for start in range(0, len(poses), BLOCK):
         rows = slice(start, start + BLOCK)
@@ -53,6 +51,17 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     q = options[np.arange(len(poses)), chosen]
     unwrapped: Array = np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
     return unwrapped
+
+
+def _arm(opw: Opw, q_start: Array, first: Array) -> int:
+    """The branch of shoulder and elbow that the arm stands in, whatever its wrist; where it stands between two, the one
+    of whose solutions (8, 6) of the first pose axes 1 to 3 are nearest.
+    """
+    between = np.abs(wrist_place(opw, q_start)) < ARM_SINGULAR
+    travel = np.abs(_wrapped(first - q_start))[:, :3].max(axis=1)
+    if not np.any(between) or np.isnan(travel).all():
+        return int(branch(opw, q_start)) >> 1
+    return int(branch(opw, first)[np.nanargmin(travel)]) >> 1
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:

@@ -96,10 +96,14 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     ]
     why = ({"code": "CMP009", "severity": "warning"}, {"code": "KIN001", "severity": "error"})
     bad = Outcome(Task("zzz.mod", ()), "failed", False, {}, why)
+    astray = {**good[99].figures, "unproved_statements": 71}
+    good[99] = Outcome(good[99].task, "compensated", False, astray, ())
     lines = list(table_lines(Batch((*good, bad), 3, ())))
     assert len(lines) == 42 and lines[-1] == "and 61 more; --json lists all"
     assert lines[1].split() == ["zzz.mod", "failed:", "KIN001", "1"]
-    assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.010", "1", "2"]
+    assert "unproved" in lines[0]
+    assert lines[2].split() == ["099.mod", "compensated", "1.000", "0.010", "1", "2", "71"]
+    assert lines[3].split() == ["098.mod", "compensated,", "as", "before", "1.000", "0.010", "1", "2"]
     assert lines[-2].split()[0] == "061.mod"
     assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
         "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"

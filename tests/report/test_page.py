@@ -77,6 +77,10 @@ def test_what_remains_beside_the_steady_way_stands_in_the_first_sentence(convers
         "At steady speed the deviation falls from 0.50 mm to 0.004 mm; there remain up to 0.062 mm while the speed changes "
         "and 0.200 mm where the correction jumps."
     )
+    assert sentence(**steady, max_transient_mm=0.01, max_transition_mm=0.0, unproved_statements=3) == (
+        "The largest deviation falls from 0.50 mm to 0.004 mm. 3 of these statements also run where they cannot be followed: "
+        "what remains there is not proved."
+    )
 
 
 def test_names_in_a_page_are_text(conversion: Conversion) -> None:
@@ -256,8 +260,9 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     }
     told = [{**finding, "severity": s, "code": c} for s, c in (("info", "MOT012"), ("warning", "CMP006"))]
     figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
+    doubt = {"unproved_statements": 71}
     tasks = [
-        {"name": "a.mod", "status": "compensated", "cached": True, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
+        {"name": "a.mod", "status": "compensated", "cached": True, **doubt, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
         {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
         {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": []},
     ]  # fmt: skip
@@ -278,6 +283,7 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     shown = page[page.index("Errors and warnings") : page.index("Every program")]
     assert re.findall(r"<td>([A-Z]{3}\d{3})</td>", shown) == ["RAP007", "CMP006"]
     every = page[page.index("Every program") :]
+    assert every.count(">71<") == 1 and "also run where they cannot be followed" in every
     assert [every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")] == sorted(
         every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")
     )

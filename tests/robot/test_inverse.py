@@ -204,6 +204,27 @@ def test_tracking_passes_a_straight_wrist_without_changing_branch() -> None:
     assert np.abs(track(robot, forward(robot, straight), straight[0]) - straight).max() < 1e-7
 
 
+def test_an_arm_keeps_shoulder_and_elbow_where_its_wrist_turns_by_half_a_turn() -> None:
+    robot = load_robot(ABB[0])
+    start = np.radians([0.0, -20, 20, 0, 60, 0])
+    goals = random_joints(robot, 400, 7)
+    goals = goals[branch(robot.opw, goals) >> 1 == branch(robot.opw, start) >> 1]  # type: ignore[arg-type]
+    reached = np.array([track(robot, T, start)[0] for T in forward(robot, goals)])
+    # Axes 1 to 3 of a pose are one by branch; those of the wrist may be its twin.
+    away = reached[:, :3] - goals[:, :3]
+    assert len(goals) > 50 and np.abs((away + np.pi) % (2 * np.pi) - np.pi).max() < 1e-8
+
+
+def test_a_path_that_begins_with_a_straight_elbow_goes_on_either_way() -> None:
+    robot = load_robot(ABB[0])
+    assert robot.opw is not None
+    edge = robot.opw.offsets[2] - np.arctan2(robot.opw.a2, robot.opw.c3)
+    for way in (1, -1):
+        q = np.radians([10.0, 20, 0, 15, 40, -30]) + np.outer(np.linspace(0, 0.3, 30), [0.2, 0, way, 0.1, 0, 0])
+        q[:, 2] += edge
+        assert np.abs(track(robot, forward(robot, q[1:]), q[0]) - q[1:]).max() < 1e-6
+
+
 def test_tracking_normalises_rotations() -> None:
     robot = load_robot("irb4600_60_205")
     q = np.radians([[10.0, 20, 10, 30, 40, 50]])
