@@ -13,14 +13,9 @@ from postproc.cli.report import print_json
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
 from postproc.effects.conformance import check_effect
-from postproc.effects.registry import (
-    effect_library,
-    find_effect,
-    installed_effects,
-    keys_taken_twice,
-    load_effect_file,
-    origin,
-)
+from postproc.effects.findings import origin
+from postproc.effects.loading import load_effect_file
+from postproc.effects.registry import effect_library, find_effect, installed_effects, keys_taken_twice
 
 
 def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:

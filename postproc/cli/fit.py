@@ -41,7 +41,8 @@ def run(
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
-    from postproc.effects.registry import effect_library, find_effect, load_effect_file
+    from postproc.effects.loading import load_effect_file
+    from postproc.effects.registry import effect_library, find_effect
     from postproc.identify.add import grown
     from postproc.identify.fit import fit_model
     from postproc.model.arm import Model

@@ -88,7 +88,7 @@ def load_measurements(
 
 def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
     """Effects that the user's files define."""
-    from postproc.effects.registry import load_effect_file
+    from postproc.effects.loading import load_effect_file
 
     return [cls for file in files for cls in load_effect_file(file)]
 

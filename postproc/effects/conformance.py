@@ -15,8 +15,8 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import FILLED_BY_MODEL, Effect, State, Variant
 from postproc.effects.example import example_state
+from postproc.effects.findings import describe, finding
 from postproc.effects.parameters import unit_suffix
-from postproc.effects.registry import describe, finding
 from postproc.effects.trial import Failure, contribution, displaced, locked, raised, rows_of, sensitivity
 
 ROWS = 240

@@ -66,7 +66,7 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
         except ModuleNotFoundError:
             if file is None:
                 raise
-            from postproc.effects.registry import load_effect_file
+            from postproc.effects.loading import load_effect_file
 
             load_effect_file(file)
     found: Any = sys.modules[module]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Displacement, Effect, Load, State, displacement_of, load_of
-from postproc.effects.registry import describe, finding, line_of
+from postproc.effects.findings import describe, finding, line_of
 
 T = TypeVar("T")
 Rows = NDArray[np.int_]

@@ -10,7 +10,8 @@ import pytest
 from postproc.diagnostics import PostprocError
 from postproc.effects.conformance import check_effect
 from postproc.effects.example import example_state
-from postproc.effects.registry import BUILT_IN, load_effect_file
+from postproc.effects.loading import load_effect_file
+from postproc.effects.registry import BUILT_IN
 from postproc.effects.trial import contribution, sensitivity
 
 HEAD = """\

@@ -12,7 +12,9 @@ from postproc.diagnostics import PostprocError
 from postproc.effects import registry
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
-from postproc.effects.registry import BUILT_IN, effect_library, find_effect, load_effect_file, origin
+from postproc.effects.findings import origin
+from postproc.effects.loading import load_effect_file
+from postproc.effects.registry import BUILT_IN, effect_library, find_effect
 
 KEYS = [
     "instrument_frame",

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.conformance import check_effect
 from postproc.effects.contract import State
-from postproc.effects.registry import load_effect_file
+from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
 from postproc.identify.formula import Pattern, sharper

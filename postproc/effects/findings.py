@@ -1,0 +1,52 @@
+"""Findings about effects, placed where they are written."""
+
+from __future__ import annotations
+
+import inspect
+import traceback
+from pathlib import Path
+
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.effects.base import Effect
+
+
+def origin(cls: type[Effect]) -> str:
+    """``file:line`` where an effect is defined."""
+    return finding("", "", cls).place.rpartition(":")[0] or cls.__module__
+
+
+def finding(
+    code: str, message: str, cls: type[Effect], *, member: str = "", line: int = 0, help: str = "", warn: bool = False
+) -> Diagnostic:
+    """A diagnostic at an effect's class, at one of its members, or at a line of its file."""
+    source, span = None, None
+    try:
+        lines, start = inspect.getsourcelines(cls)
+        path = inspect.getsourcefile(cls) or ""
+        source = Source(path, Path(path).read_bytes())
+        marks = (f"{member}:", f"{member} =", f"def {member}(")
+        at = next((i for i, text in enumerate(lines) if member and text.lstrip().startswith(marks)), 0)
+        span = line_span(source, line or start + at)
+    except (OSError, TypeError):
+        pass  # A class made at a prompt has no source; the message still names it.
+    return Diagnostic(code, "warning" if warn else "error", message, source, span, help)
+
+
+def line_span(source: Source, line: int) -> Span:
+    """Byte offsets of a line's text, without its indentation."""
+    raw = source.data[source.line_starts[line - 1] :].split(b"\n", 1)[0].rstrip()
+    start = source.line_starts[line - 1] + len(raw) - len(raw.lstrip())
+    return start, start + len(raw.strip())
+
+
+def line_of(error: BaseException, path: str) -> int:
+    """The last line of that file which an error went through; 0 where it did not."""
+    if isinstance(error, SyntaxError) and error.filename == path:
+        return error.lineno or 0
+    frames = [f.lineno or 0 for f in traceback.extract_tb(error.__traceback__) if f.filename == path]
+    return frames[-1] if frames else 0
+
+
+def describe(error: BaseException) -> str:
+    text = error.msg if isinstance(error, SyntaxError) else str(error)
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
