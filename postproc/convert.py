@@ -141,7 +141,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
         _Unsafe: an error is among them.
     """
     program, events = _followed(sources, options, findings)
-    model, more = applicable_model(model, events, options.base)
+    model, more = applicable_model(model, events, options)
     findings += more
     motion = _moving(model, program, events, options, findings)
     plan = plan_changes(model, motion, events, target_users(program), lambda e: small_zone(program, e))
@@ -255,6 +255,8 @@ def _report(
     """The document; what it takes to know the accuracy and the limits of the joints may add findings."""
     motion, first = plan.motion, program.sources[0]
     accuracy, doubts = expect_accuracy(model, motion, first)
+    if any(d.code == "CMP016" for d in findings):
+        accuracy = None  # what the fit knows is the arm with everything that the model holds
     limits, beyond = check_corrected(
         model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first
     )

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 UNMEASURED = (
-    "the model was not fitted to measurements of this arm: these are deviations in the model, and how near the real "
-    "torch comes is not known (`postproc fit`)"
+    "the model was not fitted to measurements of this arm, or not all of it holds here: these are deviations in the "
+    "model, and how near the real torch comes is not known (`postproc fit`)"
 )
 Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
@@ -41,6 +41,23 @@ def parse_vector(option: str, text: str) -> Vector:
     return x, y, z
 
 
+def parse_channel(text: str) -> tuple[str, float]:
+    """Name and value of a channel, ``temperature=30``.
+
+    Raises:
+        PostprocError: anything else (CLI006).
+    """
+    name, _, value = text.partition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not (name.strip().isidentifier() and math.isfinite(number)):
+        text, help_ = f"`--channel {text}` is not a name and a number", "write `--channel temperature=30`"
+        raise PostprocError(Diagnostic("CLI006", "error", text, help=help_))
+    return name.strip(), number
+
+
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class ConvertOptions:
@@ -59,6 +76,7 @@ class ConvertOptions:
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
+        channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
     model: ModelFile = None
@@ -73,6 +91,7 @@ class ConvertOptions:
     side_files: SideFiles = ()
     constant: Names = ()
     free_axes: FreeAxes = ""
+    channel: Names = ()
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:
@@ -82,7 +101,12 @@ class ConvertOptions:
     def told(self) -> dict[str, str]:
         """What a page says about how its result was made."""
         shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
-        beside = {"effects": self.effects, "read along": self.side_files, "constant": self.constant}
+        beside = {
+            "effects": self.effects,
+            "read along": self.side_files,
+            "constant": self.constant,
+            "channels": self.channel,
+        }
         return {
             "model": str(self.model) if self.model else shipped,
             "force on the TCP [N]": self.force,
@@ -108,5 +132,6 @@ class ConvertOptions:
             template_dir=self.template,
             free_axes=self.free_axes.lower(),
             constants=self.constant,
+            channels=tuple(map(parse_channel, self.channel)),
             entry=entry,
         )

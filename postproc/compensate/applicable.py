@@ -1,4 +1,4 @@
-"""The part of a model that holds for a program: not the instrument that measured it, nor a tool that is not mounted."""
+"""The part of a model that holds for a program: no instrument, no tool that is not mounted, nothing it cannot tell."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
-from postproc.effects.base import Effect
+from postproc.compensate.options import Options
+from postproc.diagnostics import Diagnostic, Source
+from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
 from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
@@ -19,25 +20,34 @@ from postproc.rapid.records import Pose
 from postproc.rapid.units import pose_matrix, tool_matrix
 from postproc.robot.pose import displace
 
+# What a program tells of the arm's state, and what the model fills in.
+TOLD = frozenset({"q", "v", "a", "approach", "time", "payload", "wrench", *FILLED_BY_MODEL})
 SAME_TOOL = 0.005  # [m]: a TCP is calibrated to a few millimetres at worst; farther apart it is another tool
 
 
-def applicable_model(
-    model: Model, events: Sequence[MotionEvent], base: Pose = Pose()
-) -> tuple[Model, list[Diagnostic]]:
-    """Leave out what moves the instrument's frame; carry the calibration error of the measured tool to the program's.
+def applicable_model(model: Model, events: Sequence[MotionEvent], options: Options) -> tuple[Model, list[Diagnostic]]:
+    """Leave out what moves the instrument's frame and what reads channels that nobody states; carry the calibration
+    error of the measured tool to the program's.
 
     The measured TCP is the model's nominal tool moved by ``tool_frame``. A program whose tool has its TCP within
     ``SAME_TOOL`` of that uses the measured tool; any other is taken as calibrated.
 
     Returns:
         The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
-        base is turned is programmed, MOD005 what no arm can be.
+        base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be.
     """
     kept: list[Effect] = []
-    findings = [*doubts(model), *_turned(model, events, base)]
+    stated = {name for name, _ in options.channels}
+    source = events[0].statement.source
+    findings = [*doubts(model), *_turned(model, events, options.base)]
+    for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
+        text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
+        findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
     for effect in model.effects:
-        if _moves_instrument(model, effect):
+        if effect.about_data or _moves_instrument(model, effect):
+            continue
+        if untold := [name for name in effect.reads if name not in TOLD and name not in stated]:
+            findings.append(_left_out(effect, untold, source))
             continue
         if isinstance(effect, ToolFrame):
             carried, finding = _carry_tool(model, effect, events)
@@ -47,6 +57,13 @@ def applicable_model(
             effect = carried
         kept.append(effect)
     return model.with_effects(*kept), findings
+
+
+def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnostic:
+    names = " and ".join(f"`{name}`" for name in untold)
+    text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
+    help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
+    return Diagnostic("CMP016", "warning", text, source, None, help_)
 
 
 def _turned(model: Model, events: Sequence[MotionEvent], base: Pose) -> Iterator[Diagnostic]:

@@ -46,6 +46,7 @@ class Motion:
         moves = [samples.moves[i] for i in index.tolist()]
         loaded = np.array([self.options.force_on == "all" or m.welding for m in moves])[of]
         wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
+        stated = {name: np.full(len(place), value) for name, value in self.options.channels}
         return State(
             q=samples.q[rows],
             v=timeline.at(timeline.v, place) if self.moving else None,
@@ -55,6 +56,8 @@ class Motion:
             payload_mass=np.array([m.payload_mass for m in moves])[of],
             payload_center=np.array([m.payload_center for m in moves])[of],
             wrench=wrench,
+            temperature=stated.get("temperature"),
+            channels=stated,
             T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
         )
 

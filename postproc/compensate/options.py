@@ -21,6 +21,8 @@ class Options:
         template_dir: a folder whose templates replace the shipped ones of the same name.
         free_axes: letters of external axes (``"ab"``) that carry neither the robot nor its work and may move.
         constants: names of data that keep the value in the text, whatever the program writes to them.
+        channels: values for the whole program of what effects read and a program does not tell, by name:
+            ``temperature`` [degC], columns of the user's own.
         base: the controller's base frame of the arm, where work objects are stated in a world that stands elsewhere.
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
@@ -33,5 +35,6 @@ class Options:
     template_dir: Path | None = None
     free_axes: str = ""
     constants: tuple[str, ...] = ()
+    channels: tuple[tuple[str, float], ...] = ()
     base: Pose = Pose()
     entry: str | None = None

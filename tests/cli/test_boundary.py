@@ -14,7 +14,7 @@ from inline_snapshot import snapshot
 
 from postproc import __version__
 from postproc.cli.app import build
-from postproc.cli.conversion import parse_vector
+from postproc.cli.conversion import parse_channel, parse_vector
 from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs, write
@@ -228,6 +228,13 @@ def test_vectors() -> None:
     for wrong in ("", "1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0", "1;2;3"):
         with pytest.raises(PostprocError, match="CLI006"):
             parse_vector("--force", wrong)
+
+
+def test_channels_are_names_with_numbers() -> None:
+    assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
+    for wrong in ("temperature", "=3", "rail m=2", "t=warm", "t=nan"):
+        with pytest.raises(PostprocError, match="CLI006"):
+            parse_channel(wrong)
 
 
 def test_the_input_is_never_the_output(tmp_path: Path) -> None:

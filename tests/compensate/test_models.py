@@ -170,3 +170,37 @@ def test_torque_limits_hold_the_weight_as_the_arm_hangs() -> None:
     assert floor.exit_code == 0
     held = convert(TEXT, replace(arm(), robot=weak, R_world_base=wall), force=NO_FORCE)
     assert "MOT010" in codes(held)
+
+
+WARM = (
+    SPRINGS.format("3e-7")
+    + "[effects.thermal_joint_drift]\nreference_C = 20\ndrift_rad_per_K = [0, 2e-5, 0, 0, 0, 0]\n"
+)
+
+
+def test_what_reads_a_channel_that_no_program_tells_is_left_out_and_said() -> None:
+    told, warm = model(SPRINGS.format("3e-7")), model(WARM + FITTED.format("1e-14"))
+    found = convert(TEXT, warm, force=NO_FORCE)
+    (said,) = (d for d in found.diagnostics if d.code == "CMP016")
+    assert said.severity == "warning" and "`temperature`" in said.message
+    assert "--channel temperature=NUMBER" in said.help
+    assert "thermal_joint_drift" not in written(found)
+    assert found.report["expected_accuracy"] is None
+    np.testing.assert_array_equal(shifts(found), shifts(convert(TEXT, told, force=NO_FORCE)))
+
+
+def test_a_stated_channel_acts_along_the_whole_program() -> None:
+    """30 K above the reference joint 2 stands 0.6 mrad ahead: the corrected program puts it that much back."""
+    warm, cold = (
+        convert(TEXT, model(WARM), force=NO_FORCE, channels=(("temperature", degrees),)) for degrees in (50.0, 20.0)
+    )
+    assert "thermal_joint_drift" in written(warm) and "CMP016" not in codes(warm)
+    assert warm.report["max_error_after_mm"] < 0.01
+    q = [found.plan.exact.q_goal for found in (warm, cold) if found.plan is not None]
+    np.testing.assert_allclose(q[0] - q[1], np.tile([0, -6e-4, 0, 0, 0, 0], (len(q[0]), 1)), atol=2e-6)
+
+
+@pytest.mark.parametrize("name", ["temprature", "payload"])
+def test_a_channel_that_no_effect_waits_for_is_an_error(name: str) -> None:
+    found = convert(TEXT, model(WARM), force=NO_FORCE, channels=(("temperature", 30.0), (name, 3.0)))
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == ["CMP016"] and not found.outputs
