@@ -21,6 +21,9 @@ from postproc.robot.pose import pose_error
 MM = 1e3
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
+MORE = (
+    "a finer zone or a shorter move leaves room for added targets; `--inertia off` shows what acceleration makes of it"
+)
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -56,15 +59,14 @@ def judge_statements(
                                      "the neighbours are corrected; check the path around this statement"))  # fmt: skip
             continue
         rows = [moves[i] for i in indices if i in moves]
-        largest = max((max(worst[i], at_goal[i]) for i in rows), default=0.0)
-        if outcome.status != "skipped" and largest > tolerance:
-            why = next((plan.indivisible[i] for i in rows if i in plan.indivisible), None)
+        way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
+        if outcome.status != "skipped" and max(way, end) > tolerance:
+            why = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), MORE)
+            why = SHARED if end >= way and any(i in plan.shared for i in rows) else why
             why = FOLLOWS if statement.key in plan.decisions.following else why
-            text = f"the path to this target stays {MM * largest:.3f} mm off, tolerance {MM * tolerance:g} mm"
-            help_ = (
-                f"no target was added: {why}" if why else "a finer zone or a shorter move leaves room for added targets"
-            )
-            findings.append(_finding("CMP006", "warning", statement, text, help_))
+            what = "the path to this target" if way > end else "this target itself"
+            text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
+            findings.append(_finding("CMP006", "warning", statement, text, why))
     findings += _transition_findings(plan) + _transient_finding(plan, after)
     return outcomes, findings
 

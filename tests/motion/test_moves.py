@@ -267,6 +267,18 @@ def test_tools_in_metres_and_payloads_that_were_never_identified(data: str, body
     assert found.severity == "error" and message in found.message
 
 
+@pytest.mark.parametrize("wobj_mm", [(0.98, -0.3, 0.7), (980.0, -300.0, 700.0)])
+def test_a_work_object_in_metres_is_not_blamed_on_the_arm(wobj_mm: tuple[float, ...]) -> None:
+    wobj = f'PERS wobjdata jig:=[FALSE,TRUE,"",[{list(wobj_mm)},[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
+    numbers = "[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    body = "".join(f"MoveL [[{x},0,50],{numbers},v200,fine,tool0\\WObj:=jig;\n" for x in (5010, 5020, 5030))
+    text = f"MODULE M\n{wobj}\nPROC main()\n{body}ENDPROC\nENDMODULE\n"
+    findings = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
+    said = [d for d in findings if d.code == "KIN009"]
+    assert ("`jig` is 1.24 mm away from its origin" in str(said)) == (wobj_mm[0] < 1)
+    assert ("hardly is their arm" in str(said)) == (wobj_mm[0] > 1)
+
+
 @pytest.mark.parametrize(("x", "said"), [(1300, "configurations of 3 of 3"), (9000, "hardly is their arm")])
 def test_configurations_that_were_never_set_are_told_from_another_arm(x: float, said: str) -> None:
     numbers = "[0.300294,-0.015738,0.95241,0.049914],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
