@@ -36,8 +36,10 @@ class Comparison:
 
     @property
     def length(self) -> Array:
-        """(n,) distance between measured and predicted position [m]."""
-        return np.asarray(np.linalg.norm(self.error, axis=1))
+        """(n,) distance between measured and predicted position [m], along what was measured of it; NaN for nothing."""
+        seen = np.isfinite(self.error)
+        distance = np.linalg.norm(np.where(seen, self.error, 0.0), axis=1)
+        return np.asarray(np.where(seen.any(axis=1), distance, np.nan))
 
     def as_json(self) -> dict[str, Any]:
         """``postproc/compare/1``."""
@@ -61,6 +63,7 @@ class Comparison:
                     "mean": round(1e3 * float(np.nanmean(self.error[:, i])), 6),
                 }
                 for i, axis in enumerate("xyz")
+                if np.isfinite(self.error[:, i]).any()
             },
             "rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6),
             "iso9283": {

@@ -237,8 +237,8 @@ class Fit:
     @cached_property
     def _square(self) -> float:
         """Residual variance of a position [m^2] per axis and degree of freedom."""
-        square = self.problem.error[self.problem.weights.used[:, 0], :3] ** 2
-        return float(np.nanmean(square)) * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
+        error = self.problem.error[:, :3][self.problem.weights.used[:, :3]]
+        return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
 
     def recorded(self) -> Model:
         """The fitted model with its table [fit], ready to be written."""

@@ -61,12 +61,18 @@ class Cells:
         at = self.at(name)
         return [row[at] for row in self.rows]
 
-    def numbers(self, name: str | int, diagnostics: list[Diagnostic]) -> Array:
+    def numbers(
+        self, name: str | int, diagnostics: list[Diagnostic], cure: str = "correct the cell or leave it empty"
+    ) -> Array:
         """One column as numbers, NaN where a cell is empty.
 
-        Cells that are no numbers (DAT003), and nines far from all other values (DAT005), are reported and become NaN.
+        Signs alone are 1 and -1 where both occur. Cells that are no numbers (DAT003), and nines far from all other
+        values (DAT005), are reported and become NaN.
         """
-        cells = [as_number(cell, self.decimal) for cell in self.text(name)]
+        cells = self.text(name)
+        if "+" in cells:
+            cells = [f"{cell}1" if cell in ("+", "-", "\u2212") else cell for cell in cells]
+        cells = [as_number(cell, self.decimal) for cell in cells]
         wrong: list[int] = []
         try:
             values = np.array([float(cell) if cell else np.nan for cell in cells])
@@ -78,7 +84,7 @@ class Cells:
                 except ValueError:
                     wrong.append(i)
         values[np.abs(values) > LARGEST] = np.nan
-        self._report(wrong, name, diagnostics, "DAT003", "is not a number", "correct the cell or leave it empty")
+        self._report(wrong, name, diagnostics, "DAT003", "is not a number", cure)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
             # So many are no slips: the column is not what it is taken for.
             diagnostics[-1] = replace(diagnostics[-1], severity="error")

@@ -137,6 +137,7 @@ _ALIKE = (
 )
 """Units that may stand for each other."""
 _LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
+_JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|gelenk|theta|rob)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
 _WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
 
@@ -206,7 +207,10 @@ def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
 def _meant(theirs: str, unit: str) -> str:
     """Standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-    if joint := re.fullmatch(rf"(?:j|a|q|axis|joint|theta|rob)[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
+    if joint := re.fullmatch(
+        rf"{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?",
+        plain,
+    ):
         return f"q{joint[1]}_deg"
     if place := re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](?:mm|m|in))?", plain):
         return f"{place[1]}_mm"

@@ -105,7 +105,8 @@ class Table:
         mapped = self.place[name]
         stamps = self._stamps(mapped.name) if name == "time_s" else None
         if stamps is None:
-            values = mapped.sign * self.cells.numbers(mapped.name, self.diagnostics) + mapped.offset
+            cure = ("write sides as +1, -1 or 0",) if name in names.APPROACH else ()
+            values = mapped.sign * self.cells.numbers(mapped.name, self.diagnostics, *cure) + mapped.offset
             values = (values - np.nanmin(values) if mapped.unit == "d" else values) * UNITS[mapped.unit]
         else:
             values = stamps

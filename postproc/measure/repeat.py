@@ -110,7 +110,9 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
     away = np.full(len(values), np.nan)
     for group in np.flatnonzero(np.bincount(groups) > 1):
         member = np.flatnonzero(groups == group)
-        away[member] = np.abs(values[member] - np.nanmedian(values[member], axis=0)).max(axis=1)
+        seen = values[member][:, np.isfinite(values[member]).all(axis=0)]
+        if seen.size:
+            away[member] = np.abs(seen - np.median(seen, axis=0)).max(axis=1)
     known = away[np.isfinite(away) & (away > 0)]
     if len(known):
         result[np.nan_to_num(away) > 10 * np.median(known)] = np.nan
@@ -120,18 +122,16 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
 def pooled_scatter(values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
     """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom.
 
-    Rows with NaN do not count.
+    Coordinates that are NaN do not count.
     """
-    good = np.isfinite(values).all(axis=1)
-    if not good.any():
-        return 0.0, 0.0
-    values = values[good]
-    _, index, count = np.unique(groups[good], return_inverse=True, return_counts=True)
-    means = np.zeros((len(count), values.shape[1]))
-    np.add.at(means, index, values)
-    means /= count[:, None]
-    dof = float((count - 1).sum() * values.shape[1])
-    return (float(np.sum((values - means[index]) ** 2)) / dof if dof else 0.0), dof
+    good = np.isfinite(values)
+    _, index = np.unique(groups, return_inverse=True)
+    count, total = np.zeros((2, int(index.max(initial=-1)) + 1, values.shape[1]))
+    np.add.at(count, index, good)
+    np.add.at(total, index, np.where(good, values, 0.0))
+    means = total / np.maximum(count, 1)
+    dof = float(np.maximum(count - 1, 0).sum())
+    return (float(np.sum((values - means[index])[good] ** 2)) / dof if dof else 0.0), dof
 
 
 def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> tuple[float | None, float]:

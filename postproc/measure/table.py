@@ -65,7 +65,7 @@ def read_measurements(
         rotation=rotation,
         joint=measured_joints,
         sigma=_deviations(table),
-        pose_id=tuple(table.text("pose_id") or (str(i + 1) for i in range(n))),
+        pose_id=tuple(table.text("pose_id") or _labels(state.q)),
         row=tuple(range(1, n + 1)),
         line=table.cells.lines,
         tool_known=tool_known,
@@ -102,6 +102,12 @@ def _state(table: Table, robot: Robot, program: Source | None) -> tuple[State, b
             "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
         )
     return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
+
+
+def _labels(q: Array) -> list[str]:
+    """Names for poses that have none: the number of the first row with the same joint angles."""
+    first: dict[bytes, str] = {}
+    return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
 
 
 def _order(state: State) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from postproc.motion.findings import once, place
 from postproc.motion.mounts import Mounts
 from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
-from postproc.motion.weights import doubt_weights
+from postproc.motion.weights import doubt_weights, in_metres
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, LoadData, RobTarget, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, target_matrices, tool_matrix, via_matrix
@@ -24,8 +24,6 @@ from postproc.robot.inverse import Failure, joint_solution, nearest_solution
 from postproc.robot.track import track
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-METRES_MM = 10.0
-"""A tool or a work object so near to its origin, on an arm that does not reach the targets, is written in metres."""
 _LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
 
 
@@ -241,19 +239,11 @@ def _another_arm(robot: Robot, events: Sequence[tuple[MotionEvent, str | None]])
         )
         return [Diagnostic("KIN009", "error", text, help=help_)]
     text = f"`{robot.name}` cannot run {failed} of {len(places)} statements as they are"
-    tiny = next(filter(None, (_in_metres(e) for e, code in events if code is not None)), "")
+    tiny = next(filter(None, (in_metres(e) for e, code in events if code is not None)), "")
     if tiny:
         return [Diagnostic("KIN009", "error", f"{text}: {tiny}", help="RAPID states lengths in mm: are these metres?")]
     help_ = "name the arm with `--robot`: one of `postproc robots list`, or a file or URDF that describes it"
     return [Diagnostic("KIN009", "error", f"{text}: it hardly is their arm", help=help_)]
-
-
-def _in_metres(event: MotionEvent) -> str:
-    """What of the frames of a motion is so near to where it counts from that it may be written in metres."""
-    frames = {f"the TCP of `{event.tool.name}`": event.tool.tframe, f"`{event.wobj.name}`": event.wobj.uframe}
-    apart = {what: float(np.linalg.norm(frame.trans)) for what, frame in frames.items()}
-    found = (f"{what} is {mm:.3g} mm away from its origin" for what, mm in apart.items() if 0.0 < mm < METRES_MM)
-    return next(found, "")
 
 
 def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:

@@ -14,6 +14,8 @@ from postproc.rapid.state import NO_MASS
 from postproc.robot.arm import Robot
 
 NOT_DEFINED = "-1 stands for a load that was never identified"
+METRES_MM = 10.0
+"""A tool or a work object so near to its origin, on an arm that does not reach the targets, is written in metres."""
 NO_TOOL_MM = 1.0  # a TCP nearer to the flange than this belongs to no tool
 TOO_MUCH = 5.0  # times what the arm carries: no arm lifts that
 FAR_MM = 1500.0  # from the flange: no centre of gravity of a tool or of what it grips is farther away
@@ -67,3 +69,11 @@ def _doubts(robot: Robot, event: MotionEvent) -> Iterator[Diagnostic]:
             text = f"a centre of gravity is {distance / 1000:.3g} m away from the flange"
             yield Diagnostic("MOT012", "warning", text, *where, f"look at the load of `{name}`: RAPID states it in mm")
             return
+
+
+def in_metres(event: MotionEvent) -> str:
+    """What of the frames of a motion is so near to where it counts from that it may be written in metres."""
+    frames = {f"the TCP of `{event.tool.name}`": event.tool.tframe, f"`{event.wobj.name}`": event.wobj.uframe}
+    apart = {what: float(np.linalg.norm(frame.trans)) for what, frame in frames.items()}
+    found = (f"{what} is {mm:.3g} mm away from its origin" for what, mm in apart.items() if 0.0 < mm < METRES_MM)
+    return next(found, "")

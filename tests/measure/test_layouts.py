@@ -238,6 +238,24 @@ def test_each_of_a_few_words_is_a_channel(layout):
     assert said.code == "DAT015" and said.severity == "info" and f"`{name}=früh`" in said.message
 
 
+def test_signs_alone_are_sides():
+    names = ",".join(f"dir{j}" for j in range(1, 7))
+    found = read(with_columns(names, ["+,-,+,+,-,0"] * (len(Q) // 2) + ["-,+,+,-,+,+"] * (len(Q) - len(Q) // 2)))
+    np.testing.assert_array_equal(found.state.approach[[0, -1]], [[1, -1, 1, 1, -1, 0], [-1, 1, 1, -1, 1, 1]])
+    with pytest.raises(PostprocError) as caught:
+        read(with_columns(names, ["up,up,down,up,up,up"] * len(Q)))
+    assert {d.code for d in caught.value.diagnostics} == {"DAT003"} and "+1, -1" in caught.value.diagnostics[0].help
+
+
+@pytest.mark.parametrize("name", ["Achse {} [°]", "Axe {} (deg)", "Gelenk{} [deg]"])
+def test_axes_in_other_tongues_are_known(name):
+    header = HEADER
+    for j in range(1, 7):
+        header = header.replace(f"q{j}_deg", name.format(j))
+    found = read(table(header=header))
+    np.testing.assert_allclose(np.degrees(found.state.q), Q, atol=1e-4)
+
+
 def test_sides_and_payloads_that_are_guessed_are_said():
     names = ",".join(f"dir{j}" for j in range(1, 7))
     found = read(with_columns(names + ",payload_kg", ["1,-1,0,1,1,2,45"] * len(Q)))

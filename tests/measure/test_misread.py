@@ -60,7 +60,7 @@ def said(lines, severity: str, **more) -> str:
         (beside("temperature_C", np.linspace(293, 297, N)), "warning", "`temperature_C` is 293"),
         (beside("temperature_C", [9999.0, *np.linspace(20, 25, N - 1)]), "warning", "`9999` in column `temperature_C`"),
         (beside(",".join(f"mq{j}_deg" for j in range(1, 7)), *np.radians(poses(N)).T), "error", "`mq1_deg` is 64 deg from `q1_deg`"),
-        ([f"{table(N)[0]},dir1", *(f"{line},+" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
+        ([f"{table(N)[0]},dir1", *(f"{line},up" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
     ],
     ids=[
         "sides", "twice", "grams", "pounds", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",

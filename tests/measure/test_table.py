@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
+from postproc.identify.compare import compare
 from postproc.measure.alignment import align
 from postproc.measure.repeat import estimate_noise, iso9283
 from postproc.measure.table import read_measurements
+from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.measure.tables import TOOL, edited, points, poses, source, table
@@ -243,6 +245,24 @@ def test_repeats_agree_in_words_where_every_one_of_them_does():
             rows.append(",".join([*cells[:7], *seen, ("A1", "B2", "C3")[k]]))
     noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM))
     assert noise.position == pytest.approx(2e-5, rel=0.2)
+
+
+def test_one_coordinate_tells_its_noise():
+    """A laser that measures heights: rows measured three times, x and y empty, the poses without names."""
+    g = np.random.default_rng(6)
+    lines = table(20, 0.0)
+    rows = [
+        ",".join([*cells[1:7], "", "", f"{float(cells[9]) + g.normal(0, 0.05):.6f}"])
+        for _ in range(3)
+        for cells in (line.split(",") for line in lines[1:])
+    ]
+    data = read_measurements(source([lines[0].removeprefix("pose_id,"), *rows]), ARM)
+    noise = estimate_noise(data)
+    assert noise.origin == "repeats" and noise.dof == 20 * 2
+    assert noise.position == pytest.approx(5e-5, rel=0.25)
+    assert data.pose_id[:2] == data.pose_id[20:22] == ("1", "2")
+    found = compare(Model(ARM), data).as_json()
+    assert list(found["per_axis_mm"]) == ["z"] and found["mean_mm"] > 0
 
 
 def test_noise_and_iso_figures_from_repeats():
