@@ -120,7 +120,7 @@ def _tooth(signal: Signal, order: float, start: float) -> Pattern:
 
 
 def _folds(signal: Signal, order: float, start: float) -> Iterator[Pattern]:
-    """Waves that only go one way: an eccentric that pushes, a bearing that gives."""
+    """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
     phase = 2 * np.pi * start
 
     def folded(x: Any) -> Any:
@@ -129,9 +129,16 @@ def _folds(signal: Signal, order: float, start: float) -> Iterator[Pattern]:
     def halved(x: Any) -> Any:
         return np.maximum(np.cos(order * x - phase), 0.0)
 
-    for word, law in (("folded", folded), ("halved", halved)):
+    def triangular(x: Any) -> Any:
+        return np.abs(2 * _cycle(x, order, start) - 1)
+
+    def finer() -> list[Pattern]:
+        near = [(k, s) for k in _close(signal.values, order) for s in start + np.linspace(-0.02, 0.02, 9)]
+        return [replace(p, finer=None) for k, s in near for p in _folds(signal, k, s)]
+
+    for word, law in (("folded", folded), ("halved", halved), ("triangular", triangular)):
         form = f"{word} wave {_each(signal, order)}{signal.of}, highest near {{}}"
-        yield Pattern((signal,), form, law, "wave", (_again(signal, order, start),))
+        yield Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
 
 
 def _pulse(signal: Signal, order: float, start: float, duty: float) -> Pattern:

@@ -11,7 +11,6 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
-from postproc.identify.aside import suspects_aside
 from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
 from postproc.identify.channels import channels
@@ -155,7 +154,7 @@ def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
     still = any(_still(s, search.fit.problem, linear, share) for s in search.outside)
     if not (still or lacking or (strongest and clear(strongest[0], linear, share))):
         strongest = []
-    return (*by_channel(strongest, search.outside[1:]), *suspects_aside(final))
+    return tuple(by_channel(strongest, search.outside[1:]))
 
 
 def _still(suspect: Suspect, problem: Problem, linear: Linear, share: float) -> bool:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.identify.problem import Problem, Weights
 from postproc.measure.repeat import Noise
+
+WHOLE, FEWEST = 0.97, 3
+"""Cosine that each of so many poses must reach: errors without a reason do so for one of six joints once in 6000."""
 
 
 def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
@@ -24,11 +28,30 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
 
 
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
-    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty."""
+    """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty.
+
+    None where all of them are off as if the same joint had turned: they show what the model lacks.
+    """
     square = problem.weighted(weights).row_square()
     typical = float(np.median(square))
     far = np.flatnonzero(square > max(100 * typical, 1e-12))
-    return tuple(int(i) for i in far) if len(far) <= max(1, len(square) // 20) else ()
+    return tuple(int(i) for i in far) if len(far) <= max(1, len(square) // 20) and not _turned(problem, far) else ()
+
+
+def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
+    """Whether rows of several poses are all off as if one joint had turned.
+
+    A turn of joint j moves the point along its column J_j of the Jacobian, a typing error along any direction, which
+    reaches the cosine c to J_j in k poses with the probability (1 - c)^k.
+    """
+    rows = rows[np.isfinite(problem.error[rows, :3]).all(axis=1)]
+    rows = rows[np.unique(problem.data.repeats[rows], return_index=True)[1]]
+    if len(rows) < FEWEST:
+        return False
+    off, turned = problem.error[rows, :3], problem.sensitivity.matrix[rows, :3, :6]
+    size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
+    cosine = np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300)
+    return bool((cosine.min(axis=0) > WHOLE).any())
 
 
 def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:

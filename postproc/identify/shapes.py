@@ -57,8 +57,12 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     yield Pattern(one, f"s-shaped{of}", lambda x: ((x - centre) / half) ** 3, "curve")
     if values.min() < 0 < values.max():
         yield Pattern(one, f"growing with the square of {signal.label}, to its side", lambda x: x * np.abs(x), "curve")
+        root = f"growing with the root of {signal.label}, to its side"
+        yield Pattern(one, root, lambda x: np.sign(x) * np.sqrt(np.abs(x)), "curve")
+    elif values.min() >= 0:
+        yield Pattern(one, f"growing with the root of {signal.label}", lambda x: np.sqrt(np.abs(x)), "curve")
     yield from breaks(signal)
-    if signal.name == "time":
+    if signal.name == "time" or "channels[" in signal.code:
         for share in (0.05, 0.1, 0.2, 0.4):
             yield _settling(signal, share * 2 * half)
     span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
@@ -200,7 +204,8 @@ def _settling(signal: Signal, within_: float) -> Pattern:
     def law(x: Any) -> Any:
         return np.exp((start - x) / within_)
 
-    return Pattern((signal,), "settling within {}", law, "settling", ((within_, within_),), None, finer)
+    at = ((within_, within_),)
+    return Pattern((signal,), f"settling within {{}}{signal.of}", law, "settling", at, None, finer)
 
 
 def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Pattern:
