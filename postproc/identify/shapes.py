@@ -239,7 +239,10 @@ def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
 
 def _bump(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
     def finer() -> list[Pattern]:
-        return [_bump(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 60, fine)]
+        between = edges(signal.values, len(signal.values)) if fine == 0 else []
+        lows, highs = (_nearest(between, (end, end)) for end in (centre - width, centre + width))
+        windows = [_window(signal, a, b, True) for a in lows for b in highs if a < b]
+        return windows + [_bump(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 60, fine)]
 
     def law(x: Any) -> Any:
         return np.exp(-0.5 * ((x - centre) / width) ** 2)
