@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -73,13 +73,14 @@ def overturning(state: State) -> Iterator[Pattern]:
         yield from _leaning(lean, float(way))
     both = [_moment(lean, 0.0), _moment(lean, np.pi / 2)]
     if all(varies(s.values) for s in both):
-        for text, law in (("square", lambda x: x * np.abs(x)), ("cube", lambda x: x**3)):
-            form = f"growing with the {text} of the overturning moment, to its side"
-            yield Pattern(tuple(both), form, _each(law), "leaning", where="base", wide=True)
-
-
-def _each(law: Callable[[Any], Any]) -> Callable[..., list[Any]]:
-    return lambda *signals: [law(x) for x in signals]
+        # Legs and anchors at two sides each, or a footing that is alike all around.
+        for text, law in (
+            ("square of the overturning moment about x and about y", lambda x, y: [x * np.abs(x), y * np.abs(y)]),
+            ("square of the overturning moment", lambda x, y: [a * np.sqrt(x**2 + y**2) for a in (x, y)]),
+            ("cube of the overturning moment about x and about y", lambda x, y: [x**3, y**3]),
+        ):
+            form = f"growing with the {text}, to its side"
+            yield Pattern(tuple(both), form, law, "leaning", where="base", wide=True)
 
 
 def _moment(lean: Array, way: float) -> Signal:

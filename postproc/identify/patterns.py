@@ -117,8 +117,11 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
     said = words(signals)
     signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
+    # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
+    number = [signals.pop("row")] if "row" in signals else []
     single = [p for signal in signals.values() for p in of_channel(signal)]
     single += [p for column in said.values() for p in of_words(column)]
+    single += [replace(p, gate=()) for signal in number for p in of_signal(signal)]
     found: list[Pattern] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
     for signal in signals.values():
         # In time, or along a rail or a turntable of the table's own.
