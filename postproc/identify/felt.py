@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.identify.channels import varies
-from postproc.identify.formula import Pattern
+from postproc.identify.formula import Pattern, sharper
 from postproc.identify.shapes import of_signal
 from postproc.identify.signals import Signal
 
@@ -94,16 +93,25 @@ def _moment(lean: Array, way: float) -> Signal:
     return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}")
 
 
-def _leaning(lean: Array, way: float, about: str = "") -> Iterator[Pattern]:
-    """Shapes of the moment (n, 3) about a horizontal axis, those of one kind alone where their axis is looked for."""
-    signal = _moment(lean, way)
-    for shape in of_signal(signal) if varies(signal.values) else ():
-        if shape.kind in ("line", "window") or (about and shape.kind != about):
-            continue
+def _leaning(lean: Array, way: float) -> Iterator[Pattern]:
+    """Shapes of the moment (n, 3) about a horizontal axis."""
+    for shape in _shapes(_moment(lean, way)):
 
-        def turned(kind: str = shape.kind) -> list[Pattern]:
-            near = way + np.pi / (4 * WAYS) * np.arange(-2, 3)
-            return [p for w in near for p in _leaning(lean, float(w), kind)]
+        def turned(form: str = _plain(shape)) -> list[Pattern]:
+            near = way + np.pi / (8 * WAYS) * np.arange(-4, 5)
+            signals = (_moment(lean, float(w)) for w in near)
+            some = [next((p for p in _shapes(s) if _plain(p) == form), None) for s in signals]
+            # The place of an edge moves with the axis: both at once.
+            every = [q for p in some if p is not None for q in (p, *sharper(p))]
+            return [replace(p, where="base", gate=(), finer=None) for p in every]
 
-        finer = shape.finer if about else turned
-        yield replace(shape, kind="leaning", where="base", gate=(), finer=finer)
+        yield replace(shape, kind="leaning", where="base", gate=(), finer=turned)
+
+
+def _shapes(signal: Signal) -> list[Pattern]:
+    return [p for p in of_signal(signal) if p.kind not in ("line", "window")] if varies(signal.values) else []
+
+
+def _plain(shape: Pattern) -> str:
+    """What a shape is called, whatever it is a shape of."""
+    return shape.form.replace(shape.signals[0].label, "")
