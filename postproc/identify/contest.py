@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
-from postproc.identify.linear import Linear, basis_of, independent_share
+from postproc.identify.less import counted, of_effects, without
+from postproc.identify.linear import Linear
+from postproc.identify.lines import lines_needed
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing, clear, worth_saying
@@ -50,7 +52,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
         return missing
     full = search.fit
     held = [m for m in missing if base.model.effect(m.candidate.key) is not None]
-    bare = _without(full, {m.candidate.key for m in missing if m not in held}).square
+    bare = without(full, of_effects(full, {m.candidate.key for m in missing if m not in held})).square
     best = _explained(search, full, full.linear, tuple(m for m in missing if m not in held))
     noise_left = best.square if full.noise.position is None else min(best.square, float(len(full.linear.residual)))
     while best.named and best.outside:
@@ -63,7 +65,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
                 fit = refit_all(base, full, [m.candidate for m in missing if m in named or m in held], noise)
                 linear = fit.linear
             else:
-                fit, linear = full, _without(full, {c.key for c in dropped})
+                fit, linear = full, without(full, of_effects(full, {c.key for c in dropped}))
             rivals.append(_explained(search, fit, linear, named, best.outside, dropped))
         near = MENDS * (bare - noise_left)
         alike = (r for r in rivals if _tells_as_much(r, best, near))
@@ -75,7 +77,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     if len(kept) < len(missing):
         search.fit = refit_all(base, full, [m.candidate for m in kept], noise)
     search.outside = list(best.outside)
-    return kept
+    return kept if held else lines_needed(search, kept, noise)
 
 
 def _tells_as_much(rival: _Whole, best: _Whole, near: float) -> bool:
@@ -113,7 +115,7 @@ def _explained(
         if any(_named_worth(search.fit, linear, one) > found[0].evidence for one in dropped):
             break
         outside.append(found[0])
-        linear = _counted(fit, linear.extended(found[0].columns(fit.problem)))
+        linear = counted(fit, linear.extended(found[0].columns(fit.problem)))
     return _Whole(named, tuple(outside), linear.square, other)
 
 
@@ -134,24 +136,3 @@ def akin(suspect: Suspect, others: Sequence[Suspect]) -> bool:
         return suspect.where != other.where and suspect.where.startswith("joint") and other.where.startswith("joint")
 
     return any(set(suspect.channels) & set(other.channels) and not elsewhere(other) for other in others)
-
-
-def _without(fit: Fit, dropped: set[str]) -> Linear:
-    """The linear problem of a fit without some of its effects: y + A_o x_o beside the columns of the others.
-
-    A_o are the columns of their amplitudes, x_o the values: nothing is fitted again.
-    """
-    if not dropped:
-        return fit.linear
-    values = {e.key: e.vector() for e in fit.model.effects}
-    amplitude = {e.key: e.amplitudes() for e in fit.model.effects}
-    x = np.array([values[key][i] for key, i in fit.parameters])
-    out = np.array([key in dropped for key, _ in fit.parameters])
-    back = (out & np.array([amplitude[key][i] for key, i in fit.parameters])) | (fit.penalty > 0)
-    y = fit.problem.residual + fit.columns[:, back] @ x[back]
-    return _counted(fit, Linear(y, basis_of(fit.columns[:, ~out], fit.penalty[~out]), fit.problem.row))
-
-
-def _counted(fit: Fit, linear: Linear) -> Linear:
-    turns = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, :6])
-    return replace(linear, independent=independent_share(linear.rest, turns, linear.row))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.judgement import predicts_better
+from postproc.identify.less import without
 from postproc.identify.linear import f_test
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
@@ -22,6 +24,8 @@ from postproc.identify.solve import Terms
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
 """Lines in all from which a map is tried in their place; on one joint two are enough."""
+ORDERS = 36
+"""Joints times the sum of 1/n over all orders n: the odds against a line of order n are so many times n."""
 CLEARLY = 2.0
 """Standard errors by which the map must predict better."""
 
@@ -53,28 +57,63 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     return [*kept, Missing(candidate, after.held_out_rms)]
 
 
+def lines_needed(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:
+    """What is missing less every gear line that the patterns beside it leave nothing to tell.
+
+    A line may have been the best for what a pattern, found later, tells. It must be worth its search beside both.
+    """
+    told = next((m for m in missing if m.candidate.key == LINES), None)
+    lines = search.fit.model.effect(LINES)
+    if told is None or not search.outside or not isinstance(lines, TransmissionError) or len(lines.joint) < 2:
+        return missing
+    fit, count = search.fit, len(lines.joint)
+    worth = []
+    for k, order in enumerate(lines.order):
+        out = np.array([key == LINES and i % count == k for key, i in fit.parameters])
+        linear = without(fit, out)
+        for suspect in search.outside:
+            linear = linear.extended(suspect.columns(fit.problem))
+        fall = linear.square - linear.extended(fit.columns[:, out]).square
+        worth.append(schwarz(linear.square, fall, int(out.sum()), linear.freedom, ORDERS * order))
+    if min(worth) > 0:
+        return missing
+    stay = np.arange(count) != int(np.argmin(worth))
+    search.fit = _with_lines(fit, lines, stay, noise)
+    found = search.fit.model.effect(LINES)
+    assert isinstance(found, TransmissionError)
+    label = "; ".join(f"joint {j}, order {n:g}" for j, n in zip(found.joint, found.order, strict=True))
+    less = replace(told.candidate, effect=found, free=search.fit.free[LINES], label=label)
+    kept = [replace(m, candidate=less) if m is told else m for m in missing]
+    return lines_needed(search, kept, noise)
+
+
+def _with_lines(fit: Fit, lines: TransmissionError, stay: NDArray[np.bool_], noise: float | None) -> Fit:
+    """The fit with some of its gear lines alone."""
+    kept = [e for e in fit.model.effects if e.key != LINES]
+    free = {key: mask for key, mask in fit.free.items() if key != LINES}
+    if stay.any():
+        some: Any = {name: np.array(getattr(lines, name))[stay] for name in lines.__dataclass_fields__}
+        kept.append(TransmissionError(**some))
+    return fit_model(fit.model.with_effects(*kept), fit.data, noise=noise, terms=Terms(free, fit.strength))
+
+
 def _mapped(
     search: Search, lines: TransmissionError, stay: NDArray[np.bool_], noise: float | None
 ) -> tuple[NDArray[np.bool_], Candidate, Fit] | None:
     """Which lines stay, and the map in the place of the others with the fit that it gives."""
     fit = search.fit
-    kept = [e for e in fit.model.effects if e.key != LINES]
-    if stay.any():
-        some: Any = {name: np.array(getattr(lines, name))[stay] for name in lines.__dataclass_fields__}
-        kept.append(TransmissionError(**some))
-    free = {key: mask for key, mask in fit.free.items() if key != LINES}
-    without = fit_model(fit.model.with_effects(*kept), fit.data, noise=noise, terms=Terms(free, fit.strength))
+    plain = _with_lines(fit, lines, stay, noise)
     joints = tuple(sorted({j for j, left in zip(lines.joint, stay, strict=True) if not left}))
     # A fit chooses how fine a map is, and on three joints or more whether all that move have one.
-    every = (v.effect for v in JointErrorMap.variants(without.problem.sensitivity.state))
+    every = (v.effect for v in JointErrorMap.variants(plain.problem.sensitivity.state))
     first = next((e for e in every if isinstance(e, JointErrorMap)), None)
     if first is None:
         return None
     coarse = JointErrorMap(joint=joints, order=first.order, low_rad=first.low_rad, high_rad=first.high_rad)
-    after = fit_model(without.model, without.data, [coarse], noise=noise, terms=Terms(without.free, without.strength))
+    after = fit_model(plain.model, plain.data, [coarse], noise=noise, terms=Terms(plain.free, plain.strength))
     found = after.model.effect(MAP)
     assert isinstance(found, JointErrorMap)
-    before, count = without.linear, after.linear.parameters - without.linear.parameters
+    before, count = plain.linear, after.linear.parameters - plain.linear.parameters
     fall, left = before.square - after.linear.square, before.freedom - count
     worth = schwarz(before.square, fall, count, before.freedom, 1.0)
     p = f_test(before.square, after.linear.square, count, left)

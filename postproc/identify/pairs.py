@@ -11,7 +11,7 @@ import numpy as np
 from postproc.identify.channels import shown
 from postproc.identify.cycles import EIGHTHS, GEAR, LOW, crest
 from postproc.identify.formula import Pattern
-from postproc.identify.shapes import line
+from postproc.identify.shapes import levels, line
 from postproc.identify.signals import Signal
 
 
@@ -20,7 +20,8 @@ def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
     text, both = f"{first.name} times {second.name}", (first, second)
 
     def factors() -> tuple[tuple[Pattern, str], ...]:
-        return (line(first), second.name), (line(second), first.name)
+        pairs = ((first, second.name), (second, first.name))
+        return tuple((part, other) for one, other in pairs for part in (line(one), *levels(one)))
 
     yield Pattern(both, text, lambda x, y: x * y, "product", factors=factors)
     about = f"{text}, counted from {shown(first.unit, a)} and {shown(second.unit, b)}"

@@ -45,11 +45,7 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     if len(distinct) <= 4:
         # Approach sides, payloads, sessions: their own value, and being one of them.
         yield line(signal)
-        if len(distinct) > 2:
-            # Every way to split them in two; of four, the halves as well.
-            pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
-            for some in [*distinct[:, None], *pairs]:
-                yield _level(signal, some, 0.5 * float(np.diff(distinct).min()))
+        yield from levels(signal)
         return
     centre, half = float(np.median(values)), 0.5 * float(np.ptp(values))
     yield line(signal, centre)
@@ -71,6 +67,16 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
             low, high = (gap(distinct, span[min(edge, STEPS - 1)]) for edge in (k, k + width))
             if k + width < STEPS and low < high:
                 yield _window(signal, low, high)
+
+
+def levels(signal: Signal) -> Iterator[Pattern]:
+    """Every way to split three or four values in two; of four, the halves as well."""
+    distinct = np.unique(signal.values)
+    if not 2 < len(distinct) <= 4:
+        return
+    pairs = [distinct[[0, k]] for k in (1, 2, 3)] if len(distinct) == 4 else []
+    for some in [*distinct[:, None], *pairs]:
+        yield _level(signal, some, 0.5 * float(np.diff(distinct).min()))
 
 
 def breaks(signal: Signal) -> Iterator[Pattern]:
