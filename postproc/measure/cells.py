@@ -83,7 +83,9 @@ class Cells:
                     values[i] = float("nan" if cell.lower() in EMPTY else cell)
                 except ValueError:
                     wrong.append(i)
-        values[np.abs(values) > LARGEST] = np.nan
+        huge = np.abs(values) > LARGEST
+        values[huge] = np.nan
+        self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", cure)
         self._report(wrong, name, diagnostics, "DAT003", "is not a number", cure)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
             # So many are no slips: the column is not what it is taken for.

@@ -220,7 +220,7 @@ class Table:
         """Whether a column holds a few words; these become channels, ``name=word``."""
         if not self._words(theirs, self.cells.numbers(theirs, [])):
             return False
-        told = np.array(["" if cell.lower() in EMPTY else cell for cell in self.cells.text(theirs)])
+        told = np.array(self.cells.text(theirs))  # "none" is a word among others here
         levels = list(dict.fromkeys(told[told != ""].tolist()))
         if len(levels) > MOST_LEVELS:
             return False

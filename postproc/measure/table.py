@@ -101,6 +101,8 @@ def _state(table: Table, robot: Robot, program: Source | None) -> tuple[State, b
         table.say(
             "DAT015", "warning", f"{message}: the mass is taken in the flange's centre", "give its centre in tool0"
         )
+    if state.payload_mass is None and state.payload_center is not None:
+        table.say("DAT015", "warning", "there is a centre of the payload and no mass", "give `payload_kg`, or map it")
     return state if T_flange_tcp is None else state.with_(T_flange_tcp=T_flange_tcp), T_flange_tcp is not None
 
 

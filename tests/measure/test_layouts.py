@@ -227,11 +227,11 @@ def test_remarks_are_not_read():
 
 @pytest.mark.parametrize("layout", [None, {"columns": {"shift": "Schicht"}}])
 def test_each_of_a_few_words_is_a_channel(layout):
-    words = ["spät", "", "früh", "-"] * len(Q)
+    words = ["spät", "", "früh", "none"] * len(Q)
     found = read(with_columns("Schicht,site", [f"{word},Ulm" for word in words[: len(Q)]]), layout)
     name = "shift" if layout else "Schicht"
     late, early = (np.array([w == word for w in words[: len(Q)]]) for word in ("spät", "früh"))
-    assert list(found.state.channels) == [f"{name}=spät", f"{name}=früh", "site=Ulm", "row"]
+    assert list(found.state.channels) == [*(f"{name}={w}" for w in ("spät", "früh", "none")), "site=Ulm", "row"]
     np.testing.assert_array_equal(found.state.channels[f"{name}=spät"], late)
     np.testing.assert_array_equal(found.state.channels[f"{name}=früh"], early)
     (said,) = found.diagnostics

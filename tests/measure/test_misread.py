@@ -54,6 +54,8 @@ def said(lines, severity: str, **more) -> str:
             "error",
             "centre is 0.13 mm from the flange at the most",
         ),
+        (beside("payload_x_mm,payload_y_mm,payload_z_mm", *np.outer([40, 0, 120], np.ones(N))), "warning", "centre of the payload"),
+        (beside("temperature_C", [1e300, *np.linspace(20, 25, N - 1)]), "warning", "is no measured number"),
         (beside("sigma_mm", [30.0] * N), "error", "`sigma_mm` is 30"),
         (beside("sigma_mm", [3e-5] * N), "error", "`sigma_mm` is 3e-05"),
         (beside("sigma_mm", [0.0] * N), "warning", "`sigma_mm` is 0 in 40 of 40 rows; no instrument has none"),
@@ -63,7 +65,7 @@ def said(lines, severity: str, **more) -> str:
         ([f"{table(N)[0]},dir1", *(f"{line},up" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
     ],
     ids=[
-        "sides", "twice", "grams", "pounds", "negative", "centre in m", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
+        "sides", "twice", "grams", "pounds", "negative", "centre in m", "no mass", "1e300", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
         "mq in rad", "words",
     ],
 )  # fmt: skip
