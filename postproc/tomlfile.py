@@ -199,7 +199,9 @@ def _allowed(schema: type[BaseModel], loc: Keys) -> list[str]:
             annotation = current.model_fields[key].annotation
             candidates = [annotation, *getattr(annotation, "__args__", ())]
             current = next((c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel)), None)
-    return sorted(current.model_fields) if isinstance(current, type) and issubclass(current, BaseModel) else []
+    if not (isinstance(current, type) and issubclass(current, BaseModel)):
+        return []
+    return sorted(field.alias or name for name, field in current.model_fields.items())
 
 
 def _expected(error: dict[str, Any]) -> str:

@@ -18,7 +18,7 @@ Vec3 = tuple[float, float, float]
 
 
 class _Choices(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, protected_namespaces=())
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
     model: str | None = None
     robot: str | None = None
     effects: list[str] | None = None

@@ -46,7 +46,7 @@ def run(
     check_outputs((program, *convert.inputs), output, report)
     target = Path(program) if in_place else output
     options = convert.options()
-    result = compensate_program([source, *read_lent(convert.side_files)], convert.arm(), options)
+    result = compensate_program([source, *read_lent(convert.side_files, program)], convert.arm(), options)
     show(named_files(result.diagnostics))
     if report is not None:
         write(report, compensation_page(Path(source.path).name, result, convert.told()).encode())

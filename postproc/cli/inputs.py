@@ -49,6 +49,7 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     Raises:
         PostprocError: what is wrong with one of the files.
     """
+    from postproc.batch.discover import MODULES
     from postproc.effects.registry import effect_library
     from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
     from postproc.robot.catalogue import load_robot
@@ -58,12 +59,19 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
         return default_model(robot or DEFAULT_ROBOT)
     if path.suffix.lower() == ".csv":
         raise _error("CLI012", f"`{path}` is a table, not a model", "the model comes first, then the table")
+    if path.suffix.lower() in MODULES:
+        raise _error("CLI012", f"`{path}` is a program, not a model", "name the TOML file that `postproc fit` wrote")
     model = parse_model(read_source(str(path)), library)
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
 
 def load_measurements(
-    data: str, robot: Robot, program: str | None = None, columns: str | None = None, measured: bool = True
+    data: str,
+    robot: Robot,
+    program: str | None = None,
+    columns: str | None = None,
+    measured: bool = True,
+    beside: Sequence[Path] = (),
 ) -> Measurements:
     """The table of measured poses, its findings printed.
 
@@ -73,13 +81,14 @@ def load_measurements(
         program: RAPID module that was run, for tables that name targets.
         columns: TOML file that maps the columns of another layout.
         measured: False where the table need not say what was measured.
+        beside: RAPID modules that are read along with the program.
 
     Raises:
         PostprocError: what is wrong with one of the files.
     """
     from postproc.measure.table import read_measurements
 
-    run = read_source(program) if program else None
+    run = [read_source(program), *(read_source(str(path), lent=True) for path in beside)] if program else None
     layout = read_source(columns) if columns else None
     table = read_measurements(read_source(data), robot, run, layout, measured)
     show(table.diagnostics)

@@ -60,7 +60,7 @@ def run(
     from postproc.convert import UNREADABLE, compensate_program
     from postproc.report.inspection import inspect_program
 
-    sources = [read_program_file(program), *read_lent(side_files)]
+    sources = [read_program_file(program), *read_lent(side_files, program)]
     arm = _arm(model, robot, effects)
     options = Options(constants=constant, free_axes=free_axes.lower())
     found = inspect_program(sources, arm.robot, options)

@@ -51,25 +51,28 @@ class TableOptions:
 
     Attributes:
         program: RAPID module that was run, for tables that name targets.
+        side_files: RAPID module that is read along with it for what it declares. May be repeated.
         columns: TOML file that maps the columns of another layout.
     """
 
     program: str | None = None
+    side_files: SideFiles = ()
     columns: str | None = None
 
     @property
-    def inputs(self) -> tuple[str | None, ...]:
+    def inputs(self) -> tuple[str | Path | None, ...]:
         """Files that are read."""
-        return (self.program, self.columns)
+        return (self.program, self.columns, *self.side_files)
 
     def words(self, effects: Sequence[Path | str] = ()) -> list[str]:
         """The options as they were written, for a command that reads the same table with the same effects."""
-        given = [(f.name, getattr(self, f.name)) for f in fields(self)] + [("effects", file) for file in effects]
+        given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name != "side_files"]
+        given += [("with", file) for file in self.side_files] + [("effects", file) for file in effects]
         return [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
 
     def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
         """The table of that name; see ``load_measurements``."""
-        return load_measurements(data, robot, self.program, self.columns, measured)
+        return load_measurements(data, robot, self.program, self.columns, measured, self.side_files)
 
 
 @Parameter(name="*")

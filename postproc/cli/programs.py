@@ -26,9 +26,9 @@ def read_program_file(name: str) -> Source:
     return read_source(name)
 
 
-def read_lent(files: Iterable[Path]) -> list[Source]:
-    """Modules that are read along with a program and never changed."""
-    return [read_source(str(path), lent=True) for path in files]
+def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
+    """Modules that are read along with a program and never changed; the program itself is none of them."""
+    return [read_source(str(path), lent=True) for path in files if path.resolve() != Path(program).resolve()]
 
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -61,7 +61,7 @@ def commanded_joints(
 
 
 def program_targets(
-    program: Source, robot: Robot, target: Sequence[str], cells: Cells, diagnostics: list[Diagnostic]
+    program: Source | Sequence[Source], robot: Robot, target: Sequence[str], cells: Cells, diagnostics: list[Diagnostic]
 ) -> tuple[Array, Array]:
     """Joint angles [rad] (n, 6) and tools (n, 4, 4) of the targets that a program visits, by name.
 
@@ -75,13 +75,13 @@ def program_targets(
     missing = [i for i, name in enumerate(target) if name.lower() not in events]
     if missing:
         names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
-        message = f"the program `{program.path}` does not move to {names}"
+        message = f"the program does not move to {names}"
         help_ = "name the module that was run, and targets as they stand in its motion statements"
         raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(missing[0]), help_))
     visited = [events[name.lower()] for name in target]
     unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")
     if unknown:
-        help_ = "copy its declaration (user.sys, CalibData.mod) into the module that is given with `--program`"
+        help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
         raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
     T_flange_tcp = np.array([_pose(event.tool.tframe) for event in visited])
     q = np.full((len(visited), 6), np.nan)
@@ -102,7 +102,7 @@ def program_targets(
     return q, T_flange_tcp
 
 
-def _visited(program: Source) -> dict[str, MotionEvent]:
+def _visited(program: Source | Sequence[Source]) -> dict[str, MotionEvent]:
     """The first motion to every named target, by its name in lower case."""
     events: dict[str, MotionEvent] = {}
     for event in walk(read_program(program)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from postproc.robot.arm import Robot
 def read_measurements(
     source: Source,
     robot: Robot,
-    program: Source | None = None,
+    program: Source | Sequence[Source] | None = None,
     column_map: Source | Mapping[str, Any] | None = None,
     measured: bool = True,
 ) -> Measurements:
@@ -34,7 +34,7 @@ def read_measurements(
     Args:
         source: the table; comma, dot decimals and the standard column names unless the column map says otherwise.
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
-        program: the RAPID program that was run, for tables with a ``target`` column.
+        program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
         column_map: how another layout writes its columns, see ``read_column_map``.
         measured: False for poses that are only asked about, or have yet to be measured.
 
@@ -77,7 +77,7 @@ def read_measurements(
     return replace(data, diagnostics=tuple(diagnostics))
 
 
-def _state(table: Table, robot: Robot, program: Source | None) -> tuple[State, bool]:
+def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[State, bool]:
     """What was commanded, with the channels, and whether a program tells the tool of every row."""
     q, T_flange_tcp = _commanded(table, robot, program)
     sessions = table.text("session")
@@ -164,7 +164,7 @@ def _sides(table: Table) -> Array | None:
     return np.sign(sides)
 
 
-def _commanded(table: Table, robot: Robot, program: Source | None) -> tuple[Array, Array | None]:
+def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[Array, Array | None]:
     q = table.vector(names.JOINTS)
     if q is not None:
         if "target" in table.place and program is not None:
