@@ -239,17 +239,19 @@ class Execution(ABC):
         seen = self.visited.setdefault(statement.source.path, set())
         new = statement.span[0] not in seen
         seen.add(statement.span[0])
-        if new or not self.only_new:
-            make = self.maker.event if new else self.repeats.event
-            event = make(statement, memory, self.conditional > 0)
-            if self.returning and event.reason is not None:
-                return
-            self.steps += self.ways.go(event) - 1
-            self.first.setdefault(statement.key, event)
-        else:
+        if not new and self.only_new and (self.supposed or self.same_target(statement, memory)):
             self.ways.lose()
-            if not self.supposed and not self.same_target(statement, memory):
-                self.elsewhere.add(statement.key)
+            return
+        make = self.maker.event if new else self.repeats.event
+        event = make(statement, memory, self.conditional > 0)
+        if not new and self.only_new and event.reason is not None:
+            self.elsewhere.add(statement.key)
+            self.ways.lose()
+            return
+        if self.returning and event.reason is not None:
+            return
+        self.steps += self.ways.go(event) - 1
+        self.first.setdefault(statement.key, event)
 
     def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
         """Whether a further execution goes where the first one went."""

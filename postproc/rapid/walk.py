@@ -65,9 +65,13 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         if routine.key not in flow.entered:
             _start(flow, routine, unknown)
     _follow_rest(flow, unknown)
-    events = _marked(flow)
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
-        return Walk(events[:count], (*found, *rough_orientations(events[:count])))
+        targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
+        others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
+        flow.elsewhere |= others
+        events = _marked(flow)[:count]
+        return Walk(events, (*found, *rough_orientations(events)))
+    events = _marked(flow)
     loose = [replace(event, loose=True) for event in events[count:]]
     later = map(forgiven, flow.diagnostics[len(found) :])
     return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events)))

@@ -520,13 +520,16 @@ def test_a_parameter_that_serves_for_more_is_displaced_where_it_is_used(inside: 
 
 
 def test_a_routine_that_others_call_with_other_targets_keeps_its_parameter() -> None:
-    """Nobody calls `service`: what it hands to `go` is not followed, so `go` may not lose its parameter."""
+    """Nobody calls `service`: what it hands to `go` counts where all that runs is followed; `go` keeps its parameter."""
     more = GO.replace("MoveL p,", "height:=p.trans.z;\n    MoveL p,") + f"  PROC service()\n    go {C};\n  ENDPROC\n"
     text = module(THREE + "\nVAR num height;", f"MoveJ {C},v200,fine,tT;\ngo p1;", more)
-    for found in (convert(text), convert(text, entry="main")):
-        assert routine_of(written(found), "go") == routine_of(text, "go")
-        assert routine_of(written(found), "service") == routine_of(text, "service")
-        assert "not followed" in (outcome(found, 1).reason or "")
+    chosen = convert(text, entry="main")
+    assert routine_of(written(chosen), "go") == routine_of(text, "go")
+    assert routine_of(written(chosen), "service") == routine_of(text, "service")
+    assert "not followed" in (outcome(chosen, 1).reason or "")
+    both = convert(text)
+    assert outcome(both, 1).status == "compensated" and "MoveL Offs(p," in written(both)
+    assert both.report["max_error_before_mm"] > 1.0 and both.report["max_error_after_mm"] < 0.2
     alone = module(
         THREE + "\nVAR num height;", f"MoveJ {C},v200,fine,tT;\ngo p1;", more[: more.index("  PROC service")]
     )

@@ -484,12 +484,23 @@ def test_a_branch_that_no_call_takes_makes_no_other_run_of_the_rest() -> None:
     [
         "ERROR go 2; RETRY; ENDPROC PROC other()",
         "ENDPROC TRAP stopped go 2; ENDTRAP PROC other()",
-        "ERROR IF n=7 THEN other; ENDIF ENDPROC PROC other() go 2;",
     ],
 )
 def test_a_call_that_is_not_followed_may_lead_elsewhere(more: str) -> None:
     data = P + f"VAR num n; PROC go(num n) {move('n')} ENDPROC PROC work() go 1; {more} ENDPROC"
     assert [e.elsewhere for e in events("work;", data) if e.statement.routine == "go"] == [True]
+
+
+def test_a_routine_that_nobody_calls_hands_its_own_targets_on() -> None:
+    data = P + f"PROC go(num n) {move('n')} MoveL p,v5,z0,tool0; ENDPROC PROC other() go 2; ENDPROC"
+    found = [e for e in events("go 1;", data) if e.statement.routine == "go"]
+    assert [(e.target.trans[0], e.loose, e.elsewhere) for e in found] == [
+        (1, False, False),
+        (0, False, False),
+        (2, True, False),
+    ]
+    alone = walk(program(module("go 1;", data)), "main")
+    assert [(e.target.trans[0], e.elsewhere) for e in alone] == [(1, True), (0, False)]
 
 
 def test_a_routine_that_calls_itself_runs_elsewhere_too() -> None:
