@@ -7,9 +7,18 @@ from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.assign import store
-from postproc.rapid.evaluate import evaluate, names_in
+from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Base, Origin, OriginKind, TargetSpans
-from postproc.rapid.expressions import Call, Expression, ExpressionError, Index, Name, Star, read_whole_expression
+from postproc.rapid.expressions import (
+    Call,
+    Component,
+    Expression,
+    ExpressionError,
+    Index,
+    Name,
+    Star,
+    read_whole_expression,
+)
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.pose import about, add, quat_mult, subtract
@@ -146,9 +155,13 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
     Raises:
         NotKnown: with another value it has no result.
     """
-    name = next(iter(names_in(inner)), "")
+    data = inner
+    while isinstance(data, Index | Component):
+        data = data.base
+    if not isinstance(data, Name):
+        return False
     aside = memory.aside()
-    aside.frame.bindings[name] = aside.lookup(Name(inner.span, name))
+    aside.frame.bindings[data.name] = aside.lookup(data)
     moved = replace(before, trans=add(before.trans, _TRIED.trans), rot=quat_mult(_TRIED.rot, before.rot))
     store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), aside)
     found = to_robtarget(evaluate(tree, aside).data)

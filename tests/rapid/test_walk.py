@@ -533,3 +533,13 @@ def test_parts_that_nothing_writes_are_as_declared(body: str, known: list[tuple[
     found = events(body, P + MEASURED)
     seen = [None if e.reason else (e.wobj.uframe.trans[0], e.wobj.oframe.trans[0]) for e in found]
     assert seen == known
+
+
+def test_the_root_of_what_a_function_displaces_is_its_target_among_others() -> None:
+    data = (
+        f"CONST robtarget row{{2}}:=[{target(0, 0, 0)},{target(10, 0, 0)}]; VAR num i; VAR num j; VAR num k;"
+        "FUNC robtarget above(robtarget a) a.trans.z:=a.trans.z+5; RETURN a; ENDFUNC"
+    )
+    (found,) = events("i:=1; j:=2; k:=0; MoveL RelTool(above(row{i+j-1+k}),0,0,3),v5,z0,tool0;", data)
+    assert found.target_origin.root is not None and found.target_origin.root.trans == (10, 0, 0)
+    assert found.target_origin.lever == pytest.approx((0, 0, -3))
