@@ -18,6 +18,7 @@ An effect is a frozen value: its fields are its present parameters, a fit return
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -177,15 +178,17 @@ class Effect:
 
     def with_vector(self, x: Array) -> Self:
         """The same effect with other parameters."""
-        changes: dict[str, Array] = {}
+        kept = {name: getattr(self, name) for name in (*self.structures(), "layout")}
+        new = object.__new__(type(self))
+        new.__dict__.update(kept)
         at = 0
-        for name in self.parameters():
-            shape = self.shape(name)
-            size = int(np.prod(shape))
-            changes[name] = np.asarray(x[at : at + size], dtype=float).reshape(shape)
+        for name, shape in zip(self.parameters(), self.layout.shapes, strict=True):
+            size = math.prod(shape)
+            array = np.array(x[at : at + size], dtype=float).reshape(shape)
+            array.setflags(write=False)
+            new.__dict__[name] = float(array) if shape == () else array
             at += size
-        kept = {name: getattr(self, name) for name in self.structures()}
-        return type(self)(**kept, **changes)
+        return new
 
     def names(self) -> tuple[str, ...]:
         """(p,) ``half_gap_rad[2]``: entries count from 1, so that a joint's number stands there."""

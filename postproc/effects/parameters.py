@@ -60,9 +60,10 @@ class Layout:
     """What is declared for every entry of an effect's vector: (p,) arrays, parameters one after another.
 
     Args:
-        parameter: number of the parameter that an entry belongs to; the others as in `Parameter`.
+        shapes: of the parameters; parameter: number of the one that an entry belongs to; the others as in `Parameter`.
     """
 
+    shapes: tuple[tuple[int, ...], ...]
     parameter: NDArray[np.int_]
     low: Array
     high: Array
@@ -119,6 +120,7 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
         return whole
 
     return Layout(
+        shapes,
         spread(range(len(declared))).astype(int),
         spread(p.low for p in declared),
         spread(p.high for p in declared),

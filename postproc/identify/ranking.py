@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,7 +32,8 @@ class Search:
     patterns: Patterns
     outside: list[Suspect]
     cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
-    seen: dict[tuple[float, int, int], list[Suspect]] = field(default_factory=dict)
+    seen: dict[Hashable, list[Suspect]] = field(default_factory=dict)
+    ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
         made = self._made()
@@ -52,10 +53,9 @@ class Search:
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
-        key = (linear.square, linear.parameters, linear.freedom)
-        if key not in self.seen:
-            self.seen[key] = find_suspects(fit.problem, linear, self.patterns)
-        return self.seen[key]
+        if _like(linear) not in self.seen:
+            self.seen[_like(linear)] = find_suspects(fit.problem, linear, self.patterns)
+        return self.seen[_like(linear)]
 
     def linear(self) -> Linear:
         linear = self.fit.linear
@@ -65,7 +65,20 @@ class Search:
 
 
 def ranking(search: Search) -> list[Candidate]:
-    """Every testable effect at its best on the present fit, best first.
+    """Every testable effect at its best on the present fit, best first; worked out once for the same parts."""
+    parts = (_like(search.linear()), *sorted(e.key for e in search.fit.model.effects), *sorted(search.classes))
+    if parts not in search.ranked:
+        search.ranked[parts] = _ranking(search)
+    return search.ranked[parts]
+
+
+def _like(linear: Linear) -> Hashable:
+    """The same where a search comes to the same parts another way."""
+    return f"{linear.square:.5g}", linear.parameters, linear.freedom
+
+
+def _ranking(search: Search) -> list[Candidate]:
+    """Every testable effect at its best, best first.
 
     Those that a linear problem cannot judge after a full refit, and so all that come near the best.
     """
@@ -80,7 +93,8 @@ def ranking(search: Search) -> list[Candidate]:
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
     if _audible(search.fit):
-        found = [formed(screen, linear, c) if c.far else c for c in found]
+        least = max(0.0, 0.5 * max(c.evidence for c in found))
+        found = [formed(screen, linear, c, least) if c.far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     found = [settled(c) if c.forming and c.evidence > near else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from postproc.identify.forms import laplace
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem, Weights
 from postproc.identify.selection import corrected
-from postproc.identify.sensitivity import flat
+from postproc.identify.sensitivity import flat, flat_load
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
@@ -28,6 +27,8 @@ No start is left out by what its columns alone explain: the ends of a hose may b
 """
 ENOUGH = 3e-3
 """Share of the sum of squares below which a step is the last: a full fit follows."""
+TWICE = 2.0
+"""As much more of the sum of squares may an effect take off in the end as after the first steps."""
 NEARLY = 16.0
 """Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
 
@@ -38,37 +39,34 @@ class Glimpse:
 
     Args:
         problem: those poses; linear: its residual with the fitted parameters of the whole.
+        known: what `by_load` has worked out.
     """
 
     problem: Problem
     linear: Linear
+    known: dict[int, Array] = field(default_factory=dict)
 
-    def answer(self, effect: Effect) -> Array:
-        """(N,) whitened displacement by an effect of any size, with what its load does to the springs."""
-        seen = self.problem.softer
-        answer = np.zeros(seen.matrix.shape[:2])
-        if type(effect).load is not Effect.load:
-            load = load_of(effect, seen.state)
-            joint = [] if load.joint is None else [(0, load.joint)]
-            for first, share in [*joint, *((6 + 6 * body, wrench) for body, wrench in load.body.items())]:
-                answer += np.einsum("nrk,nk->nr", self.by_load[:, :, first : first + 6], share)
-        moved = flat(displacement_of(effect, seen.state), len(answer))
-        used = np.flatnonzero(moved.any(axis=0))
-        if len(used):
-            answer += (seen.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
+    def answers(self, effects: Sequence[Effect]) -> Array:
+        """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
+        seen, n = self.problem.softer, len(self.problem.data)
+        moved = np.stack([flat(displacement_of(e, seen.state), n) for e in effects], axis=2)
+        used = np.flatnonzero(moved.any(axis=(0, 2)))
+        answer = seen.matrix[:, :, used] @ moved[:, used]
+        if type(effects[0]).load is not Effect.load:
+            load = np.stack([flat_load(load_of(e, seen.state), n) for e in effects], axis=2)
+            for at in range(0, 54, 6):
+                if load[:, at : at + 6].any():
+                    answer += self.by_load(at) @ load[:, at : at + 6]
         return np.asarray(answer[self.problem.weights.used])
 
-    @cached_property
-    def by_load(self) -> Array:
-        """(n, r, 54) whitened displacement by a unit of every load."""
-        seen = self.problem.softer
-        unit = np.zeros((len(seen.state), 54))
-        found = np.empty((*seen.matrix.shape[:2], 54))
-        for k in range(54):
-            unit[:, k] = 1.0
-            found[:, :, k] = (seen.matrix @ seen.by_load(unit)[:, :, None])[:, :, 0]
-            unit[:, k] = 0.0
-        return found
+    def by_load(self, first: int) -> Array:
+        """(n, r, 6) whitened displacement by a unit of the joints' torques, or of the wrench on a body."""
+        if first not in self.known:
+            seen = self.problem.softer
+            unit = np.zeros((6, len(seen.state), 54))
+            unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
+            self.known[first] = seen.matrix @ np.stack([seen.by_load(one) for one in unit], axis=2)
+        return self.known[first]
 
 
 def glimpse(problem: Problem, linear: Linear) -> Glimpse:
@@ -91,10 +89,13 @@ def glimpse(problem: Problem, linear: Linear) -> Glimpse:
     return Glimpse(few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial))
 
 
-def formed(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate:
+def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
     """A candidate with what forms it where it explains most, from all of its starts; laws that come near are kept.
 
     What the model holds already is where a fit has put it.
+
+    Args:
+        least: evidence below which it is of no interest, and is left as it was.
     """
     held = screen.problem.model.effect(candidate.key) is not None
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
@@ -105,6 +106,9 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate:
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
         some = [c for c, _ in moved]
         some = (_one_of_each(some) if tries > STAGES[0][0] else some)[:enough]
+        share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
+        if -linear.freedom * np.log1p(-share) - candidate.searched < least:
+            return candidate
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
@@ -153,33 +157,34 @@ def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = 
     x, amplitude = effect.vector().copy(), effect.amplitudes()[index]
     size = ordinary_sizes(effect, seen.problem.model.robot)[index]
     low, high = (bound[index] for bound in effect.bounds())
-    inside = 1e-9 * np.minimum(size, high - low)
+    inside = 1e-6 * np.minimum(size, high - low)
+
+    def at(z: Array) -> Effect:
+        y = x.copy()
+        y[index] = z
+        return effect.with_vector(y)
+
+    def project(effects: Sequence[Effect]) -> Array:
+        return seen.linear.project(seen.answers(effects))
 
     def rest(z: Array) -> Array:
-        x[index] = z
-        return seen.linear.rest - seen.linear.project(seen.answer(effect.with_vector(x))[:, None])[:, 0]
+        return seen.linear.rest - project([at(z)])[:, 0]
 
-    begin = x[index] if not effect.is_null else _sized(rest, x[index], amplitude, size)
+    def slope(z: Array) -> Array:
+        step = np.where(z + inside > high, -inside, inside)
+        found = project([at(z), *(at(z + one) for one in np.diag(step))])
+        return (found[:, :1] - found[:, 1:]) / step
+
+    begin = x[index].copy()
+    if effect.is_null:
+        # Where the amplitudes vanish nothing forms an effect: those that the data suggests.
+        ones = begin * ~amplitude + np.diag(size)[amplitude]
+        C = project([at(one) for one in ones])
+        s2 = float(seen.linear.rest @ seen.linear.rest) / max(len(C), 1)
+        a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ seen.linear.rest)
+        begin[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
     start = np.clip(begin, low + inside, high - inside)
     scale = np.where(amplitude, size, 0.5 * size)
     bounds, few = (low, high), {"ftol": ENOUGH, "xtol": 1e-4, "max_nfev": tries}
-    found = least_squares(rest, start, bounds=bounds, x_scale=scale, **few)
-    x[index] = found.x
-    return effect.with_vector(x), 2 * float(found.cost)
-
-
-def _sized(rest: Callable[[Array], Array], start: Array, amplitude: NDArray[np.bool_], size: Array) -> Array:
-    """A start with the amplitudes that the data suggests, for where they vanish nothing forms an effect."""
-    z = start.copy()
-    z[amplitude] = 0.0
-    nothing = rest(z)
-    columns = []
-    for k in np.flatnonzero(amplitude):
-        one = z.copy()
-        one[k] = size[k]
-        columns.append(nothing - rest(one))
-    C = np.stack(columns, axis=1)
-    s2 = float(nothing @ nothing) / max(len(nothing), 1)
-    a = np.linalg.solve(C.T @ C + 0.01 * s2 * np.eye(C.shape[1]), C.T @ nothing)
-    z[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
-    return z
+    found = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
+    return at(found.x), 2 * float(found.cost)

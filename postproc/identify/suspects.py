@@ -115,9 +115,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
     """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
-    from scipy.stats import rankdata
-
-    lines = {p.channels[0]: rankdata(p.values) for p in every.every if p.kind == "line"}
+    lines = {p.channels[0]: _ranks(p.values) for p in every.every if p.kind == "line"}
     return [
         replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
         for s in first
@@ -125,6 +123,12 @@ def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
         for name, ranks in lines.items()
         if name != s.channel and abs(np.corrcoef(ranks, lines[s.channel])[0, 1]) > TOGETHER
     ]
+
+
+def _ranks(values: Array) -> Array:
+    """(n,) mean rank of each value."""
+    _, index, count = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - 0.5 * count)[index])
 
 
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:

@@ -56,7 +56,7 @@ def test_the_answer_to_an_effect_is_what_it_does_to_the_prediction():
     seen = Glimpse(fit.problem, fit.linear)
     moved = predict(fit.model.with_effects(*fit.model.effects, effect), data.state) - predict(fit.model, data.state)
     expected = (moved[:, :3, 3] * fit.problem.weights.values)[fit.problem.weights.used]
-    assert seen.answer(effect) == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+    assert seen.answers([effect])[:, 0] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
@@ -83,7 +83,7 @@ def test_both_ends_of_a_hose_are_found_from_far_away(start):
     far = DressPack(slack_m=0.6, from_m=start, to_m=[-0.1, 0.1, 0.1])
     seen = glimpse(fit.problem, fit.linear)
     found, square = shaped(seen, far, np.ones(8, dtype=bool))
-    left = seen.linear.rest - seen.linear.project(seen.answer(found)[:, None])[:, 0]
+    left = seen.linear.rest - seen.linear.project(seen.answers([found]))[:, 0]
     assert square == pytest.approx(left @ left)
     assert seen.linear.square > 3 * len(left) and square < 1.2 * len(left)
 
