@@ -56,23 +56,24 @@ def forms_of(
     """All forms of one effect on the data of a problem; those that move nothing are left out.
 
     Args:
-        alone: forms where the effect has no other term: in a sum of functions of the joints' angles every term moves
-            the arm as it does alone.
+        alone: forms where the effect has no other term: what nothing else forms moves the arm beside others as it
+            does alone, in a sum of functions of the joints' angles or while all is small.
     """
     found: list[Form] = []
     state = problem.sensitivity.state
-    sums = cls.basis is not Effect.basis and cls.roughness is Effect.roughness
+    small = current is not None and current.is_null and bool(current.amplitudes().all())
+    sums = (small or cls.basis is not Effect.basis) and cls.roughness is Effect.roughness
     known = {form.label: form for form in alone} if sums else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
-        form = make_form(problem, v, current is None) if same is None else _further(same, v)
+        if same is None or same.columns.shape[1] != v.free.sum():
+            form = make_form(problem, v, current is None)
+        else:
+            along = same.along if current is None else None
+            form = replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along)
         if form is not None:
             found.append(form)
     return found
-
-
-def _further(alone: Form, v: Variant) -> Form:
-    return replace(alone, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds)
 
 
 def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:

@@ -59,7 +59,7 @@ class Pattern:
         found = self.law(*(s.values for s in self.signals))
         return np.stack(found, axis=1).astype(float) if self.wide else np.asarray(found, dtype=float)
 
-    @property
+    @cached_property
     def channels(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(name for s in self.signals for name in s.names))
 

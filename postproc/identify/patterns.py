@@ -102,6 +102,11 @@ class Patterns:
         return [switch for switch in every if _seen_both_ways(switch[0].values)]
 
     @cached_property
+    def switching(self) -> NDArray[np.str_]:
+        """(G,) channels of the switches."""
+        return np.array([gate.channels[0] for gate, _, _ in self.switches])
+
+    @cached_property
     def switched(self) -> Single:
         """(n, G) values of the switches."""
         return np.array([values for _, _, values in self.switches], dtype=np.float32).T
@@ -144,15 +149,15 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
     return Patterns([*single, *found], [p for p in single if p.gate])
 
 
-def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, Pattern, int]]]:
-    """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; and what they are."""
-    some: list[tuple[Pattern, Pattern, int]] = []
+def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, int]]]:
+    """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; factors and switches."""
+    some: list[tuple[Pattern, int]] = []
     values = []
     for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
-        use = [k for k, (gate, _, _) in enumerate(every.switches) if gate.channels[0] in names]
+        use = np.flatnonzero(np.isin(every.switching, list(names)))
         values.append(every.switched[:, use] * np.asarray(factor.values, dtype=np.float32)[:, None])
-        some += [(factor, *every.switches[k][:2]) for k in use]
+        some += [(factor, int(k)) for k in use]
     return np.hstack(values), some
 
 

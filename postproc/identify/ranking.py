@@ -53,9 +53,10 @@ class Search:
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
-        if _like(linear) not in self.seen:
-            self.seen[_like(linear)] = find_suspects(fit.problem, linear, self.patterns)
-        return self.seen[_like(linear)]
+        like = f"{linear.square:.5g}", linear.parameters, linear.freedom
+        if like not in self.seen:
+            self.seen[like] = find_suspects(fit.problem, linear, self.patterns)
+        return self.seen[like]
 
     def linear(self) -> Linear:
         linear = self.fit.linear
@@ -66,15 +67,12 @@ class Search:
 
 def ranking(search: Search) -> list[Candidate]:
     """Every testable effect at its best on the present fit, best first; worked out once for the same parts."""
-    parts = (_like(search.linear()), *sorted(e.key for e in search.fit.model.effects), *sorted(search.classes))
+    linear = search.linear()
+    held = sorted(e.key for e in search.fit.model.effects)
+    parts = f"{linear.square:.3g}", linear.parameters, *held, *search.classes
     if parts not in search.ranked:
         search.ranked[parts] = _ranking(search)
     return search.ranked[parts]
-
-
-def _like(linear: Linear) -> Hashable:
-    """The same where a search comes to the same parts another way."""
-    return f"{linear.square:.5g}", linear.parameters, linear.freedom
 
 
 def _ranking(search: Search) -> list[Candidate]:

@@ -103,7 +103,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + UNLIKELY.get(form.key, 0.0)
-    inner = linear.extended(columns_of(screen.problem, effect, free))
+    columns = _columns(screen.problem, form, free)
+    inner = linear.extended(columns)
     for _ in range(1, DEEPEST):
         options = screen.forms(form.key, effect) if whole.evidence > searched else []
         if not options:
@@ -117,16 +118,16 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         same = kind(new) == kind(effect)
         mask = options[k].refit | free if same else options[k].refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
-        columns = columns_of(screen.problem, new, counted)
+        wide = _columns(screen.problem, options[k], counted, columns)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
-        trial = gain(linear, columns, forming, flexible)
+        trial = gain(linear, wide, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
         # A free function in another resolution, or an order a little off, is the same thing better said.
         tuned = flexible or (not same and len(new.vector()) == len(effect.vector()))
         labels = [*(labels[:-1] if tuned else labels), options[k].label]
-        effect, free, whole, inner = new, mask, trial, linear.extended(columns)
+        effect, free, whole, columns, inner = new, mask, trial, wide, linear.extended(wide)
         searched += cost
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
     p = corrected(p, searched)
@@ -143,6 +144,13 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         whole.visible,
         p,
     )
+
+
+def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
+    """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
+    own = form.columns * form.scale
+    whole = own if before is None else np.hstack([before, own])
+    return whole if whole.shape[1] == linear_part(form.effect, mask).sum() else columns_of(problem, form.effect, mask)
 
 
 def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:

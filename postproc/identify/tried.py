@@ -176,8 +176,13 @@ class Tried:
         values, which = grown(one.pattern, self.every)
         if not which:
             return []
-        where = one.pattern.where
-        made = self._made(one.pattern, len(which), lambda k: replace(switched(*which[k]), where=where))
+
+        def switch(k: int) -> Pattern:
+            factor, at = which[k]
+            gate, side, _ = self.every.switches[at]
+            return replace(switched(factor, gate, side), where=one.pattern.where)
+
+        made = self._made(one.pattern, len(which), switch)
         found = self._best(one.where, values, *made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         return [f for f in found if f.worth > one.worth - ODDS]

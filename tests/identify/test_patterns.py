@@ -103,7 +103,7 @@ def test_what_another_channel_switches_is_told_with_its_edge(law, said):
     every = of_two(q5=q5, dir5=dir5, temperature=temperature)
     one = closest(best(every.every, truth), truth)
     values, which = grown(one, every)
-    gates = [switched(*which[k]) for k in range(values.shape[1])]
+    gates = [switched(factor, *every.switches[k][:2]) for factor, k in which]
     for gate, column in zip(gates[::40], values.T[::40], strict=True):
         assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-9
     found = best([one, closest(best(gates, truth), truth)], truth)
