@@ -18,7 +18,6 @@ An effect is a frozen value: its fields are its present parameters, a fit return
 from __future__ import annotations
 
 import dataclasses
-import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -178,16 +177,12 @@ class Effect:
 
     def with_vector(self, x: Array) -> Self:
         """The same effect with other parameters."""
-        kept = {name: getattr(self, name) for name in (*self.structures(), "layout")}
         new = object.__new__(type(self))
-        new.__dict__.update(kept)
-        at = 0
-        for name, shape in zip(self.parameters(), self.layout.shapes, strict=True):
-            size = math.prod(shape)
-            array = np.array(x[at : at + size], dtype=float).reshape(shape)
+        new.__dict__.update({name: getattr(self, name) for name in (*self.structures(), "layout")})
+        for name, (part, shape) in zip(self.parameters(), self.layout.parts, strict=True):
+            array = np.array(x[part], dtype=float).reshape(shape)
             array.setflags(write=False)
             new.__dict__[name] = float(array) if shape == () else array
-            at += size
         return new
 
     def names(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -60,10 +61,11 @@ class Layout:
     """What is declared for every entry of an effect's vector: (p,) arrays, parameters one after another.
 
     Args:
-        shapes: of the parameters; parameter: number of the one that an entry belongs to; the others as in `Parameter`.
+        parts: where each parameter stands, and its shape. parameter: number of the one that an entry belongs to; the
+            others as in `Parameter`.
     """
 
-    shapes: tuple[tuple[int, ...], ...]
+    parts: tuple[tuple[slice, tuple[int, ...]], ...]
     parameter: NDArray[np.int_]
     low: Array
     high: Array
@@ -119,8 +121,9 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
         whole.setflags(write=False)
         return whole
 
+    ends = np.cumsum([0, *map(math.prod, shapes)])
     return Layout(
-        shapes,
+        tuple((slice(a, b), shape) for a, b, shape in zip(ends, ends[1:], shapes, strict=False)),
         spread(range(len(declared))).astype(int),
         spread(p.low for p in declared),
         spread(p.high for p in declared),

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import Form, forms_of
+from postproc.identify.forms import Form, Forms, forms_of
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
@@ -62,36 +63,52 @@ class Candidate:
 
 
 @dataclass
+class Stock:
+    """What stays the same while the rows in use and the springs do; refits move it by a few parts in a thousand.
+
+    Args:
+        forms: of every effect where the model has nothing of it; by_load: (n, r, 6) whitened displacement by a unit of
+            every load, for some number of poses.
+    """
+
+    forms: dict[str, Forms] = field(default_factory=dict)
+    by_load: dict[tuple[int, int], Array] = field(default_factory=dict)
+
+
+@dataclass
 class Screen:
     """Forms of every testable effect on one problem, made once and screened often.
 
     Args:
-        first: forms of effects by key; alone: the same where the model had nothing of the effect yet. free: what the
-            fit moves.
+        free: what the fit moves; held: forms of effects that the model holds.
     """
 
     problem: Problem
     classes: Mapping[str, type[Effect]]
-    first: dict[str, list[Form]] = field(default_factory=dict)
     free: Masks = field(default_factory=dict)
-    alone: Mapping[str, list[Form]] = field(default_factory=dict)
+    stock: Stock = field(default_factory=Stock)
+    held: dict[str, Forms] = field(default_factory=dict)
 
-    def forms(self, key: str, current: Effect | None) -> list[Form]:
+    def forms(self, key: str, current: Effect | None) -> Forms:
         found = self._made(key, current)
-        if key != "transmission_error":
-            return found
         error_map = self.problem.model.effect("joint_error_map")
         mapped = () if error_map is None else getattr(error_map, "joint", ())
-        return [f for f in found if not _broadband(f.effect, mapped)]
+        if key != "transmission_error" or (current is None and not mapped):
+            return found
+        return Forms(f for f in found if not _broadband(f.effect, mapped))
 
-    def _made(self, key: str, current: Effect | None) -> list[Form]:
+    def _made(self, key: str, current: Effect | None) -> Forms:
+        cls, held, alone = self.classes[key], self.problem.model.effect(key), self.stock.forms.get(key, ())
         if current is not None:
-            return forms_of(self.problem, self.classes[key], current, self.alone.get(key, self.first.get(key, ())))
-        if key not in self.first:
-            held = self.problem.model.effect(key)
-            found = forms_of(self.problem, self.classes[key], held, self.alone.get(key, ()))
-            self.first[key] = found if held is None else [g for f in found if (g := self._more(f, held)) is not None]
-        return self.first[key]
+            return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
+        if held is None:
+            if key not in self.stock.forms:
+                self.stock.forms[key] = forms_of(self.problem, cls)
+            return self.stock.forms[key]
+        if key not in self.held:
+            found = forms_of(self.problem, cls, held, alone)
+            self.held[key] = Forms(g for f in found if (g := self._more(f, held)) is not None)
+        return self.held[key]
 
     def _more(self, form: Form, held: Effect) -> Form | None:
         """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ class Form:
     Args:
         key: of the effect; label: which form.
         effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
-        columns: (N, m) whitened columns of the screened entries; scale: (m,) their ordinary sizes; screened: (q,) which
-            entries they are.
+        columns: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
+            they are.
         forming: how many parameters beyond the screened ones a full fit would move.
         along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
         odds: how ordinary the form is beside the others. sign: 1 for a single amplitude that can only be positive.
@@ -35,12 +36,60 @@ class Form:
     effect: Effect
     refit: NDArray[np.bool_]
     columns: Array
-    scale: Array
     screened: NDArray[np.bool_]
     forming: int = 0
     along: Array | None = None
     odds: float = 1.0
     sign: int = 0
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Forms of one width w side by side.
+
+    Args:
+        index: (M,) which forms; columns: (N, M w); gram: (M, w, w) their products; forming: (M,) parameters that only
+            form the effect; flexible: (M,) whether it is a free function; sign: (M,) as in `Form`.
+    """
+
+    index: NDArray[np.int_]
+    columns: Array
+    gram: Array
+    forming: NDArray[np.int_]
+    flexible: NDArray[np.bool_]
+    sign: NDArray[np.int_]
+
+
+class Forms(tuple[Form, ...]):
+    """Forms of an effect, stacked once for all screenings."""
+
+    @cached_property
+    def stacks(self) -> list[Stack]:
+        by_width: dict[int, list[int]] = {}
+        for i, form in enumerate(self):
+            if form.along is None:
+                by_width.setdefault(form.columns.shape[1], []).append(i)
+        return [_stack(self, some) for every in by_width.values() for some in _chunks(self, every)]
+
+
+def _chunks(forms: Sequence[Form], index: list[int]) -> list[list[int]]:
+    size = max(1, int(4e7 / max(forms[index[0]].columns.size, 1)))
+    return [index[at : at + size] for at in range(0, len(index), size)]
+
+
+def _stack(forms: Sequence[Form], index: list[int]) -> Stack:
+    some = [forms[i] for i in index]
+    width = some[0].columns.shape[1]
+    columns = np.hstack([f.columns for f in some])
+    C = columns.reshape(len(columns), len(some), width)
+    return Stack(
+        np.array(index),
+        columns,
+        np.einsum("nmi,nmj->mij", C, C),
+        np.array([f.forming for f in some]),
+        np.array([f.effect.roughness() is not None for f in some]),
+        np.array([f.sign for f in some]),
+    )
 
 
 WIDE = 3.0
@@ -50,9 +99,7 @@ DIM = 1e-6
 """Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
 
 
-def forms_of(
-    problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Sequence[Form] = ()
-) -> list[Form]:
+def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Sequence[Form] = ()) -> Forms:
     """All forms of one effect on the data of a problem; those that move nothing are left out.
 
     Args:
@@ -73,7 +120,7 @@ def forms_of(
             form = replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along)
         if form is not None:
             found.append(form)
-    return found
+    return Forms(found)
 
 
 def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
@@ -91,7 +138,8 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     size = ordinary(problem.model, v.effect, v.free)
     low, null = v.effect.bounds()[0][v.free], v.effect.null_vector()[v.free]
     sign = int(len(low) == 1 and low[0] == null[0])
-    return Form(type(v.effect).key, v.label, v.effect, v.refit, columns, size, v.free, forming, along, v.odds, sign)
+    key = type(v.effect).key
+    return Form(key, v.label, v.effect, v.refit, columns * size, v.free, forming, along, v.odds, sign)
 
 
 @dataclass(frozen=True)
@@ -114,57 +162,44 @@ class Gain:
 NOTHING = Gain(0.0, 0, 0.0, -np.inf)
 
 
-def gains(linear: Linear, forms: Sequence[Form]) -> list[Gain]:
+def gains(linear: Linear, forms: Forms) -> list[Gain]:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
     result: list[Gain] = [NOTHING] * len(forms)
-    by_width: dict[int, list[int]] = {}
     for i, form in enumerate(forms):
-        if form.along is None:
-            by_width.setdefault(form.columns.shape[1], []).append(i)
-        else:
-            result[i] = gains(linear.extended(form.along), [replace(form, along=None)])[0]
-    for width, members in by_width.items():
-        chunk = max(1, int(4e7 / (len(linear.residual) * width)))
-        for at in range(0, len(members), chunk):
-            some = members[at : at + chunk]
-            forming = np.array([forms[i].forming for i in some])
-            flexible = np.array([forms[i].effect.roughness() is not None for i in some])
-            stacked = np.hstack([forms[i].columns * forms[i].scale for i in some])
-            along = stacked.T @ linear.rest
-            for k, (i, found) in enumerate(zip(some, _gains(linear, stacked, forming, flexible), strict=True)):
-                # A hose only pulls: what it would have to push explains nothing.
-                pushes = forms[i].sign and along[k] < 0
-                result[i] = replace(found, fall=0.0, evidence=-np.inf) if pushes else found
+        if form.along is not None:
+            result[i] = gains(linear.extended(form.along), Forms([replace(form, along=None)]))[0]
+    for stack in forms.stacks:
+        for i, found in zip(stack.index, _gains(linear, stack), strict=True):
+            result[i] = found
     return result
 
 
 def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
     """The gain of (N, m) columns, each for an ordinary size of its parameter."""
-    return _gains(linear, columns, np.array([forming]), np.array([flexible]))[0]
+    one = np.zeros(1, dtype=int)
+    stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
+    return _gains(linear, stack)[0]
 
 
-def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: NDArray[np.bool_]) -> list[Gain]:
-    """What each of M groups of columns C, side by side in (N, M m), would bring.
+def _gains(linear: Linear, stack: Stack) -> list[Gain]:
+    """What each of M groups of columns C would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
     the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
     decade more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
     Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
-
-    Args:
-        forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a free function.
     """
-    before, freedom, M = linear.square, float(linear.freedom), len(forming)
+    before, freedom, forming = linear.square, float(linear.freedom), stack.forming
+    M, width = stack.gram.shape[:2]
     if freedom < 2:
         return [NOTHING] * M
-    C = stacked.reshape(len(stacked), M, -1).transpose(1, 0, 2)
-    inside = (linear.nuisance.T @ stacked).reshape(-1, M, C.shape[2]).transpose(1, 0, 2)
-    G = C.transpose(0, 2, 1) @ C
-    length = np.diagonal(G, axis1=1, axis2=2)
-    G = G - inside.transpose(0, 2, 1) @ inside
+    inside = (linear.nuisance.T @ stack.columns).reshape(-1, M, width).transpose(1, 0, 2)
+    length = np.diagonal(stack.gram, axis1=1, axis2=2)
+    along = (stack.columns.T @ linear.rest).reshape(M, width)
+    G = stack.gram - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)
     value = np.maximum(value, 0.0)
-    part = np.einsum("mij,mi->mj", vector, (stacked.T @ linear.rest).reshape(M, -1)) ** 2
+    part = np.einsum("mij,mi->mj", vector, along) ** 2
     # How much of each direction the fitted parameters leave, against what it is in columns of length one.
     seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
     count = seen.sum(axis=1)
@@ -173,19 +208,22 @@ def _gains(linear: Linear, stacked: Array, forming: NDArray[np.int_], flexible: 
     s2 = np.maximum(before - fall, 1e-12 * before) / np.maximum(left, 1.0)
     worth = np.full(M, -np.inf)
     for decade in DECADES:
-        width = ((WIDE * decade) ** 2 / s2)[:, None]
-        q = np.sum(width * part / (1 + width * value), axis=1)
+        wide = ((WIDE * decade) ** 2 / s2)[:, None]
+        q = np.sum(wide * part / (1 + wide * value), axis=1)
         gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
-        worth = np.maximum(worth, gained - np.sum(np.log1p(width * value), axis=1) - 2 * abs(np.log(decade)))
+        worth = np.maximum(worth, gained - np.sum(np.log1p(wide * value), axis=1) - 2 * abs(np.log(decade)))
     # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
     worth -= 0.5 * forming * np.log(freedom)
+    # A hose only pulls: what it would have to push explains nothing.
+    pushes = (stack.sign == 1) & (along[:, 0] < 0)
+    worth[pushes], fall[pushes] = -np.inf, 0.0
     result = []
     for m in range(M):
         if not count[m] or left[m] < 1:
             result.append(NOTHING)
             continue
         # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
-        most = schwarz(before, fall[m], count[m], freedom, 1.0) if flexible[m] else np.inf
+        most = schwarz(before, fall[m], count[m], freedom, 1.0) if stack.flexible[m] else np.inf
         visible = float(np.sqrt(value[m].sum()))
         result.append(Gain(float(fall[m]), int(count[m] + forming[m]), visible, float(min(worth[m], most))))
     return result

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.effects.base import Effect
-from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.candidate import Candidate, Screen, Stock
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import Form
 from postproc.identify.judgement import fitted_best
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns
@@ -31,25 +30,14 @@ class Search:
     classes: Mapping[str, type[Effect]]
     patterns: Patterns
     outside: list[Suspect]
-    cache: dict[tuple[bytes, tuple[str, ...]], dict[str, list[Form]]] = field(default_factory=dict)
+    cache: dict[tuple[bytes, tuple[str, ...]], Stock] = field(default_factory=dict)
     seen: dict[Hashable, list[Suspect]] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        made = self._made()
-        fresh = {k: forms for k, forms in made.items() if self.fit.model.effect(k) is None}
-        return Screen(self.fit.problem, self.classes, fresh, self.fit.free, made)
-
-    def remember(self, screen: Screen) -> None:
-        self._made().update({k: forms for k, forms in screen.first.items() if self.fit.model.effect(k) is None})
-
-    def _made(self) -> dict[str, list[Form]]:
-        """Forms are made once for the rows in use and the springs that loads act on.
-
-        Other refits move their columns by no more than a few parts in a thousand.
-        """
         springs = tuple(e.key for e in self.fit.model.effects if "load" in e.reads)
-        return self.cache.setdefault((self.fit.problem.weights.used.tobytes(), springs), {})
+        stock = self.cache.setdefault((self.fit.problem.weights.used.tobytes(), springs), Stock())
+        return Screen(self.fit.problem, self.classes, self.fit.free, stock)
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
@@ -82,7 +70,6 @@ def _ranking(search: Search) -> list[Candidate]:
     """
     screen, linear = search.screen(), search.linear()
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
-    search.remember(screen)
     if not found or search.outside:
         return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
 

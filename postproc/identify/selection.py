@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Gain, gain, gains, make_form, ordinary
+from postproc.identify.forms import Form, Forms, Gain, gain, gains, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -65,7 +65,7 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     effect = candidate.effect.with_vector(candidate.effect.null_vector())
     chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
     form = make_form(screen.problem, chosen, True)
-    return None if form is None else _grow(screen, linear, form, gains(linear, [form])[0], 0.0)
+    return None if form is None else _grow(screen, linear, form, gains(linear, Forms([form]))[0], 0.0)
 
 
 def _prices(forms: Sequence[Form]) -> list[float]:
@@ -106,7 +106,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     columns = _columns(screen.problem, form, free)
     inner = linear.extended(columns)
     for _ in range(1, DEEPEST):
-        options = screen.forms(form.key, effect) if whole.evidence > searched else []
+        options = screen.forms(form.key, effect) if whole.evidence > searched else Forms()
         if not options:
             break
         measured, prices = gains(inner, options), _prices(options)
@@ -148,8 +148,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
     """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
-    own = form.columns * form.scale
-    whole = own if before is None else np.hstack([before, own])
+    whole = form.columns if before is None else np.hstack([before, form.columns])
     return whole if whole.shape[1] == linear_part(form.effect, mask).sum() else columns_of(problem, form.effect, mask)
 
 

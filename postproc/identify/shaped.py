@@ -44,7 +44,7 @@ class Glimpse:
 
     problem: Problem
     linear: Linear
-    known: dict[int, Array] = field(default_factory=dict)
+    known: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
         """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
@@ -61,23 +61,25 @@ class Glimpse:
 
     def by_load(self, first: int) -> Array:
         """(n, r, 6) whitened displacement by a unit of the joints' torques, or of the wrench on a body."""
-        if first not in self.known:
+        at = len(self.problem.data), first
+        if at not in self.known:
             seen = self.problem.softer
             unit = np.zeros((6, len(seen.state), 54))
             unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
-            self.known[first] = seen.matrix @ np.stack([seen.by_load(one) for one in unit], axis=2)
-        return self.known[first]
+            self.known[at] = seen.matrix @ np.stack([seen.by_load(one) for one in unit], axis=2)
+        return self.known[at]
 
 
-def glimpse(problem: Problem, linear: Linear) -> Glimpse:
+def glimpse(screen: Screen, linear: Linear) -> Glimpse:
     """Every k-th pose of a problem, as many as a shape needs.
 
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
     there is one, counts by the share f of the rows.
     """
+    problem, known = screen.problem, screen.stock.by_load
     step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
     if step == 1:
-        return Glimpse(problem, linear)
+        return Glimpse(problem, linear, known)
     some = np.arange(len(problem.data)) % step == 0
     few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
     kept = some[linear.row]
@@ -86,7 +88,7 @@ def glimpse(problem: Problem, linear: Linear) -> Glimpse:
     value, vector = np.linalg.eigh(gram)
     good = value > 1e-9
     basis = U @ (vector[:, good] / np.sqrt(value[good]))
-    return Glimpse(few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial))
+    return Glimpse(few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial), known)
 
 
 def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
@@ -100,7 +102,7 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
     held = screen.problem.model.effect(candidate.key) is not None
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
         return candidate
-    seen = glimpse(screen.problem, linear)
+    seen = glimpse(screen, linear)
     some = list(candidate.starts)
     for tries, enough in STAGES:
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])

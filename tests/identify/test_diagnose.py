@@ -119,7 +119,7 @@ def test_more_of_an_effect_that_the_model_holds_is_fitted_with_what_it_holds():
         [ThermalJointDrift.null()],
         terms=Terms({**base_fit(data).free, "thermal_joint_drift": _only(3)}),
     )
-    screen = Screen(held.problem, {"thermal_joint_drift": ThermalJointDrift}, {}, held.free)
+    screen = Screen(held.problem, {"thermal_joint_drift": ThermalJointDrift}, held.free)
     forms = {form.label: form for form in screen.forms("thermal_joint_drift", None)}
     np.testing.assert_array_equal(forms["joint 2"].refit, _only(2) | _only(3))
     assert "joint 3" not in forms

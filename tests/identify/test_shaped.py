@@ -68,7 +68,7 @@ def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
     columns, penalty = rng.normal(size=(n, 7)), np.array([0, 0, 0, 20.0, 30.0, 40.0, 50.0])
     U = columns @ np.linalg.inv(np.linalg.cholesky(columns.T @ columns + np.diag(penalty**2))).T
     linear = Linear(problem.residual, U, problem.row)
-    few = glimpse(problem, linear)
+    few = glimpse(Screen(problem, {}), linear)
     step = round(len(data) / 30)
     assert step > 1
     some = (np.arange(len(data)) % step == 0)[problem.row]
@@ -81,7 +81,7 @@ def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
 def test_both_ends_of_a_hose_are_found_from_far_away(start):
     fit, _, _ = _fitted(_hose)
     far = DressPack(slack_m=0.6, from_m=start, to_m=[-0.1, 0.1, 0.1])
-    seen = glimpse(fit.problem, fit.linear)
+    seen = glimpse(Screen(fit.problem, {}), fit.linear)
     found, square = shaped(seen, far, np.ones(8, dtype=bool))
     left = seen.linear.rest - seen.linear.project(seen.answers([found]))[:, 0]
     assert square == pytest.approx(left @ left)
