@@ -110,7 +110,7 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     state = problem.sensitivity.state
     small = current is not None and current.is_null and bool(current.amplitudes().all())
     sums = (small or cls.basis is not Effect.basis) and cls.roughness is Effect.roughness
-    known = {form.label: form for form in alone} if sums else {}
+    known = {form.label: form for form in alone if form.label} if sums else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
         if same is None or same.columns.shape[1] != v.free.sum():
