@@ -17,7 +17,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from postproc.compensate.options import Options
-from postproc.compensate.states import build_state
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.equilibrium import predict
@@ -38,16 +37,16 @@ def draw(name: str) -> None:
     result: Conversion = compensate_program(Source(SAMPLE.name, SAMPLE.read_bytes()), model, OPTIONS)
     assert result.plan is not None and result.before is not None and result.after is not None
     motion = result.plan.motion
-    trajectory, samples = motion.trajectory, motion.samples
+    timeline, samples = motion.timeline, motion.samples
 
-    seam = trajectory.path.move < len(motion.moves) - 1  # the departure is fast and would set the scale
+    seam = timeline.place < len(motion.moves) - 1  # the departure is fast and would set the scale
     figure, axes = plt.subplots(3, 1, figsize=(6.4, 5.2), sharex=True)
     for values, axis, label in (
-        (trajectory.path.q, axes[0], "joint angle [deg]"),
-        (trajectory.v, axes[1], "speed [deg/s]"),
-        (trajectory.a, axes[2], "acceleration [deg/s$^2$]"),
+        (timeline.q, axes[0], "joint angle [deg]"),
+        (timeline.v, axes[1], "speed [deg/s]"),
+        (timeline.a, axes[2], "acceleration [deg/s$^2$]"),
     ):
-        axis.plot(trajectory.t[seam], np.degrees(values[seam]), lw=0.9)
+        axis.plot(timeline.t[seam], np.degrees(values[seam]), lw=0.9)
         axis.set_ylabel(label)
     axes[2].set_xlabel("time [s]")
     axes[0].legend(
@@ -56,8 +55,8 @@ def draw(name: str) -> None:
     save(figure, f"motion_{name}.svg")
 
     space = ~samples.curves.joint[samples.move] & (samples.goal > samples.start)[samples.move]
-    wanted = samples.T_base_tcp[space, :3, 3]
-    real = predict(model, build_state(model, samples, trajectory, OPTIONS))[space, :3, 3]
+    wanted = samples.T_work_tcp[space, :3, 3]  # the study's work does not move
+    real = predict(model, motion.at(slice(None)))[space, :3, 3]
     s = arc_length(wanted)
     figure, axes = plt.subplots(1, 2, figsize=(7.6, 3.0))
     axes[0].plot(s * 1e3, np.linalg.norm(real - wanted, axis=1) * 1e3, "tab:red", lw=1.2)
