@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 from itertools import groupby
 from typing import Literal
 
@@ -45,8 +44,8 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
 
     Else from column ``sigma_mm``. Repeats of one visit count where there are enough of them: those of a later round, at
-    another temperature, differ by drift and growth as well. So do repeats that differ in a column of the user's own,
-    where those that agree in it scatter clearly less.
+    another temperature, differ by drift and growth as well. What follows a column of the user's own within repeats is
+    no noise either; where all repeats then scatter clearly less than those of one visit, they count.
 
     Args:
         error: (n, 3) what a model leaves of the positions [m]: its scatter within repeats counts in place of theirs.
@@ -55,13 +54,23 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
     rotation, rotation_dof = _rotation_scatter(data, data.repeats)
     if stated is not None:
         return Noise(stated, np.inf, rotation, rotation_dof, "user")
+    found: Noise | None = None
     for groups in (visits(data), data.repeats):
-        square, dof = _alike_in_own_columns(data, _without_strays(places, groups), groups)
-        if dof >= 9 and square > 0:
-            return Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
+        square, dof = _beside_own_columns(data, _without_strays(places, groups), groups)
+        if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
+            found = Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
+    if found is not None:
+        return found
     if data.sigma is not None:
         return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, rotation_dof, "sigma_mm")
     return Noise(None, 0.0, rotation, rotation_dof, "none")
+
+
+def _quieter(square: float, dof: float, than: Noise) -> bool:
+    """Whether a variance is no chance below another (F)."""
+    from scipy.special import fdtrc
+
+    return bool(fdtrc(than.dof, dof, float(than.position or 0.0) ** 2 / square) < CHANCE)
 
 
 def visits(data: Measurements) -> NDArray[np.int_]:
@@ -84,20 +93,21 @@ def _split(groups: NDArray[np.int_], channel: Array, least: float = 0.0) -> NDAr
     return found
 
 
-def _alike_in_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
-    """Pooled variance and degrees of freedom, of repeats that agree in the user's columns where others differ (F)."""
+def _beside_own_columns(data: Measurements, values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+    """Pooled variance and degrees of freedom, less what follows the user's columns in repeats where it does (F)."""
     from scipy.special import fdtrc
 
     square, dof = pooled_scatter(values, groups)
+    beside = np.zeros((len(data), 0))
     # The levels of one column of words stand side by side: `name=word`.
     for _, some in groupby(data.state.channels.items(), lambda own: own[0].partition("=")[0]):
-        finer = reduce(_split, (channel for _, channel in some), groups)
-        own, left = pooled_scatter(values, finer)
+        trial = np.column_stack([beside, *(channel for _, channel in some)])
+        own, left = pooled_scatter(values, groups, trial)
         if left in (0, dof) or own <= 0:
             continue
         between = (square * dof - own * left) / (dof - left)
         if fdtrc(dof - left, left, between / own) < CHANCE:
-            groups, square, dof = finer, own, left
+            beside, square, dof = trial, own, left
     return square, dof
 
 
@@ -119,8 +129,11 @@ def _without_strays(values: Array, groups: NDArray[np.int_]) -> Array:
     return result
 
 
-def pooled_scatter(values: Array, groups: NDArray[np.int_]) -> tuple[float, float]:
+def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None = None) -> tuple[float, float]:
     """Pooled variance of (n, k) values about the mean of each group, and its degrees of freedom.
+
+    Args:
+        beside: (n, c) columns; variance is then that about a plane in them of each group's own.
 
     Coordinates that are NaN do not count.
     """
@@ -129,9 +142,17 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_]) -> tuple[float, floa
     count, total = np.zeros((2, int(index.max(initial=-1)) + 1, values.shape[1]))
     np.add.at(count, index, good)
     np.add.at(total, index, np.where(good, values, 0.0))
-    means = total / np.maximum(count, 1)
+    away = np.where(good, values - (total / np.maximum(count, 1))[index], 0.0)
     dof = float(np.maximum(count - 1, 0).sum())
-    return (float(np.sum((values - means[index])[good] ** 2)) / dof if dof else 0.0), dof
+    columns = np.zeros((len(values), 0)) if beside is None else beside
+    for group in np.flatnonzero((count > 1).any(axis=1)) if columns.size else ():
+        member = np.flatnonzero(index == group)
+        told = columns[member] - columns[member].mean(axis=0)
+        U, size, _ = np.linalg.svd(told, full_matrices=False)
+        U = U[:, size > 1e-9 * float(np.abs(columns[member]).max())]
+        away[member] -= U @ (U.T @ away[member])
+        dof -= float(np.minimum(U.shape[1], np.maximum(count[group] - 1, 0)).sum())
+    return (float(np.sum(away[good] ** 2)) / dof if dof > 0 else 0.0), dof
 
 
 def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> tuple[float | None, float]:

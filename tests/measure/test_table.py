@@ -239,6 +239,21 @@ def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(
     assert noise.dof == dof
 
 
+def test_repeats_that_follow_a_number_of_the_users_are_no_noise():
+    """A gripper bends by 0.4 um/N, the force another one each time; and in the second round alone."""
+    g = np.random.default_rng(5)
+    lines, rows = table(24, 0.0), []
+    for round_ in range(3):
+        for line in lines[1:]:
+            cells, force = line.split(","), g.uniform(0, 800)
+            moved = g.normal([0, 4e-4 * force, 0], 0.02)
+            seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
+            rows.append(",".join([*cells[:7], *seen, f"{force:.1f}", f"{20 + 5 * (round_ == 2)}"]))
+    noise = estimate_noise(read_measurements(source([f"{lines[0]},grip_N,temperature_C", *rows]), ARM))
+    assert noise.position == pytest.approx(2e-5, rel=0.2)
+    assert noise.dof == 24 * 3
+
+
 def test_repeats_agree_in_words_where_every_one_of_them_does():
     """Three reflectors seated 0.1 mm apart, three measurements of each pose with one, two or three of them."""
     g = np.random.default_rng(3)
