@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from postproc.batch.discover import MODULES, discover
 from postproc.batch.values import Inventory, Plan, Settings, Task
@@ -30,6 +30,7 @@ class _Choices(BaseModel):
     tolerance_mm: Annotated[float, Field(gt=0)] | None = None
     template: str | None = None
     constant: list[str] | None = None
+    channel: dict[str, FiniteFloat] | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
     entry: str | None = None
 
@@ -133,6 +134,7 @@ def _chosen(settings: Settings, choices: _Choices, root: Path) -> Settings:
         "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
         "template_dir": None if choices.template is None else root / choices.template,
         "constants": None if choices.constant is None else tuple(choices.constant),
+        "channels": None if choices.channel is None else tuple(choices.channel.items()),
         **{name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "free_axes", "entry")},
     }
     options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})

@@ -59,7 +59,10 @@ def run(
     if json:
         print_json(plan.as_json())
     elif output is not None:
-        say("next: measure them, fill in x_mm, y_mm, z_mm, and fit again on the rows of both tables")
+        say(
+            "next: measure them, fill in x_mm, y_mm, z_mm and what else the first table has, put the rows of both into"
+            " one table by the columns' names (a cell may be empty), and fit again"
+        )
     return 0
 
 

@@ -286,6 +286,7 @@ name = "together"
         ('[[job]]\nfolder = ".."\n', "2:1"),
         ('[[job]]\nfiles = ["cell/a.mod"]\n[[job]]\nfiles = ["cell/a.mod"]\nname = "b"\n', "3:3"),
         ('[[job]]\nmodel = "x.toml"\n', "1:3"),
+        ('[[job]]\nfolder = "cell"\nchannel = { temperature = "warm" }\n', "3:11"),
         ("[[job]\n", "1:6"),
     ],
 )
@@ -295,6 +296,17 @@ def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, text: str, place: str
         read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
     found = caught.value.diagnostics[0]
     assert (found.code, found.place) == ("BAT009", f"{tmp_path}/jobs.toml:{place}")
+
+
+def test_a_jobs_file_states_what_programs_do_not_tell(tmp_path: Path) -> None:
+    jobs = 'channel = { temperature = 30, rail_m = 1.5 }\n[[job]]\nfolder = "cell"\n'
+    write(tmp_path, {"jobs.toml": jobs, "cell/a.mod": program("A")})
+    ((_, chosen),) = read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out").tasks
+    assert chosen.options.channels == (("temperature", 30.0), ("rail_m", 1.5))
+    write(tmp_path, {"jobs.toml": jobs.replace("channel", "chanel")})
+    with pytest.raises(PostprocError) as caught:
+        read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
+    assert "did you mean `channel`" in caught.value.diagnostics[0].help and "`with`" in caught.value.diagnostics[0].help
 
 
 @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
