@@ -6,6 +6,7 @@ An effect is tried on the arm and the states of `example_state`, with only the c
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Iterator
 from dataclasses import fields, replace
 
@@ -22,6 +23,7 @@ from postproc.effects.trial import Failure, contribution, displaced, locked, rai
 ROWS = 240
 MOST_VARIANTS = 12
 CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
+KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load", "payload_mass"))
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
@@ -60,6 +62,16 @@ def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
                 f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
             )
             yield finding("EFF016", message, cls, member=name, help="write low <= null <= high and typical > 0")
+        elif meta.amplitude and np.any(np.asarray(meta.typical) > np.maximum(high - null, null - low)):
+            message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
+            yield finding("EFF016", message, cls, member=name, help="say how large it usually is: typical=1e-4")
+    for name in _own_channels(cls):
+        if name.lower() in KNOWN or re.fullmatch(r"[qva][1-6]", name.lower()):
+            message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
+            help = (
+                f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'
+            )
+            yield finding("EFF016", message, cls, help=help)
     if not cls.parameters():
         yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
     if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:

@@ -100,8 +100,12 @@ def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnos
         help = "work on a copy: q = state.q.copy()"
         return finding("EFF010", f"`{cls.key}` writes into the state", cls, line=line, help=help)
     help = ""
-    if "NoneType" in str(error):
+    if isinstance(error, KeyError):
+        help = f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'
+    elif "NoneType" in str(error):
         help = f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
+    elif isinstance(error, AttributeError) and isinstance(error.obj, State):
+        help = f"a state has {', '.join(f.name for f in fields(State))}"
     what = f"`{member}` of `{cls.key}`" if member else f"`{cls.key}`"
     return finding("EFF005", f"{what} fails: {describe(error)}", cls, line=line, help=help)
 
