@@ -30,16 +30,18 @@ def words(signals: Mapping[str, Signal]) -> dict[str, list[Signal]]:
 
 
 def of_words(column: Sequence[Signal]) -> Iterator[Pattern]:
-    """Each word, of two the first, and a shift for every one of them."""
-    filled = bool((np.sum([s.values for s in column], axis=0) == 1).all())
-    for signal in column[:1] if filled and len(column) == 2 else column:
+    """Each word, of two the first, and a shift for every one of them; cells that are empty are one, too."""
+    nothing = 1 - np.sum([s.values for s in column], axis=0)
+    if nothing.any():
+        code = f"(1 - {' - '.join(s.code for s in column)})"
+        column = [*column, replace(column[0], values=nothing, code=code, label="empty")]
+    for signal in column[:1] if len(column) == 2 else column:
         form = f"where {signal.name} is {signal.label}"
         gate = only(signal.label, replace(signal, label=signal.name))
         yield Pattern((signal,), form, lambda x: x, "level", gate=gate, label=form)
-    free = column[1:] if filled else column
-    if len(free) > 1:
+    if len(column) > 2:
         form = f"another value at each of {joined([s.label for s in column])}"
-        yield Pattern(tuple(free), form, lambda *x: list(x), "levels", wide=True)
+        yield Pattern(tuple(column[1:]), form, lambda *x: list(x), "levels", wide=True)
 
 
 def of_few(signal: Signal) -> Iterator[Pattern]:

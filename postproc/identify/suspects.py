@@ -18,6 +18,8 @@ from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
 from postproc.identify.signals import Signal
 from postproc.identify.tried import ODDS, Tried
 
+WHOLE = 0.9
+"""Share from which on a pattern tells all that there is to tell."""
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 
@@ -146,6 +148,9 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
         for s in suspects
         if s.evidence > first.evidence - ODDS or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
     ]
+    if first.share > WHOLE:
+        # With a second channel it is the same, with a switch that chance has found.
+        suspects = [s for s in suspects if not set(first.channels) < set(s.channels)]
     same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
     close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
     elsewhere = [s for s in close if s.where != first.where][:1]

@@ -50,6 +50,8 @@ def headline(d: Diagnosis) -> str:
         return found or f"More is left than noise, and no effect of the library explains it.{noise}"
     s = d.suspects[0]
     follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern}{_extent(d, s)})."
+    if s.channel == "row":
+        follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
     return f"{lead}{follows} Written as an effect of your own it can be added.{noise if not d.missing else ''}"
 

@@ -144,6 +144,8 @@ def test_a_column_of_words_has_a_value_for_each_of_them():
     [each] = (p for p in every if p.wide)
     inside = np.column_stack([np.ones(60), each.values])
     assert inside @ np.linalg.lstsq(inside, truth, rcond=None)[0] == pytest.approx(truth)
+    some = of_two(**{f"smr={w}": (word == k).astype(float) for k, w in enumerate("ab")}).every
+    assert "where smr is empty" in {p.text for p in some}
     # Of two words, one tells all.
     assert len([p for p in of_two(**{"on=yes": word == 0, "on=no": word > 0}).every if p.channels == ("on",)]) == 1
 
@@ -209,12 +211,38 @@ def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
         (lambda q: np.sign(np.sin(4 * q + 0.5)), "pulses 4"),
         (lambda q: 1.0 * (np.mod(5 * q / (2 * np.pi) - 0.2, 1) < 0.22), "pulses 5"),
         (lambda q: np.mod(10 * q / (2 * np.pi) + 0.3, 1.0), "saw tooth 10"),
+        (lambda q: np.abs(np.mod(12.7 * q / (2 * np.pi) + 0.3, 1.0) - 0.5), "triangular wave 12.7"),
     ],
 )
 def test_what_comes_again_is_told_with_its_period(law, said):
     q = np.random.default_rng(9).uniform(-2.6, 2.7, 260)
     found = closest(best(of_two(q4=q).every, law(q)), law(q))
     assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.96
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda x: np.exp(-x / 400), "settling within 4"),
+        (lambda x: np.sqrt(x), "growing with the root of picks"),
+        (lambda x: 1.0 * (np.abs(x - 700) < 25), "only between "),
+        (lambda x: np.exp(-0.5 * ((x - 700) / 30) ** 2), "bump near "),
+    ],
+)
+def test_what_a_column_of_the_table_does_is_told(law, said):
+    picks = np.random.default_rng(19).uniform(0, 3000, 200)
+    found = closest(best(of_two(picks=picks).every, law(picks)), law(picks))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(picks))[0, 1]) > 0.99
+
+
+def test_what_only_a_few_rows_show_is_no_switch():
+    q = np.linspace(-1, 1, 100)
+    every = of_two(dir1=np.sign(np.cos(40 * q)), q2=q)
+    side = next(p for p in every.every if p.kind == "line" and p.channels == ("dir1",))
+    finer = [p for gate, way, _ in every.switches[::7] for p in sharper(switched(side, gate, way))]
+    assert len(finer) > 100
+    changed = [np.count_nonzero(np.abs(p.values - side.values) > 0.5) for p in finer]
+    assert min(changed) >= 6
 
 
 def test_pulses_are_told_by_the_ends_of_one():
