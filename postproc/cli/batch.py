@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.conversion import UNMEASURED, ConvertOptions
+from postproc.cli.conversion import ConvertOptions, unmeasured
 from postproc.cli.options import Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
@@ -69,7 +69,7 @@ def run(
         os._exit(1)
     shown.summary(batch)
     if convert.model is None and folder_or_jobs.is_dir():
-        say(UNMEASURED)
+        say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:
         write(report, batch_page(folder_or_jobs.name, document, convert.told()).encode())

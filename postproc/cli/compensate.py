@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import UNMEASURED, ConvertOptions
+from postproc.cli.conversion import ConvertOptions, unmeasured
 from postproc.cli.finish import finish
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
@@ -54,7 +54,7 @@ def run(
     if result.output is not None:
         say(result.summary)
         if result.report["expected_accuracy"] is None:
-            say(UNMEASURED)
+            say(unmeasured(result.diagnostics))
         names = (source.path, str(target or "compensated"))
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
     else:

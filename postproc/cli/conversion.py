@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,10 +18,6 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.model.arm import Model
 
-UNMEASURED = (
-    "the model was not fitted to measurements of this arm, or not all of it holds here: these are deviations in the "
-    "model, and how near the real torch comes is not known (`postproc fit`)"
-)
 Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 
@@ -36,23 +33,30 @@ def parse_vector(option: str, text: str) -> Vector:
     except ValueError:
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
-        help_ = f"write `{option} 200,-200,-200`"
-        raise PostprocError(Diagnostic("CLI006", "error", f"`{option} {text}` is not three numbers", help=help_))
+        text, help_ = f"`{option} {text}` is not three numbers", f"write `{option} 200,-200,-200`"
+        raise PostprocError(Diagnostic("CLI006", "error", text, help=help_))
     return x, y, z
 
 
+def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
+    """That nothing tells how near the real torch comes, and why."""
+    known = "CMP016" not in {d.code for d in findings}
+    why = "the model was not fitted to measurements of this arm" if known else "not all of the model holds here"
+    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
+
+
 def parse_channel(text: str) -> tuple[str, float]:
-    """Name and value of a channel, ``temperature=30``.
+    """Name and value of a channel, ``temperature=30``, or ``shift=night=1`` of a word.
 
     Raises:
         PostprocError: anything else (CLI006).
     """
-    name, _, value = text.partition("=")
+    name, _, value = text.rpartition("=")
     try:
         number = float(value)
     except ValueError:
         number = math.nan
-    if not (name.strip().isidentifier() and math.isfinite(number)):
+    if not (name.strip() and math.isfinite(number)):
         text, help_ = f"`--channel {text}` is not a name and a number", "write `--channel temperature=30`"
         raise PostprocError(Diagnostic("CLI006", "error", text, help=help_))
     return name.strip(), number
@@ -101,12 +105,8 @@ class ConvertOptions:
     def told(self) -> dict[str, str]:
         """What a page says about how its result was made."""
         shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
-        beside = {
-            "effects": self.effects,
-            "read along": self.side_files,
-            "constant": self.constant,
-            "channels": self.channel,
-        }
+        beside = {"effects": self.effects, "read along": self.side_files, "constant": self.constant}
+        beside["channels"] = self.channel
         return {
             "model": str(self.model) if self.model else shipped,
             "force on the TCP [N]": self.force,

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import UNMEASURED, ConvertOptions
+from postproc.cli.conversion import ConvertOptions, unmeasured
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
@@ -69,7 +69,7 @@ def run(
         write(output, result.outputs[module.path])
         say(result.summary)
         if result.report["expected_accuracy"] is None:
-            say(UNMEASURED)
+            say(unmeasured(result.diagnostics))
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
         print_json({**result.report, "diagnostics": found})

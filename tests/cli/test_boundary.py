@@ -14,7 +14,7 @@ from inline_snapshot import snapshot
 
 from postproc import __version__
 from postproc.cli.app import build
-from postproc.cli.conversion import parse_channel, parse_vector
+from postproc.cli.conversion import parse_channel, parse_vector, unmeasured
 from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs, write
@@ -232,7 +232,11 @@ def test_vectors() -> None:
 
 def test_channels_are_names_with_numbers() -> None:
     assert parse_channel("temperature= -3.5") == ("temperature", -3.5)
-    for wrong in ("temperature", "=3", "rail m=2", "t=warm", "t=nan"):
+    assert parse_channel("shift=night=1") == ("shift=night", 1.0)
+    assert unmeasured().startswith("the model was not fitted")
+    left_out = Diagnostic("CMP016", "warning", "`rail_sag` reads `rail_m`")
+    assert unmeasured([left_out]).startswith("not all of the model holds here")
+    for wrong in ("temperature", "=3", "t=warm", "t=nan"):
         with pytest.raises(PostprocError, match="CLI006"):
             parse_channel(wrong)
 
