@@ -159,12 +159,8 @@ class Effect:
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of a parameter, with the words of its declaration resolved by the structural fields."""
-
-        def length(word: int | str) -> int:
-            value = getattr(self, word) if isinstance(word, str) else word
-            return len(value) if isinstance(value, tuple) else int(value)
-
-        return tuple(length(word) for word in self.parameters()[name].shape)
+        every = ((getattr(self, word) if isinstance(word, str) else word) for word in self.parameters()[name].shape)
+        return tuple(len(value) if isinstance(value, tuple) else int(value) for value in every)
 
     @classmethod
     def null(cls, **structures: Any) -> Self:
@@ -255,6 +251,10 @@ class Effect:
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
+
+    def nearby(self) -> tuple[Variant, ...]:
+        """The effect with a structure of its last term a little off, to try where that term is new."""
+        return ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         module = sys.modules.get(type(self).__module__)

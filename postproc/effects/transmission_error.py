@@ -41,7 +41,7 @@ class TransmissionError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: every joint that moves, orders from 1 up; or the last term's motor order a little off.
+        """One more term: every joint that moves, orders from 1 up.
 
         An order is a scale, whose logarithm is even: order n has the odds 1/n (Jeffreys 1939).
         """
@@ -49,12 +49,15 @@ class TransmissionError(
         moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
         every = [(j, float(n)) for j in moving for n in range(1, MOTOR + 1)]
-        found = _longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known])
-        if old.order and old.order[-1] > GEAR:
-            rest = cls(joint=old.joint[:-1], order=old.order[:-1])
-            near = np.delete(np.linspace(-0.5, 0.5, 11), 5) + old.order[-1]
-            found += _longer(rest, [(old.joint[-1], float(n), 1.0) for n in near])
-        return tuple(found)
+        return tuple(_longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known]))
+
+    def nearby(self) -> tuple[Variant, ...]:
+        """A motor's order, which need not be whole."""
+        if not self.order or self.order[-1] <= GEAR:
+            return ()
+        rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
+        near = np.delete(np.linspace(-0.5, 0.5, 11), 5) + self.order[-1]
+        return tuple(_longer(rest, [(self.joint[-1], float(n), 1.0) for n in near]))
 
 
 def _longer(old: TransmissionError, terms: list[tuple[int, float, float]]) -> list[Variant]:

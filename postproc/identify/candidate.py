@@ -93,7 +93,8 @@ class Screen:
         found = self._made(key, current)
         error_map = self.problem.model.effect("joint_error_map")
         mapped = () if error_map is None else getattr(error_map, "joint", ())
-        if key != "transmission_error" or (current is None and not mapped):
+        single = current is None and key not in self.held
+        if key != "transmission_error" or (single and not mapped):
             return found
         return Forms(f for f in found if not _broadband(f.effect, mapped))
 
@@ -128,7 +129,7 @@ def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
     mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
     """
     joint, order = getattr(effect, "joint", ()), getattr(effect, "order", ())
-    many = int(np.max(np.bincount(joint, minlength=1))) > 2 or len(set(order)) > 3
+    many = any(joint.count(j) > 2 for j in set(joint)) or len(set(order)) > 3
     return many or len(mapped) > 2 or bool(set(joint) & set(mapped))
 
 

@@ -109,9 +109,8 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     found: list[Form] = []
     state = problem.sensitivity.state
     small = current is not None and current.is_null and bool(current.amplitudes().all())
-    sums = (small or cls.basis is not Effect.basis) and cls.roughness is Effect.roughness
-    known = {form.label: form for form in alone if form.label} if sums else {}
-    for v in cls.variants(state, current):
+    known = {form.label: form for form in alone if form.label} if small or is_sum(cls) else {}
+    for v in (*cls.variants(state, current), *(() if current is None else current.nearby())):
         same = known.get(v.label)
         if same is None or same.columns.shape[1] != v.free.sum():
             form = make_form(problem, v, current is None)
@@ -121,6 +120,11 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
         if form is not None:
             found.append(form)
     return Forms(found)
+
+
+def is_sum(cls: type[Effect]) -> bool:
+    """Whether every term of an effect moves the arm as it does alone."""
+    return cls.basis is not Effect.basis and cls.roughness is Effect.roughness
 
 
 def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:

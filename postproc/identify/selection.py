@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, Gain, gain, gains, make_form, ordinary
+from postproc.identify.forms import Form, Forms, Gain, gain, gains, is_sum, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -31,6 +31,8 @@ EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 DEEPEST = 8
 """Terms of one effect that are searched one after another."""
+BARELY = 1.0
+"""What the price of a term may differ by once others are there."""
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
@@ -106,7 +108,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     columns = _columns(screen.problem, form, free)
     inner = linear.extended(columns)
     for _ in range(1, DEEPEST):
-        options = screen.forms(form.key, effect) if whole.evidence > searched else Forms()
+        options = _further(screen, inner, form.key, effect) if whole.evidence > searched else Forms()
         if not options:
             break
         measured, prices = gains(inner, options), _prices(options)
@@ -144,6 +146,16 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         whole.visible,
         p,
     )
+
+
+def _further(screen: Screen, inner: Linear, key: str, effect: Effect) -> Forms:
+    """What may be added to an effect; nothing where none of the terms of a sum would be worth its price."""
+    alone = screen.stock.forms.get(key)
+    if alone and is_sum(type(effect)) and not effect.nearby():
+        worth = (g.evidence - p for g, p in zip(gains(inner, alone), _prices(alone), strict=True))
+        if max(worth) < -BARELY:
+            return Forms()
+    return screen.forms(key, effect)
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:

@@ -10,11 +10,10 @@ from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
-from postproc.identify.forms import forms_of
-from postproc.identify.lines import lines_needed, lines_or_map
+from postproc.identify.forms import forms_of, is_sum
+from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
-from postproc.identify.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -58,23 +57,6 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expecte
     assert search.fit.held_out_rms <= fit.held_out_rms
 
 
-def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
-    """Joint 3 jumps at an angle, joint 2 has a line: the line of joint 3 stood in for the jump."""
-    data, _ = cell(_hidden(_line(1, 4), lambda s: column(2, 2e-4 * (s.q[:, 2] > 0.1))), seed=640131, poses=120)
-    base = base_fit(data)
-    wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
-    fit = fit_model(base.model, base.data, [wave])
-    told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0), fit.held_out_rms)]
-    place = fit.problem.sensitivity.matrix[:, :, 2:3]
-    jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
-    search = Search(fit, effect_library(), None, [jump])
-    [kept] = lines_needed(search, told, None)
-    assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
-    # Nothing stands beside them: the search has judged them already.
-    alone = Search(fit, effect_library(), None, [])
-    assert lines_needed(alone, told, None) == told and alone.fit is fit
-
-
 def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
     data, _ = cell(_hidden(_line(2, 23), _line(4, 39)), seed=640131, poses=100, noise=0.02)
     found = diagnose(base_fit(data).model, data)
@@ -101,6 +83,7 @@ def _taken_from_alone(key):
     for held in alone[:: max(1, len(alone) // 3)]:
         taken, made = (forms_of(fit.problem, cls, held.effect, some) for some in (alone, ()))
         assert [f.label for f in taken] == [f.label for f in made]
+        assert not is_sum(cls) or held.effect.nearby() or {f.label for f in taken if f.label} <= set(known)
         for a, b in list(zip(taken, made, strict=True))[:: max(1, len(made) // 20)]:
             np.testing.assert_allclose(a.columns, b.columns, atol=1e-6 * np.abs(b.columns).max())
             np.testing.assert_array_equal(a.screened, b.screened)
@@ -108,3 +91,11 @@ def _taken_from_alone(key):
             assert (a.odds, a.forming, a.along is None) == (b.odds, b.forming, b.along is None)
         count = max(count, sum(f.columns is known.get(f.label) for f in taken))
     return count
+
+
+def test_a_third_line_on_a_joint_that_the_model_has_two_of_is_no_form():
+    data, _ = cell(seed=640133, poses=40)
+    fit = fit_model(base_fit(data).model, data, [TransmissionError(joint=(3, 3), order=(5.0, 7.0))])
+    screen = Screen(fit.problem, {TransmissionError.key: TransmissionError}, fit.free)
+    joints = {f.effect.joint[-1] for f in screen.forms(TransmissionError.key, None)}
+    assert 3 not in joints and 2 in joints
