@@ -11,9 +11,10 @@ from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
 from postproc.identify.forms import forms_of, is_sum
-from postproc.identify.lines import lines_or_map
+from postproc.identify.lines import lines_needed, lines_or_map
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
+from postproc.identify.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -55,6 +56,23 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expecte
     kept = search.fit.model.effect(wave.key)
     assert kept is None or kept.joint == tuple(j for j in joint if len(expected) == 1 or j == 4)
     assert search.fit.held_out_rms <= fit.held_out_rms
+
+
+def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
+    """Joint 3 jumps at an angle, joint 2 has a line: the line of joint 3 stood in for the jump."""
+    data, _ = cell(_hidden(_line(1, 4), lambda s: column(2, 2e-4 * (s.q[:, 2] > 0.1))), seed=640131, poses=120)
+    base = base_fit(data)
+    wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
+    fit = fit_model(base.model, base.data, [wave])
+    told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0), fit.held_out_rms)]
+    place = fit.problem.sensitivity.matrix[:, :, 2:3]
+    jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
+    search = Search(fit, effect_library(), None, [jump])
+    [kept] = lines_needed(search, told, None)
+    assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
+    # Nothing stands beside them: the search has judged them already.
+    alone = Search(fit, effect_library(), None, [])
+    assert lines_needed(alone, told, None) == told and alone.fit is fit
 
 
 def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
