@@ -19,8 +19,6 @@ UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
 UNIT_OF_FORM = {"wxyz": "1", "xyzw": "1", "rotvec": "rad"}
 """Units of orientations that state none; others are in degrees."""
-MOST_LEVELS = 12
-"""A column of more different words holds names or remarks."""
 STAMPS = frozenset({"time", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"})
 
 
@@ -182,61 +180,13 @@ class Table:
             rotation[good] = turns.as_matrix()
         return rotation
 
-    def others(self) -> dict[str, Array]:
-        """Channels that the standard layout does not know, what is left out is said.
-
-        A column of numbers is one channel, a column of a few words one for each: 1 where the word stands, else 0.
-        """
-        found: dict[str, Array] = {}
-        for name, mapped in self.place.items():
-            if name not in names.STANDARD and not self._leveled(name, mapped.name, found):
-                values = self.column(name)
-                assert values is not None
-                found[name] = values
-        taken = {self.cells.header[self.cells.at(mapped.name)] for mapped in self.place.values()}
-        taken |= {name for rotation in self.layout.rotations.values() for name in rotation.columns}
-        for name in self.cells.header:
-            if name in taken or not name:
-                continue
-            near = names.nearest(name)
-            if near is not None and near not in self.place:
-                self.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
-            weight = names.fitting(self.cells.units[self.cells.at(name)], "kg") and "payload_kg" not in self.place
-            if weight:
-                what = f"column `{name}` holds masses, and no payload is read from it"
-                self.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
-            values = self.cells.numbers(name, [])
-            if np.isfinite(values).all():
-                found[name] = values
-            elif not self._leveled(name, name, found):
-                what, help_ = "empty cells", "a channel needs a number in every row"
-                if self._words(name, values):
-                    what = f"more than {MOST_LEVELS} different words"
-                    help_ = "names of poses belong into `pose_id`, those of sessions into `session`"
-                self.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
-        return found
-
-    def _leveled(self, name: str, theirs: str | int, found: dict[str, Array]) -> bool:
-        """Whether a column holds a few words; these become channels, ``name=word``."""
-        if not self._words(theirs, self.cells.numbers(theirs, [])):
-            return False
-        told = np.array(self.cells.text(theirs))  # "none" is a word among others here
-        levels = list(dict.fromkeys(told[told != ""].tolist()))
-        if len(levels) > MOST_LEVELS:
-            return False
-        found.update({f"{name}={level}": (told == level).astype(float) for level in levels})
-        if len(set(told.tolist())) > 1:
-            listed = ", ".join(f"`{name}={level}`" for level in levels)
-            message = f"column `{self.cells.header[self.cells.at(theirs)]}` holds words: {listed} are channels"
-            self.say("DAT015", "info", message, "1 where the word stands and 0 elsewhere")
-        return True
-
     def _stamps(self, name: str | int) -> Array | None:
-        words = self._words(name, self.cells.numbers(name, []))
-        return seconds(["" if c.lower() in EMPTY else c for c in self.cells.text(name)]) if words else None
+        told = ["" if cell.lower() in EMPTY else cell for cell in self.cells.text(name)]
+        return seconds(told) if self.has_words(name) else None
 
-    def _words(self, name: str | int, values: Array) -> bool:
-        told = zip(self.cells.text(name), values, strict=True)
+    def has_words(self, name: str | int) -> bool:
+        """Whether a column holds what is neither a number nor empty."""
+        told = zip(self.cells.text(name), self.cells.numbers(name, []), strict=True)
         return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
 
 

@@ -18,6 +18,7 @@ from postproc.measure.commanded import commanded_joints, program_targets
 from postproc.measure.layout import read_column_map
 from postproc.measure.lookup import Table, missing_help
 from postproc.measure.measurements import Measurements
+from postproc.measure.own import own_channels, row_order
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
 
@@ -58,7 +59,7 @@ def read_measurements(
         state, findings = with_motion(state, source)
         diagnostics += findings
     elif measured:
-        state = state.with_(channels={**state.channels, **_order(state)})
+        state = state.with_(channels={**state.channels, **row_order(state)})
     data = Measurements(
         state=state,
         position=position,
@@ -94,7 +95,7 @@ def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None
         time=table.column("time_s", fill="median"),
         session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
         session_names=session_names,
-        channels=table.others(),
+        channels=own_channels(table),
     )
     if state.payload_mass is not None and state.payload_center is None and state.payload_mass.any():
         message = "there is `payload_kg` and no `payload_x_mm`, `payload_y_mm`, `payload_z_mm`"
@@ -110,14 +111,6 @@ def _labels(q: Array) -> list[str]:
     """Names for poses that have none: the number of the first row with the same joint angles."""
     first: dict[bytes, str] = {}
     return [first.setdefault(row.tobytes(), str(i + 1)) for i, row in enumerate(np.round(q, 9))]
-
-
-def _order(state: State) -> dict[str, Array]:
-    """The number of the row, in place of a time that was not recorded; none where rows stand in another order."""
-    some = [*state.q.T, state.payload_mass, state.temperature, *state.channels.values()]
-    steps = [np.diff(x) for x in some if x is not None]
-    in_order = any(x.any() and ((x >= 0).all() or (x <= 0).all()) for x in steps)
-    return {} if in_order or "row" in state.channels else {"row": np.arange(1.0, len(state) + 1)}
 
 
 def _seen(table: Table) -> Array | None:

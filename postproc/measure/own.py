@@ -1,0 +1,72 @@
+"""Channels of a table that the standard layout does not know: numbers, words, and the order of the rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.measure import columns as names
+from postproc.measure.lookup import Table
+
+MOST_LEVELS = 12
+"""A column of more different words holds names or remarks."""
+
+
+def own_channels(table: Table) -> dict[str, Array]:
+    """A column of numbers is one channel (n,), a column of a few words one for each: 1 where the word stands, else 0.
+
+    What is left out is said (DAT015).
+    """
+    found: dict[str, Array] = {}
+    header, cells = table.cells.header, table.cells
+    for name, mapped in table.place.items():
+        if name in names.STANDARD:
+            continue
+        levels = _levels(table, name, mapped.name)
+        column = None if levels else table.column(name)
+        found |= levels if column is None else {name: column}
+    taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
+    taken |= {name for rotation in table.layout.rotations.values() for name in rotation.columns}
+    for name in header:
+        if name in taken or not name:
+            continue
+        near = names.nearest(name)
+        if near is not None and near not in table.place:
+            table.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
+        if names.fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
+            what = f"column `{name}` holds masses, and no payload is read from it"
+            table.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
+        values = cells.numbers(name, [])
+        if np.isfinite(values).all():
+            found[name] = values
+        elif levels := _levels(table, name, name):
+            found |= levels
+        else:
+            what, help_ = "empty cells", "a channel needs a number in every row"
+            if table.has_words(name):
+                what = f"more than {MOST_LEVELS} different words"
+                help_ = "names of poses belong into `pose_id`, those of sessions into `session`"
+            table.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
+    return found
+
+
+def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
+    """Channels ``name=word`` of a column that holds a few words; none of another."""
+    told = np.array(table.cells.text(theirs))  # "none" is a word among others here
+    levels = list(dict.fromkeys(told[told != ""].tolist()))
+    if len(levels) > MOST_LEVELS or not table.has_words(theirs):
+        return {}
+    if len(set(told.tolist())) > 1:
+        listed = ", ".join(f"`{name}={level}`" for level in levels)
+        message = f"column `{table.cells.header[table.cells.at(theirs)]}` holds words: {listed} are channels"
+        table.say("DAT015", "info", message, "1 where the word stands and 0 elsewhere")
+    return {f"{name}={level}": (told == level).astype(float) for level in levels}
+
+
+def row_order(state: State) -> dict[str, Array]:
+    """The number of the row, in place of a time that was not recorded; none where rows stand in another order."""
+    some = [*state.q.T, state.payload_mass, state.temperature, *state.channels.values()]
+    steps = [np.diff(x) for x in some if x is not None]
+    in_order = any(x.any() and ((x >= 0).all() or (x <= 0).all()) for x in steps)
+    return {} if in_order or "row" in state.channels else {"row": np.arange(1.0, len(state) + 1)}
