@@ -78,12 +78,14 @@ class Decisions:
         refused: statements that stay as they are, with the reason.
         following: statements whose targets move with the declarations and parameters named, being derived from them.
         edited: where the target of every other statement is written.
+        serving: numbers of targets that could be edited in place, if all that is asked of them were the same.
     """
 
     changes: tuple[Change, ...]
     refused: Mapping[StatementKey, str] = field(default_factory=dict)
     following: Mapping[StatementKey, frozenset[str]] = field(default_factory=dict)
     edited: Mapping[StatementKey, Place] = field(default_factory=dict)
+    serving: frozenset[PlaceKey] = frozenset()
 
 
 def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bool:
@@ -116,16 +118,22 @@ def decide_changes(
         for key in use.derived:
             bases.setdefault(key, set()).add(name)
 
-    editable = {k for k, group in places.items() if _agree(group) and _serves_these(k, group, users, complete)}
+    serving = frozenset(k for k, group in places.items() if _serves_these(k, group, users, complete))
+    editable = {k for k in serving if _agree(places[k])}
     while True:
         refused, following = _refuse(arguments, editable, bases, complete, astray, least)
-        # A declaration stays as it is when a statement that uses it does, or one that is derived from it.
-        kept = editable
-        if refused:
-            fixed = {name for name, use in users.items() if not use.derived.isdisjoint(refused)}
-            kept = {
-                k for k in editable if not any(w.event.statement.key in refused or w.names & fixed for w in places[k])
-            }
+        # A declaration stays as it is when a statement that uses it does, or one that is derived from it, or one that
+        # displaces it as it is, because other runs of that have no text to edit.
+        fixed = {name for name, use in users.items() if not use.derived.isdisjoint(refused)}
+        untouched = refused.keys() | {
+            key
+            for (key, _), group in arguments.items()
+            if key not in following and any(_text_of(w, editable) is None for w in group)
+            if not _agree(group) and _base(group) is None
+        }
+        kept = {
+            k for k in editable if not any(w.event.statement.key in untouched or w.names & fixed for w in places[k])
+        }
         if kept == editable:
             break
         editable = kept
@@ -146,15 +154,19 @@ def decide_changes(
             handed = group[0].origin.handed is not None
             called = handed and (texts[0][0] == "call" or group[0].origin.kind == "inline")
             edited.setdefault(key, "call" if called else IN_PLACE[group[0].origin.kind])
-    return Decisions(tuple(changes), refused, following, edited)
+    return Decisions(tuple(changes), refused, following, edited, serving)
+
+
+def numbers_of(origin: Origin) -> PlaceKey | None:
+    """Where the numbers of a target stand, in a file that may change."""
+    spans = origin.spans
+    return None if spans is None or spans.source.lent else ("numbers", spans.source.path, spans.whole[0])
 
 
 def _places(wish: Wish) -> list[PlaceKey]:
     """Texts that could hold a corrected value, the one to prefer first."""
-    found: list[PlaceKey] = []
-    spans, handed = wish.origin.spans, wish.origin.handed
-    if spans is not None and not spans.source.lent:
-        found.append(("numbers", spans.source.path, spans.whole[0]))
+    spans, handed, numbers = wish.origin.spans, wish.origin.handed, numbers_of(wish.origin)
+    found: list[PlaceKey] = [numbers] if numbers is not None else []
     if handed is not None and not handed.source.lent and (spans is None or spans.whole[0] != handed.span[0]):
         found.append(("call", handed.source.path, handed.span[0]))
     return found

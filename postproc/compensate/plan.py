@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
-from postproc.compensate.decisions import Decisions, decide_changes
+from postproc.compensate.decisions import Decisions, PlaceKey, decide_changes, numbers_of
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
 from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.motion import Motion
@@ -68,7 +68,8 @@ def plan_changes(
     indivisible = {i: why for i, why in asked if why is not None}
     refused: dict[StatementKey, str] = {}
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
-    shared: set[int] = set()  # of these: runs of one statement that differ little and get their middle
+    shared: set[int] = set()  # of these: runs that differ little and get their middle
+    whole: set[int] = set()  # runs that share one with all runs of their statement, not with those to their target
     farther: dict[StatementKey, Displacement] = {}
     least = tolerance / 2
     while True:
@@ -85,12 +86,15 @@ def plan_changes(
         farther = farther_ways(motion, events, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)
         parted = shared & now_left.keys()  # even their middle is another value for each of them
-        middles = {i: s for i, s in _middles(motion, exact, decisions, least).items() if i not in shared}
-        alike = {moves[i].event.statement.key for i in middles}
+        again = {i for i in parted - whole if moves[i].event.statement.key in decisions.refused}
+        whole |= parted
+        middles = {i: s for i, s in _middles(motion, exact, decisions, whole, least).items() if i not in shared}
+        alike = {moves[i].event.statement.key for i in middles.keys() | again}
         refused |= {key: why for key, why in decisions.refused.items() if key not in alike}
         if now_left.keys() <= left.keys() and not clashing and not parted:
             break
         left = now_left | left | {i: now_left[i] for i in parted} | middles
+        left = {i: shift for i, shift in left.items() if i not in again}
         shared = (shared | middles.keys()) - parted
         indivisible.update(clashing)
     # What has a text of its own by now, having followed in an earlier round, has the displacement in that.
@@ -109,30 +113,57 @@ def plan_changes(
     )
 
 
-def _middles(motion: Motion, exact: Exact, decisions: Decisions, least: float) -> dict[int, Array]:
-    """The shift (6,) that all runs of a statement can share, by move, where they differ: of statements that are refused
-    for that, or would follow what one ``Offs`` displaces.
+def _sharing(motion: Motion, decisions: Decisions, whole: Set[int]) -> list[tuple[list[int], bool]]:
+    """Moves that one shift may serve, where they ask for different ones, and whether it may turn them.
+
+    They are all runs of a statement that is refused for that, or would follow what one ``Offs`` displaces. Where a
+    refused statement goes to another target in each run (an array, targets that calls hand over), those moves share
+    that go to the same one: its numbers are edited.
+
+    Args:
+        whole: moves for which that has been tried.
+    """
+    runs: dict[StatementKey, list[int]] = {}
+    places: dict[int, PlaceKey] = {}  # of the numbers to which lines and joint moves go
+    for i, move in enumerate(motion.moves):
+        key, origin = move.event.statement.key, move.event.target_origin
+        if key in decisions.refused or (key in decisions.following and origin.base is not None):
+            runs.setdefault(key, []).append(i)
+        place = numbers_of(origin)
+        lone = move.event.via is None and move.again is None and i not in whole
+        if place is not None and place in decisions.serving and lone:
+            places[i] = place
+    alike = {key: _one_text(motion, rows) for key, rows in runs.items()}
+    apart = {places[i] for key, rows in runs.items() if not alike[key] and places.keys() >= {*rows} for i in rows}
+    to: dict[PlaceKey, list[int]] = {}
+    for i, place in places.items():
+        if place in apart:
+            to.setdefault(place, []).append(i)
+    of_statements = (
+        (rows, alike[key])
+        for key, rows in runs.items()
+        if (key in decisions.refused or alike[key]) and not any(places.get(i) in apart for i in rows)
+    )
+    return [*((rows, True) for rows in to.values()), *of_statements]
+
+
+def _middles(motion: Motion, exact: Exact, decisions: Decisions, whole: Set[int], least: float) -> dict[int, Array]:
+    """The shift (6,) that moves can share, by move (see ``_sharing``).
 
     They share it in the axes of the object frame: a routine may run again with its work displaced.
     """
     samples = motion.samples
-    runs: dict[StatementKey, list[int]] = {}
-    for i, move in enumerate(motion.moves):
-        key = move.event.statement.key
-        if key in decisions.refused or (key in decisions.following and move.event.target_origin.base is not None):
-            runs.setdefault(key, []).append(i)
-    alike = {key: _one_text(motion, rows) for key, rows in runs.items()}
-    runs = {key: rows for key, rows in runs.items() if key in decisions.refused or alike[key]}
-    chosen = [i for rows in runs.values() for i in rows]
+    groups = _sharing(motion, decisions, whole)
+    chosen = [i for rows, _ in groups for i in rows]
     if not chosen:
         return {}
     T_goal, T_corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
     turn = object_matrices([motion.moves[i].event for i in chosen])[:, :3, :3]
     shifts = (pose_error(T_goal[chosen], T_corrected[chosen]).reshape(-1, 2, 3) @ turn).reshape(-1, 6)
-    turned = np.array([alike[key] for key, rows in runs.items() for _ in rows])
+    turned = np.array([one for rows, one in groups for _ in rows])
     shifts[~turned, 3:] = 0.0  # other targets can be displaced, not turned
     numbers = [dict(motion.moves[i].event.numbers) for i in chosen]
-    middles = shared_shifts([len(rows) for rows in runs.values()], shifts, numbers, least)
+    middles = shared_shifts([len(rows) for rows, _ in groups], shifts, numbers, least)
     return {chosen[k]: (turn[k] @ shift.reshape(2, 3, 1)).ravel() for k, shift in middles.items()}
 
 

@@ -264,3 +264,33 @@ CONST jointtarget jH:=[[0,-20,20,0,60,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"""
     text = module(data, "MoveAbsJ jH,v500,fine,tT;\nfetch;\nfetch;\nMoveAbsJ jH,v500,fine,tT;", fetch)
     found = convert(text, inertia=True)
     assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.02
+
+
+PATHS = f"CONST robtarget left{{3}}:=[{A},{B},{D}];\nCONST robtarget right{{3}}:=[{target(1250, -500)},{target(1260, -420)},{target(1250, -330)}];"
+ALONG = """  PROC along(robtarget pts{*},speeddata v,num by)
+    VAR num at;
+    at:=2-by;
+    WHILE at>0 AND at<4 DO
+      MoveL pts{at},v,z1,tT;
+      at:=at+by;
+    ENDWHILE
+  ENDPROC
+"""
+
+
+def test_the_targets_of_an_array_that_a_routine_gets_are_edited_where_they_stand() -> None:
+    """It runs at two speeds and both ways: every target gets the middle of what its runs ask for."""
+    body = f"MoveJ {target(1300, -540)},v300,fine,tT;\nalong left,v50,1;\nalong right,v400,1;\nalong right,v60,-1;"
+    found = convert(module(PATHS, body, ALONG), inertia=True)
+    assert [o.edited for o in found.outcomes] == ["aggregate", "element"]
+    assert "MoveL pts{at},v,z1,tT;" in lines_of(written(found))
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.03
+
+
+def test_targets_that_some_runs_of_a_statement_displace_are_not_edited_too() -> None:
+    """`right` serves otherwise and keeps its numbers, so the routine's statement displaces: `left` as it is then."""
+    body = f"MoveJ {target(1300, -540)},v300,fine,tT;\nalong left,v50,1;\nalong right,v60,-1;"
+    found = convert(module(PATHS, body + "\nTPWrite NumToStr(right{2}.trans.x,1);", ALONG))
+    assert set(PATHS.splitlines()) <= {line.strip() for line in lines_of(written(found))}
+    assert "MoveL Offs(pts{at}," in written(found)
+    assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.2
