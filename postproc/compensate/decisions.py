@@ -17,8 +17,7 @@ from typing import Literal
 import numpy as np
 
 from postproc.compensate.sharing import Users, fully_wished, led_elsewhere, straight
-from postproc.compensate.values import Change, Place, TargetValue
-from postproc.motion.values import Move
+from postproc.compensate.values import Change, Place, TargetValue, Wish
 from postproc.rapid.events import Base, MotionEvent, Origin, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 
@@ -35,38 +34,6 @@ IN_PLACE: Mapping[str, Place] = {"inline": "aggregate", "declared": "declaration
 ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
 # Path and offset of the literal numbers of a target, or of the whole argument of a call.
 PlaceKey = tuple[Literal["numbers", "call"], str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class Wish:
-    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``)."""
-
-    move: Move
-    role: str
-    value: TargetValue
-
-    @property
-    def event(self) -> MotionEvent:
-        return self.move.event
-
-    @property
-    def target(self) -> RobTarget:
-        """What the argument says now."""
-        target = self.event.target if self.role == "to" else self.event.via
-        assert isinstance(target, RobTarget)
-        return target
-
-    @property
-    def origin(self) -> Origin:
-        origin = self.event.target_origin if self.role == "to" else self.event.via_origin
-        assert origin is not None
-        return origin
-
-    @property
-    def names(self) -> set[str]:
-        """Keys of the declaration and the parameters that the target comes from."""
-        handed, declaration = self.origin.handed, self.origin.declaration
-        return {*(handed.parameters if handed is not None else ()), *([declaration] if declaration is not None else [])}
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,10 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact
-from postproc.compensate.decisions import Decisions, Wish
+from postproc.compensate.decisions import Decisions
 from postproc.compensate.motion import Motion
 from postproc.compensate.sharing import fully_wished, straight
-from postproc.compensate.values import Change, Displacement, TargetValue
+from postproc.compensate.values import Change, Displacement, TargetValue, Wish
 from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import object_matrices

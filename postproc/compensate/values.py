@@ -1,4 +1,4 @@
-"""What a compensation decides: new values of targets, added statements, and the outcome of every motion statement."""
+"""What a compensation asks for and decides: values of targets, added statements, the outcome of every statement."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from decimal import Decimal
 from typing import Literal
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.events import MotionStatement, TargetSpans
-from postproc.rapid.records import Ax6, Pose, Vec3
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent, MotionStatement, Origin, TargetSpans
+from postproc.rapid.records import Ax6, Pose, RobTarget, Vec3
 
 Status = Literal["compensated", "unchanged", "skipped"]
 Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
@@ -28,6 +29,38 @@ class TargetValue:
     pose: Pose
     robconf: tuple[int, int, int, int]
     extax: Ax6
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``)."""
+
+    move: Move
+    role: str
+    value: TargetValue
+
+    @property
+    def event(self) -> MotionEvent:
+        return self.move.event
+
+    @property
+    def target(self) -> RobTarget:
+        """What the argument says now."""
+        target = self.event.target if self.role == "to" else self.event.via
+        assert isinstance(target, RobTarget)
+        return target
+
+    @property
+    def origin(self) -> Origin:
+        origin = self.event.target_origin if self.role == "to" else self.event.via_origin
+        assert origin is not None
+        return origin
+
+    @property
+    def names(self) -> set[str]:
+        """Keys of the declaration and the parameters that the target comes from."""
+        handed, declaration = self.origin.handed, self.origin.declaration
+        return {*(handed.parameters if handed is not None else ()), *([declaration] if declaration is not None else [])}
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact
-from postproc.compensate.decisions import SAME_MM, Wish, same_value
+from postproc.compensate.decisions import SAME_MM, same_value
 from postproc.compensate.insertions import insertion_of
 from postproc.compensate.motion import Motion
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion, TargetValue
+from postproc.compensate.values import Insertion, TargetValue, Wish
 from postproc.motion.moves import any_configuration
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, StatementKey
