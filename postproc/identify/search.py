@@ -17,8 +17,6 @@ from postproc.identify.tried import ODDS
 
 MOST = 6
 """Effects that are added one after another at most."""
-MANY, NEAR = 3, 0.5
-"""Parts of a whole from which on another beginning is tried, and its share of the best one's evidence."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +50,8 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     named = replace(search, outside=[])
     missing = _select(named, first, [], forks)
     parts = len(missing) + len(named.outside)
-    if parts >= MANY:
-        # What takes part of several causes comes first, and others then mend it.
-        rivals = [c for c in first[1:] if c.evidence > NEAR * first[0].evidence and c.key != first[0].key][:1]
-        forks += [_Fork(replace(search, outside=[]), [c, *first], [], True) for c in rivals]
     for fork in (f for f in forks if f.more or f.parts < parts):
-        other = _select(fork.search, fork.ranked or ranking(fork.search), fork.missing, None)
+        other = _select(fork.search, ranking(fork.search), fork.missing, None)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
@@ -78,14 +72,13 @@ def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:
 
 @dataclass(frozen=True)
 class _Fork:
-    """Another beginning of a search, or a pattern taken that is worth as much as the best name but for the odds.
+    """A pattern taken that is worth as much as the best name but for the odds.
 
     Args:
-        ranked: None where it has to be found; more: whether it is worth more than the name, odds counted.
+        more: whether it is worth more than the name, odds counted.
     """
 
     search: Search
-    ranked: list[Candidate] | None
     missing: list[Missing]
     more: bool
 
@@ -112,7 +105,7 @@ def _select(
         lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
         first = forks == [] and lead > -ODDS
         if first and forks is not None and outside is not None:
-            forks.append(_Fork(replace(search, outside=[*search.outside, outside]), None, missing, lead > 0))
+            forks.append(_Fork(replace(search, outside=[*search.outside, outside]), missing, lead > 0))
         if best is not None and (first or lead <= 0):
             taken = _take(search, best, ranked)
             if taken is None:

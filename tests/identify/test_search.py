@@ -100,18 +100,6 @@ def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
     assert begin(table) == (["casting", "line"], [])
 
 
-def test_three_parts_are_begun_again_with_the_next_best(begin):
-    """A hose takes part of a weight and of a gear that gives; then two others mend it."""
-    table = {
-        "": {"hose": 500.0, "weight": 400.0},
-        "hose": {"gear": 40.0},
-        "hose gear": {"balancer": 15.0},
-        "weight": {"joint-2": 160.0},
-        "weight joint-2": {"joint total": 1.0},
-    }
-    assert begin(table) == (["weight"], ["joint-2"])
-
-
 def test_a_name_that_was_refused_is_asked_again_once_another_is_in(begin):
     table = {"": {"refused": 90.0, "backlash": 50.0}, "backlash": {"joint-1": 20.0}}
     assert begin(table) == (["backlash"], ["joint-1"])
