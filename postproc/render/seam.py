@@ -74,7 +74,7 @@ def seam_module(
             them; what the reader finds in the data.
     """
     data, notes = _data(options, T_flange_tcp)
-    welds, speed_index = _welds(data["weld"], points, options)
+    welds, speed_index = _welds(data["weld"], points, side_files)
     placed = _placed(points, options.clearance_mm)
     template = load_template(environment(template_dir), "seam_module.j2")
 
@@ -137,21 +137,29 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], 
     return data, notes
 
 
-def _welds(weld: _Data, points: SeamPoints, options: SeamOptions) -> tuple[list[_Data], list[int]]:
+def _welds(weld: _Data, points: SeamPoints, side_files: Sequence[Source]) -> tuple[list[_Data], list[int]]:
     """Weld data for each speed of the table, and which of them each point takes."""
     if points.speed_mm_s is None:
         return [weld], [0] * len(points.place_mm)
     speeds, index = np.unique(points.speed_mm_s, return_inverse=True)
-    if weld.value is None:
-        text = f"the table gives speeds, but `{weld.name}` has a speed of its own"
-        help_ = "give its value too, or take the column out"
+    value = weld.value or _declared(weld.name, side_files)
+    if value is None:
+        text = f"the table gives speeds, and the value of `{weld.name}`, which has one too, is not known"
+        help_ = "give its value, or the file that declares it (`--with`), or take the column out"
         raise PostprocError(Diagnostic("SEA007", "error", text, points.source, help=help_))
     if len(weld.name) + len(f"_{len(speeds)}") > 32:
         text = f"the name `{weld.name}` leaves no room for a number"
         raise PostprocError(Diagnostic("SEA007", "error", text, help="RAPID names have at most 32 characters"))
-    names = [weld.name] if len(speeds) == 1 else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
-    values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", weld.value, count=1) for speed in speeds]
+    alone = len(speeds) == 1 and weld.value is not None
+    names = [weld.name] if alone else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
+    values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", value, count=1) for speed in speeds]
     return [_Data(weld.storage, weld.type, n, v) for n, v in zip(names, values, strict=True)], index.tolist()
+
+
+def _declared(name: str, side_files: Sequence[Source]) -> str | None:
+    """The value of data as a module that is read along declares it."""
+    found = read_program(side_files).declaration(name)
+    return None if found is None or found.init is None else found.source.data[slice(*found.init)].decode("latin-1")
 
 
 def _placed(points: SeamPoints, clearance_mm: float) -> list[Pose]:

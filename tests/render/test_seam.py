@@ -108,9 +108,10 @@ def test_tables_that_are_none(source: Source, code: str) -> None:
     assert code in [d.code for d in caught.value.diagnostics]
 
 
-def module(*rows: str, head: str = HEAD, **options: object) -> tuple[Source, list[str]]:
+def module(*rows: str, head: str = HEAD, cell: bytes = b"", **options: object) -> tuple[Source, list[str]]:
     said = SeamOptions(**{"tool": TOOL, "wobj": WOBJ, **options})  # type: ignore[arg-type]
-    text, notes = seam_module(read_seam_points(table(*rows, head=head)), load_robot("irb4600_60_205"), np.eye(4), said)
+    points, sides = read_seam_points(table(*rows, head=head)), [Source("cell.sys", cell, True)] if cell else []
+    text, notes = seam_module(points, load_robot("irb4600_60_205"), np.eye(4), said, sides)
     return Source("Seam.mod", text), list(notes)
 
 
@@ -147,6 +148,19 @@ def test_each_speed_has_its_weld_data() -> None:
     assert b"wdRoot_1:=[5.5,0,[0,0,26," in source.data and b"wdRoot_2:=[8,0,[0,0,26," in source.data
     speeds = [e.weld.speed for e in walk(read_program(source)) if e.weld is not None]
     assert speeds == [8, 8, 5.5, 8]
+
+
+@pytest.mark.parametrize("speeds", [(6, 6, 5.5, 6), (6, 6, 6, 6)])
+def test_weld_data_of_the_cell_serves_for_speeds_of_the_table(speeds: tuple[float, ...]) -> None:
+    cell = b"MODULE Cell\n PERS welddata wdCell:=[9,0,[0,0,26,9,0,0,0,0,0],[0,0,0,0,0,0,0,0,0]];\nENDMODULE\n"
+    rows = [f"{row},{speed}" for row, speed in zip(ROWS, speeds, strict=True)]
+    source, _ = module(*rows, head=f"{HEAD},speed_mm_s", weld="wdCell", cell=cell)
+    assert b"wdCell_1:=[" in source.data and b" wdCell:=[" not in source.data
+    program = read_program([source, Source("cell.sys", cell, True)])
+    assert [e.weld.speed for e in walk(program) if e.weld is not None] == list(speeds)
+    assert not program.diagnostics
+    with pytest.raises(PostprocError, match="SEA007"):
+        module(*rows, head=f"{HEAD},speed_mm_s", weld="wdElsewhere", cell=cell)
 
 
 @pytest.mark.parametrize(
