@@ -139,6 +139,14 @@ _ALIKE = (
 _LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
 _JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|gelenk|theta|rob)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
+TURNS: Mapping[tuple[str, ...], str] = {
+    ("w", "p", "r"): "xyz",
+    ("rx", "ry", "rz"): "rotvec",
+    ("roll", "pitch", "yaw"): "xyz",
+    ("a", "b", "c"): "ZYX",
+    ("o", "a", "t"): "ZYZ",
+}
+"""What robots call the parts of an orientation, in small letters, and the form that is then usual."""
 _WORDS = {"temperature": "temperature_C", "temp": "temperature_C", "time": "time_s", "payload": "payload_kg"}
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from postproc.arrays import Array
@@ -20,6 +22,7 @@ def own_channels(table: Table) -> dict[str, Array]:
     """
     found: dict[str, Array] = {}
     header, cells = table.cells.header, table.cells
+    _say_turns(table)
     for name, mapped in table.place.items():
         if name in names.STANDARD:
             continue
@@ -49,6 +52,21 @@ def own_channels(table: Table) -> dict[str, Array]:
                 help_ = "names of poses belong into `pose_id`, those of sessions into `session`"
             table.say("DAT015", "info", f"column `{name}` holds {what} and is not used", help_)
     return found
+
+
+def _say_turns(table: Table) -> None:
+    """Names columns that look like an orientation, where none is read."""
+    if "orientation" in table.layout.rotations or "qw" in table.place:
+        return
+    plain = {re.sub(r"[\[(].*", "", name).strip().lower(): name for name in table.cells.header}
+    for parts, form in names.TURNS.items():
+        if set(parts) <= plain.keys():
+            theirs = [plain[part] for part in parts]
+            what = (
+                f"columns {', '.join(f'`{name}`' for name in theirs)} look like an orientation and are not read as one"
+            )
+            help_ = f'a column map reads it: [orientation] with columns = {theirs} and form = "{form}"'
+            table.say("DAT015", "info", what, help_)
 
 
 def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:

@@ -238,6 +238,14 @@ def test_each_of_a_few_words_is_a_channel(layout):
     assert said.code == "DAT015" and said.severity == "info" and f"`{name}=früh`" in said.message
 
 
+@pytest.mark.parametrize("turn", ["W,P,R", "Rx [rad],Ry [rad],Rz [rad]", "A (deg),B (deg),C (deg)"])
+def test_what_looks_like_an_orientation_is_said(turn):
+    (said,) = read(with_columns(turn, [f"{i},2,3" for i in range(len(Q))])).diagnostics
+    assert (said.code, said.severity) == ("DAT015", "info") and "look like an orientation" in said.message
+    assert all(f"`{name}`" in said.message for name in turn.split(",")) and "[orientation]" in said.help
+    assert read(with_columns("wind,P,R", ["1,2,3"] * len(Q))).diagnostics == ()
+
+
 def test_signs_alone_are_sides():
     names = ",".join(f"dir{j}" for j in range(1, 7))
     found = read(with_columns(names, ["+,-,+,+,-,0"] * (len(Q) // 2) + ["-,+,+,-,+,+"] * (len(Q) - len(Q) // 2)))
