@@ -94,7 +94,7 @@ def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProb
     numbers = value if isinstance(value, (list, tuple)) else [value]
     if many != isinstance(value, (list, tuple)) or not all(_is_number(v) for v in numbers):
         wanted = "a list of numbers" if many else "one number"
-        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}")]
+        return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not {wanted}", f"write {wanted}")]
     whole = all(isinstance(v, int) for v in (default if many else [default]))
     if whole and not all(float(v).is_integer() for v in numbers):
         return [FieldProblem("EFF023", name, f"`{name}` of `{cls.key}` is not a whole number")]
@@ -110,7 +110,7 @@ def _check_parameter(like: Effect, name: str, value: Any) -> list[FieldProblem]:
     wanted = f"a list of {' x '.join(map(str, shape))} numbers" if shape else "one number"
     wanted += f" [{meta.unit}]"
     if not _all_numbers(value):
-        return [FieldProblem("EFF023", name, f"`{name}` of `{like.key}` is not {wanted}")]
+        return [FieldProblem("EFF023", name, f"`{name}` of `{like.key}` is not {wanted}", f"write {wanted}")]
     try:
         array = np.asarray(value, dtype=float)
     except ValueError:

@@ -124,7 +124,8 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
         if line.strip() and not (layout.comment and line.lstrip().startswith(layout.comment))
     ]
     if len(numbered) < (2 if layout.header else 1):
-        raise _no_table("there are no measured rows in this file", source)
+        help_ = "a table has a line of column names and below it a line for each row; export it as CSV"
+        raise _no_table("there are no rows in this file", source, help_)
     separator = layout.separator or _find_separator([line for _, line in numbered[:SAMPLE]], layout.header)
     split = [(number, [cell.strip() for cell in _split(line, separator)]) for number, line in numbered]
     decimal = layout.decimal or _find_decimal([cell for _, cells in split[:SAMPLE] for cell in cells])
