@@ -14,6 +14,10 @@ from postproc.rapid.execution import MAX_CALLS
 from postproc.rapid.program import Program
 from postproc.rapid.uses import Use, declaration_uses
 
+APART = 0.03
+"""Share of their spread by which numbers must differ from one another to be told apart: a coordinate that is a rounded
+multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
+
 
 @dataclass(frozen=True, slots=True)
 class Users:
@@ -96,7 +100,7 @@ def _fitted(names: Sequence[str], numbers: Sequence[Mapping[str, float]], shifts
     size = np.ptp(values, axis=0)
     size[size == 0.0] = np.inf  # it tells the runs apart in nothing
     scaled = (values - values.mean(axis=0)) / size
-    slopes = np.linalg.lstsq(np.column_stack([np.ones(len(values)), scaled]), shifts, rcond=None)[0][1:] / size[:, None]
+    slopes = np.linalg.lstsq(scaled, shifts - shifts.mean(axis=0), rcond=APART)[0] / size[:, None]
     rest = shifts - values @ slopes
     x, y, z = ((rest.min(axis=0) + rest.max(axis=0)) / 2).tolist()
     by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))

@@ -153,6 +153,16 @@ def test_a_straight_displacement_is_the_plane_through_what_the_runs_ask_for() ->
     assert [name for name, _ in way.slopes] == ["i", "j"]
     assert [way.at(n) for n in numbers] == [pytest.approx(row, abs=1e-9) for row in asked]
     assert straight(numbers[:2], asked[:2], 1.0).slopes == ()
+
+
+def test_a_coordinate_that_is_a_rounded_multiple_of_an_index_is_not_told_from_it() -> None:
+    """It goes with the index but for its rounding; weighed against each other they would tell chance, hugely."""
+    numbers = [{"k": k, "p.trans.y": y} for k, y in ((1.0, -73.17), (2.0, -12.2), (3.0, 48.78))]
+    asked = np.array([(0.1, -0.2, 0.0), (0.4, -0.1, 0.1), (0.2, 0.0, 0.1)])
+    way = straight(numbers, asked, 0.001)
+    touched_up = [{**n, "p.trans.y": n["p.trans.y"] + 1.0} for n in numbers]
+    moved = [np.subtract(way.at(b), way.at(a)) for a, b in zip(numbers, touched_up, strict=True)]
+    assert np.abs(moved).max() < 0.01
     assert straight(numbers[:2], asked[:2], 1.0).constant == pytest.approx(asked[:2].mean(axis=0))
 
 
