@@ -13,8 +13,9 @@ from postproc.measure.repeat import Noise
 
 SILENT = 0.01
 """Share of the noise's variance below which rounding does not matter."""
-DENIED = 3.0
-"""Log-likelihood by which the points must speak against rounding."""
+DENIED = 6.1
+"""Log-likelihood by which the points must speak against rounding: of tables that were rounded 1 % deny it so clearly,
+half of the 99 % point of the chi-bar-square distribution of six variances at their bounds (Self and Liang 1987)."""
 
 
 def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
