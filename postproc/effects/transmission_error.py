@@ -10,7 +10,11 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
 GEAR, MOTOR = 30, 250
-"""Highest order searched of the output side, and of the motor side, whose orders need not be whole."""
+"""Highest order searched of the output side, and of the motor side."""
+SELDOM = 0.01
+"""Odds of an order of the output side that is not whole (stages of gears); on the motor side none need be."""
+CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
+"""How far beside an order others are tried, on either side."""
 
 
 class TransmissionError(
@@ -24,8 +28,8 @@ class TransmissionError(
 ):
     """A joint's angle oscillates with its own turning (eccentric gears, strain waves).
 
-    Equation: dq_j = A sin(n q_j) + B cos(n q_j); each term has a joint (from 1), an order n (motor orders are large and
-    need not be whole), its A and its B. Source: gear catalogues (angular transmission accuracy).
+    Equation: dq_j = A sin(n q_j) + B cos(n q_j); each term has a joint (from 1), an order n (it need not be whole, of
+    motors least of all), its A and its B. Source: gear catalogues (angular transmission accuracy).
     Typical size: 50 to 600 microradian (1 to 2 arcmin for strain-wave gears).
     """
 
@@ -52,12 +56,13 @@ class TransmissionError(
         return tuple(_longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known]))
 
     def nearby(self) -> tuple[Variant, ...]:
-        """A motor's order, which need not be whole."""
-        if not self.order or self.order[-1] <= GEAR:
+        """Orders beside the last one, which need not be whole."""
+        if not self.order:
             return ()
         rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
-        near = np.delete(np.linspace(-0.5, 0.5, 11), 5) + self.order[-1]
-        return tuple(_longer(rest, [(self.joint[-1], float(n), 1.0) for n in near]))
+        whole = self.order[-1] <= GEAR and self.order[-1].is_integer()
+        near = self.order[-1] + np.concatenate([-CLOSE, CLOSE])
+        return tuple(_longer(rest, [(self.joint[-1], round(float(n), 2), SELDOM if whole else 1.0) for n in near]))
 
 
 def _longer(old: TransmissionError, terms: list[tuple[int, float, float]]) -> list[Variant]:

@@ -129,13 +129,13 @@ class Fit:
     def told(self) -> float:
         """Share of the measured numbers that tell something new: repeats have rounded angles in common.
 
-        Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / 3) / m.
+        Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
         """
         turn = self.problem.weights.turn
         if turn is None:
             return 1.0
         each = np.bincount(self.data.repeats)[self.data.repeats]
-        return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / 3) / each))
+        return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / turn.shape[1]) / each))
 
     @cached_property
     def freedom(self) -> float:

@@ -110,7 +110,7 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     state = problem.sensitivity.state
     small = current is not None and current.is_null and bool(current.amplitudes().all())
     known = {form.label: form for form in alone if form.label} if small or is_sum(cls) else {}
-    for v in (*cls.variants(state, current), *(() if current is None else current.nearby())):
+    for v in cls.variants(state, current):
         same = known.get(v.label)
         if same is None or same.columns.shape[1] != v.free.sum():
             form = make_form(problem, v, current is None)
@@ -120,6 +120,12 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
         if form is not None:
             found.append(form)
     return Forms(found)
+
+
+def forms_nearby(problem: Problem, effect: Effect) -> Forms:
+    """Forms of an effect that say its last term a little differently, each with the columns of all its terms."""
+    every = (replace(v, free=v.refit) for v in effect.nearby())
+    return Forms(form for v in every if (form := make_form(problem, v, fresh=False)) is not None)
 
 
 def is_sum(cls: type[Effect]) -> bool:

@@ -27,8 +27,8 @@ class Weights:
     the joint angles (6) where they were measured on the output side.
 
     Args:
-        turn: (n, 3, 3) whitens what the coordinates of a position, already divided, still have in common; None for
-            nothing.
+        turn: (n, m, m) whitens what the first m numbers of a row, already divided, still have in common (m is 3, or 6
+            with the orientation); None for nothing.
     """
 
     values: Array
@@ -43,14 +43,16 @@ class Weights:
         scaled: Array = numbers * self.values[:, :, None]
         if self.turn is None:
             return scaled
-        return np.concatenate([self.turn @ scaled[:, :3], scaled[:, 3:]], axis=1)
+        m = self.turn.shape[1]
+        return np.concatenate([self.turn @ scaled[:, :m], scaled[:, m:]], axis=1)
 
     def measured(self, whitened: Array) -> Array:
         """(N,) numbers of variance 1 -> (n, r) in measured units, NaN where they are not used."""
         numbers = np.zeros(self.values.shape)
         numbers[self.used] = whitened
         if self.turn is not None:
-            numbers[:, :3] = np.linalg.solve(self.turn, numbers[:, :3, None])[:, :, 0]
+            m = self.turn.shape[1]
+            numbers[:, :m] = np.linalg.solve(self.turn, numbers[:, :m, None])[:, :, 0]
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
     def rows(self, index: NDArray[np.bool_]) -> Weights:

@@ -21,20 +21,22 @@ half of the 99 % point of the chi-bar-square distribution of six variances at th
 def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
     """The same where angles are rounded: every pose then has an error of covariance J J^T step^2 / 12.
 
-    All repeats of a pose share it. With m times as much in each of them, and m of them, the pose tells as much as
-    its mean does.
+    All repeats of a pose share it, and its position and orientation do, where repeats tell the noise of orientations
+    (what is weighted by its own residual has its rounding in there). With m times as much in each of them, and m of
+    them, the pose tells as much as its mean does.
     """
     if not problem.data.step or problem.data.rounded is False:
         return problem, noise
-    J = problem.sensitivity.matrix[:, :3, :6]
+    size = 3 if problem.data.rotation is None or noise.rotation is None else 6
+    J = problem.sensitivity.matrix[:, :size, :6]
     own = J @ np.swapaxes(J, 1, 2) * problem.data.step**2 / 12
-    added = float(np.mean(np.trace(own, axis1=1, axis2=2))) / 3
-    values = problem.weights.values[:, :3, None]
-    if added <= SILENT / max(float(np.max(values**2)), 1e-300):
+    values = problem.weights.values[:, :size, None]
+    common = values * own * np.swapaxes(values, 1, 2)
+    if float(np.mean(np.trace(common, axis1=1, axis2=2))) <= SILENT * size:
         return problem, noise
     each = np.bincount(problem.data.repeats)[problem.data.repeats]
-    common = values * own * np.swapaxes(values, 1, 2) * each[:, None, None]
-    turn = np.linalg.inv(np.linalg.cholesky(np.eye(3) + common))
+    turn = np.linalg.inv(np.linalg.cholesky(np.eye(size) + common * each[:, None, None]))
+    added = float(np.mean(np.trace(own[:, :3, :3], axis1=1, axis2=2))) / 3
     if noise.position is not None:
         noise = replace(noise, position=float(np.hypot(noise.position, np.sqrt(added))), rounding=float(np.sqrt(added)))
     return problem.weighted(Weights(problem.weights.values, turn)), noise

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, Gain, gain, gains, is_sum, make_form, ordinary
+from postproc.identify.forms import Form, Forms, Gain, forms_nearby, gain, gains, is_sum, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -106,6 +106,10 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + UNLIKELY.get(form.key, 0.0)
     columns = _columns(screen.problem, form, free)
+    if nearer := _sharpened(screen.problem, linear, effect, whole):
+        nearest, whole, cost = nearer
+        effect, labels, columns = nearest.effect, [nearest.label], nearest.columns
+        searched += cost
     inner = linear.extended(columns)
     for _ in range(1, DEEPEST):
         options = _further(screen, inner, form.key, effect) if whole.evidence > searched else Forms()
@@ -126,11 +130,15 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         trial = gain(linear, wide, forming, flexible)
         if trial.evidence - searched - cost <= whole.evidence - searched:
             break
-        # A free function in another resolution, or an order a little off, is the same thing better said.
-        tuned = flexible or (not same and len(new.vector()) == len(effect.vector()))
-        labels = [*(labels[:-1] if tuned else labels), options[k].label]
-        effect, free, whole, columns, inner = new, mask, trial, wide, linear.extended(wide)
+        # A free function in another resolution is the same thing better said.
+        labels = [*(labels[:-1] if flexible else labels), options[k].label]
+        effect, free, whole, columns = new, mask, trial, wide
         searched += cost
+        if nearer := _sharpened(screen.problem, linear, effect, whole):
+            nearest, whole, cost = nearer
+            effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
+            searched += cost
+        inner = linear.extended(columns)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
     p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)
@@ -148,10 +156,27 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     )
 
 
+def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) -> tuple[Form, Gain, float] | None:
+    """The effect with its last term where it explains most, what it brings there, and what it cost to look.
+
+    None where it stays as it is.
+    """
+    best, paid = None, 0.0
+    while near := forms_nearby(problem, effect):
+        total = 1.0 + sum(form.odds for form in near)
+        costs = [2 * float(np.log(total / form.odds)) for form in near]
+        brought = [gain(linear, form.columns) for form in near]
+        k = max(range(len(near)), key=lambda i: brought[i].evidence - costs[i])
+        if brought[k].evidence - costs[k] <= gain_.evidence:
+            break
+        best, effect, gain_, paid = near[k], near[k].effect, brought[k], paid + costs[k]
+    return None if best is None else (best, gain_, paid)
+
+
 def _further(screen: Screen, inner: Linear, key: str, effect: Effect) -> Forms:
     """What may be added to an effect; nothing where none of the terms of a sum would be worth its price."""
     alone = screen.stock.forms.get(key)
-    if alone and is_sum(type(effect)) and not effect.nearby():
+    if alone and is_sum(type(effect)):
         worth = (g.evidence - p for g, p in zip(gains(inner, alone), _prices(alone), strict=True))
         if max(worth) < -BARELY:
             return Forms()

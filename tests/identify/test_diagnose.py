@@ -136,6 +136,19 @@ def test_one_casting_and_a_wave_of_high_order_are_found():
     assert true_error(found.final, true) < 0.6 * NOISE
 
 
+@pytest.mark.parametrize("order", [10.37, 11.0])
+def test_the_order_of_a_gear_in_stages_need_not_be_whole(order):
+    def wave(g, arm):
+        return Hidden("wave", "transmission_error", joint=lambda s, tau: column(0, 1e-4 * np.sin(order * s.q[:, 0])))
+
+    data, true = cell(wave, seed=978, poses=100)
+    found = diagnose(base_fit(data).model, data)
+    assert [m.candidate.key for m in found.missing] == ["transmission_error"]
+    assert found.verdict == "missing"
+    assert found.final.model.effect("transmission_error").order == pytest.approx((order,), abs=0.06)
+    assert true_error(found.final, true) < 0.6 * NOISE
+
+
 def test_a_strong_balancer_is_found_although_the_base_has_bent_its_compliance():
     # 4500 N m: frames, offsets and compliance without it take joint 2 for stiff, and a load needs that joint to show.
     data, true = cell(_balancer, seed=976001, poses=150)

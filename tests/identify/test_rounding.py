@@ -49,6 +49,22 @@ def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
     np.testing.assert_allclose(seen.weights.measured(white[:, :, 0][seen.weights.used]), error[0], atol=1e-12)
 
 
+def test_orientations_share_the_error_of_rounded_angles_with_their_positions():
+    data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
+    problem, noise, turning = base_fit(data).problem, 2e-5, 2.5e-5
+    figures = Noise(noise, np.inf, turning, np.inf, "user")
+    data = replace(data, rotation=problem.rest.T_base_tcp[:, :3, :3])
+    seen, _ = blurred(Problem(problem.model, data, make_weights(data, figures)), figures)
+    g = np.random.default_rng(8)
+    error = g.uniform(-0.5, 0.5, (4000, len(data), 6)) * np.radians(0.01)
+    error = np.einsum("nij,knj->kni", seen.sensitivity.matrix[:, :, :6], error)
+    error += g.normal(0, [noise] * 3 + [turning] * 3, error.shape)
+    white = seen.weights.whiten(np.moveaxis(error, 0, 2))[np.bincount(data.repeats)[data.repeats] == 1]
+    covariance = np.einsum("nik,njk->nij", white, white) / 4000
+    np.testing.assert_allclose(covariance, np.broadcast_to(np.eye(6), covariance.shape), atol=0.1)
+    np.testing.assert_allclose(seen.weights.measured(seen.residual), seen.error, atol=1e-12)
+
+
 def test_significance_is_honest_where_angles_are_rounded():
     deviations = []
     for i in range(10):
