@@ -11,8 +11,6 @@ from postproc.effects.base import Effect, JointBasis, State, Variant, param, str
 
 GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
-SELDOM = 0.01
-"""Odds of an order of the output side that is not whole (stages of gears); on the motor side none need be."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
 
@@ -56,13 +54,12 @@ class TransmissionError(
         return tuple(_longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known]))
 
     def nearby(self) -> tuple[Variant, ...]:
-        """Orders beside the last one, which need not be whole."""
+        """Orders beside the last one: of gears in stages, and of motors, they need not be whole."""
         if not self.order:
             return ()
         rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
-        whole = self.order[-1] <= GEAR and self.order[-1].is_integer()
         near = self.order[-1] + np.concatenate([-CLOSE, CLOSE])
-        return tuple(_longer(rest, [(self.joint[-1], round(float(n), 2), SELDOM if whole else 1.0) for n in near]))
+        return tuple(_longer(rest, [(self.joint[-1], round(float(n), 2), 1.0) for n in near]))
 
 
 def _longer(old: TransmissionError, terms: list[tuple[int, float, float]]) -> list[Variant]:

@@ -106,12 +106,12 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     searched = price + UNLIKELY.get(form.key, 0.0)
     columns = _columns(screen.problem, form, free)
-    if nearer := _sharpened(screen.problem, linear, effect, whole):
-        nearest, whole, cost = nearer
-        effect, labels, columns = nearest.effect, [nearest.label], nearest.columns
-        searched += cost
-    inner = linear.extended(columns)
     for _ in range(1, DEEPEST):
+        if nearer := _sharpened(screen.problem, linear, effect, whole):
+            nearest, whole, cost = nearer
+            effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
+            searched += cost
+        inner = linear.extended(columns)
         options = _further(screen, inner, form.key, effect) if whole.evidence > searched else Forms()
         if not options:
             break
@@ -128,17 +128,12 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
         trial = gain(linear, wide, forming, flexible)
-        if trial.evidence - searched - cost <= whole.evidence - searched:
+        if trial.evidence - cost <= whole.evidence:
             break
         # A free function in another resolution is the same thing better said.
         labels = [*(labels[:-1] if flexible else labels), options[k].label]
         effect, free, whole, columns = new, mask, trial, wide
         searched += cost
-        if nearer := _sharpened(screen.problem, linear, effect, whole):
-            nearest, whole, cost = nearer
-            effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
-            searched += cost
-        inner = linear.extended(columns)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
     p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)
