@@ -252,6 +252,10 @@ class Effect:
         """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
 
+    def plus(self, term: Self) -> Self | None:
+        """The effect with the terms of another one of its kind after its own; None where it is no sum of terms."""
+        return None
+
     def nearby(self) -> tuple[Variant, ...]:
         """The effect with a structure of its last term a little off, to try where that term is new."""
         return ()
@@ -264,9 +268,7 @@ class Effect:
 
 def channel(state: State, name: str) -> Array | None:
     """A channel of the state by the name that effects declare, or None where it was not recorded."""
-    if name in state.channels:
-        return state.channels[name]
-    return getattr(state, _STATE_FIELDS.get(name, name), None)
+    return state.channels[name] if name in state.channels else getattr(state, _STATE_FIELDS.get(name, name), None)
 
 
 def displacement_of(effect: Effect, state: State) -> Displacement:

@@ -41,6 +41,11 @@ class TransmissionError(
         angle = state.q[:, joint] * np.array(self.order)
         return JointBasis(np.tile(joint, 2), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))
 
+    def plus(self, term: Self) -> Self:
+        sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
+        joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
+        return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
+
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """One more term: every joint that moves, orders from 1 up.
@@ -51,7 +56,7 @@ class TransmissionError(
         moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
         every = [(j, float(n)) for j in moving for n in range(1, MOTOR + 1)]
-        return tuple(_longer(old, [(j, n, 1 / n) for j, n in every if (j, n) not in known]))
+        return tuple(_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known)
 
     def nearby(self) -> tuple[Variant, ...]:
         """Orders beside the last one: of gears in stages, and of motors, they need not be whole."""
@@ -59,16 +64,11 @@ class TransmissionError(
             return ()
         rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
         near = self.order[-1] + np.concatenate([-CLOSE, CLOSE])
-        return tuple(_longer(rest, [(self.joint[-1], round(float(n), 2), 1.0) for n in near]))
+        return tuple(_longer(rest, self.joint[-1], round(float(n), 2), 1.0) for n in near)
 
 
-def _longer(old: TransmissionError, terms: list[tuple[int, float, float]]) -> list[Variant]:
-    """Variants with one of some further terms (joint, order, odds) each."""
-    sine, cosine = np.append(old.sine_rad, 0.0), np.append(old.cosine_rad, 0.0)
-    last = np.tile(np.arange(len(sine)) == len(old.joint), 2)
-    every = np.ones(len(last), dtype=bool)
-    found = []
-    for j, n, odds in terms:
-        new = TransmissionError(joint=(*old.joint, j), order=(*old.order, n), sine_rad=sine, cosine_rad=cosine)
-        found.append(variant(new, f"joint {j}, order {n:g}", last, every, odds))
-    return found
+def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
+    """One more term, which alone is screened."""
+    new = old.plus(TransmissionError(joint=(joint,), order=(order,)))
+    last = np.tile(np.arange(len(new.order)) == len(old.order), 2)
+    return variant(new, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)

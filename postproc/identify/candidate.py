@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import Form, Forms, forms_of
+from postproc.identify.forms import Form, Forms, forms_of, is_sum
 from postproc.identify.problem import Problem
 from postproc.identify.step import Masks
 
@@ -90,26 +90,37 @@ class Screen:
     held: dict[str, Forms] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> Forms:
-        found = self._made(key, current)
-        error_map = self.problem.model.effect("joint_error_map")
-        mapped = () if error_map is None else getattr(error_map, "joint", ())
-        single = current is None and key not in self.held
-        if key != "transmission_error" or (single and not mapped):
-            return found
-        return Forms(f for f in found if not _broadband(f.effect, mapped))
+        """What may be missing of an effect, or be added to what a search has of it (``current``).
 
-    def _made(self, key: str, current: Effect | None) -> Forms:
-        cls, held, alone = self.classes[key], self.problem.model.effect(key), self.stock.forms.get(key, ())
-        if current is not None:
-            return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
-        if held is None:
+        Of a sum always the terms alone: `beside` puts one after those that are there.
+        """
+        cls, held = self.classes[key], self.problem.model.effect(key)
+        if is_sum(cls) or (current is None and held is None):
             if key not in self.stock.forms:
                 self.stock.forms[key] = forms_of(self.problem, cls)
             return self.stock.forms[key]
-        if key not in self.held:
+        alone = self.stock.forms.get(key, ())
+        if current is not None:
+            return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
+        if key not in self.held and held is not None:
             found = forms_of(self.problem, cls, held, alone)
             self.held[key] = Forms(g for f in found if (g := self._more(f, held)) is not None)
         return self.held[key]
+
+    def odds(self, key: str, current: Effect | None) -> list[float]:
+        """How ordinary each form is, 0 where what is there leaves no room for it."""
+        forms, there = self.forms(key, current), current or self.problem.model.effect(key)
+        if key != "transmission_error":
+            return [form.odds for form in forms]
+        mapped = getattr(self.problem.model.effect("joint_error_map"), "joint", ())
+        joint, order = getattr(there, "joint", ()), getattr(there, "order", ())
+        lines = ((f.odds, getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
+        return [odds * (not _broadband((*joint, *j), (*order, *n), mapped)) for odds, j, n in lines]
+
+    def beside(self, form: Form, current: Effect | None) -> Form:
+        """A form with what is there before it."""
+        there = current or self.problem.model.effect(form.key)
+        return form.beside(there) if there is not None and is_sum(type(there)) else form
 
     def _more(self, form: Form, held: Effect) -> Form | None:
         """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
@@ -122,15 +133,14 @@ class Screen:
         return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
 
 
-def _broadband(effect: Effect, mapped: tuple[int, ...]) -> bool:
+def _broadband(joint: tuple[int, ...], order: tuple[float, ...], mapped: tuple[int, ...]) -> bool:
     """Three lines in the spectrum of one joint, or four orders in all, or one more line beside a map, are a map.
 
     Not eccentric gears: those have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a
     mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
     """
-    joint, order = getattr(effect, "joint", ()), getattr(effect, "order", ())
     many = any(joint.count(j) > 2 for j in set(joint)) or len(set(order)) > 3
-    return many or len(mapped) > 2 or bool(set(joint) & set(mapped))
+    return many or len(mapped) > 2 or not set(joint).isdisjoint(mapped)
 
 
 def kind(effect: Effect) -> tuple[object, ...]:

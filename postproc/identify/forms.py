@@ -42,6 +42,14 @@ class Form:
     odds: float = 1.0
     sign: int = 0
 
+    def beside(self, effect: Effect) -> Form:
+        """A term of a sum after those of an effect: it moves the arm as it does alone."""
+        whole = effect.plus(self.effect)
+        last = effect.with_vector(0 * effect.vector()).plus(self.effect.with_vector(self.screened.astype(float)))
+        assert whole is not None and last is not None
+        every = np.ones(len(whole.vector()), dtype=bool)
+        return replace(self, effect=whole, refit=every, screened=last.vector() > 0)
+
 
 @dataclass(frozen=True)
 class Stack:
@@ -81,11 +89,11 @@ def _stack(forms: Sequence[Form], index: list[int]) -> Stack:
     some = [forms[i] for i in index]
     width = some[0].columns.shape[1]
     columns = np.hstack([f.columns for f in some])
-    C = columns.reshape(len(columns), len(some), width)
+    C = columns.reshape(len(columns), len(some), width).transpose(1, 0, 2)
     return Stack(
         np.array(index),
         columns,
-        np.einsum("nmi,nmj->mij", C, C),
+        C.transpose(0, 2, 1) @ C,
         np.array([f.forming for f in some]),
         np.array([f.effect.roughness() is not None for f in some]),
         np.array([f.sign for f in some]),
@@ -103,13 +111,13 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     """All forms of one effect on the data of a problem; those that move nothing are left out.
 
     Args:
-        alone: forms where the effect has no other term: what nothing else forms moves the arm beside others as it
-            does alone, in a sum of functions of the joints' angles or while all is small.
+        alone: forms where the model has nothing of it: while all is small, what nothing else forms moves the arm beside
+            others as it does alone.
     """
     found: list[Form] = []
     state = problem.sensitivity.state
     small = current is not None and current.is_null and bool(current.amplitudes().all())
-    known = {form.label: form for form in alone if form.label} if small or is_sum(cls) else {}
+    known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
         if same is None or same.columns.shape[1] != v.free.sum():
@@ -129,8 +137,8 @@ def forms_nearby(problem: Problem, effect: Effect) -> Forms:
 
 
 def is_sum(cls: type[Effect]) -> bool:
-    """Whether every term of an effect moves the arm as it does alone."""
-    return cls.basis is not Effect.basis and cls.roughness is Effect.roughness
+    """Whether an effect is a sum of terms, each of which moves the arm as it does alone."""
+    return cls.plus is not Effect.plus
 
 
 def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, Gain, forms_nearby, gain, gains, is_sum, make_form, ordinary
+from postproc.identify.forms import Form, Forms, Gain, forms_nearby, gain, gains, make_form, ordinary
 from postproc.identify.linear import Linear, f_test
 from postproc.identify.problem import Problem
 
@@ -31,8 +31,6 @@ EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 DEEPEST = 8
 """Terms of one effect that are searched one after another."""
-BARELY = 1.0
-"""What the price of a term may differ by once others are there."""
 
 
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
@@ -41,19 +39,20 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     Two starts, the best form and the best among the narrowest; None where no form moves anything.
     """
     forms = screen.forms(key, None)
-    if not forms:
+    price = _prices(screen.odds(key, None))
+    if not np.isfinite(price).any():
         return None
-    measured, price = gains(linear, forms), _prices(forms)
+    measured = gains(linear, forms)
     worth = [g.evidence - p for g, p in zip(measured, price, strict=True)]
     best = max(range(len(forms)), key=lambda i: worth[i])
-    seen = [i for i, g in enumerate(measured) if g.count]
+    seen = [i for i, g in enumerate(measured) if g.count and np.isfinite(price[i])]
     narrow = min((forms[i].columns.shape[1] for i in seen), default=0)
     thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
     starts = {best, max(thin, key=lambda i: worth[i])} if thin else set()
-    visible = max((g.visible for g in measured), default=0.0)
-    found = [_grow(screen, linear, forms[i], measured[i], price[i]) for i in starts]
+    visible = max((measured[i].visible for i in seen), default=0.0)
+    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], price[i]) for i in starts]
     if not found:
-        form = forms[best]
+        form = screen.beside(forms[best], None)
         return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, price[best], visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
@@ -70,14 +69,14 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     return None if form is None else _grow(screen, linear, form, gains(linear, Forms([form]))[0], 0.0)
 
 
-def _prices(forms: Sequence[Form]) -> list[float]:
+def _prices(odds: Sequence[float]) -> list[float]:
     """What each form costs for having been searched, 2 log of the odds against it beforehand.
 
     A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
     best of many is good by chance (Davies 1987).
     """
-    total = sum(form.odds for form in forms)
-    return [2 * float(np.log(total / form.odds)) for form in forms]
+    total = sum(odds)
+    return [2 * float(np.log(total / one)) if one else np.inf for one in odds]
 
 
 def _starts(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
@@ -112,26 +111,22 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
             effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
             searched += cost
         inner = linear.extended(columns)
-        options = _further(screen, inner, form.key, effect) if whole.evidence > searched else Forms()
-        if not options:
+        found = _further(screen, inner, form.key, effect) if whole.evidence > searched else None
+        if found is None:
             break
-        measured, prices = gains(inner, options), _prices(options)
-        k = max(range(len(options)), key=lambda i: measured[i].evidence - prices[i])
-        cost = prices[k]
-        if measured[k].evidence <= cost:
-            break
-        new = options[k].effect
+        option, cost = found
+        new = option.effect
         same = kind(new) == kind(effect)
-        mask = options[k].refit | free if same else options[k].refit
+        mask = option.refit | free if same else option.refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
-        wide = _columns(screen.problem, options[k], counted, columns)
+        wide = _columns(screen.problem, option, counted, columns)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
         trial = gain(linear, wide, forming, flexible)
         if trial.evidence - cost <= whole.evidence:
             break
         # A free function in another resolution is the same thing better said.
-        labels = [*(labels[:-1] if flexible else labels), options[k].label]
+        labels = [*(labels[:-1] if flexible else labels), option.label]
         effect, free, whole, columns = new, mask, trial, wide
         searched += cost
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
@@ -168,14 +163,12 @@ def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) ->
     return None if best is None else (best, gain_, paid)
 
 
-def _further(screen: Screen, inner: Linear, key: str, effect: Effect) -> Forms:
-    """What may be added to an effect; nothing where none of the terms of a sum would be worth its price."""
-    alone = screen.stock.forms.get(key)
-    if alone and is_sum(type(effect)):
-        worth = (g.evidence - p for g, p in zip(gains(inner, alone), _prices(alone), strict=True))
-        if max(worth) < -BARELY:
-            return Forms()
-    return screen.forms(key, effect)
+def _further(screen: Screen, inner: Linear, key: str, effect: Effect) -> tuple[Form, float] | None:
+    """What is best added to an effect, and its price; None where nothing is worth that."""
+    forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
+    worth = [g.evidence - p for g, p in zip(gains(inner, forms), prices, strict=True)]
+    k = max(range(len(forms)), key=lambda i: worth[i], default=None)
+    return None if k is None or worth[k] <= 0 else (screen.beside(forms[k], effect), prices[k])
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
