@@ -70,6 +70,7 @@ def plan_changes(
     left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
     shared: set[int] = set()  # of these: runs that differ little and get their middle
     whole: set[int] = set()  # runs that share one with all runs of their statement, not with those to their target
+    spent: set[int] = set()  # runs for which that was tried, too
     farther: dict[StatementKey, Displacement] = {}
     least = tolerance / 2
     while True:
@@ -85,10 +86,12 @@ def plan_changes(
         now_left = left_targets(motion, exact, wishes, decisions)
         farther = farther_ways(motion, events, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)
-        parted = shared & now_left.keys()  # even their middle is another value for each of them
+        broken = {moves[i].event.statement.key for i in shared & now_left.keys()}
+        parted = {i for i, m in enumerate(moves) if m.event.statement.key in broken}  # even the middle differs by run
         again = {i for i in parted - whole if moves[i].event.statement.key in decisions.refused}
+        spent |= parted & whole
         whole |= parted
-        middles = {i: s for i, s in _middles(motion, exact, decisions, whole, least).items() if i not in shared}
+        middles = {i: s for i, s in _middles(motion, exact, decisions, whole, least).items() if i not in shared | spent}
         alike = {moves[i].event.statement.key for i in middles.keys() | again}
         refused |= {key: why for key, why in decisions.refused.items() if key not in alike}
         if now_left.keys() <= left.keys() and not clashing and not parted:
