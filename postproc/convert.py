@@ -161,7 +161,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
         _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
     outcomes, unlike = judge_statements(program, events, plan, after)
     findings += unlike
-    report = _report(program, model, plan, outcomes, figures, unproved(outcomes, events), findings)
+    report = _report(program, model, plan, outcomes, figures, unproved(outcomes, events, plan), findings)
     left = sum(d.code == "CMP005" for d in findings)
     outputs = _outputs(program, edits, header_values(model, plan, figures, left, report["unproved_statements"]), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)

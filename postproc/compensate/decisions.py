@@ -64,12 +64,12 @@ def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bo
 
 
 def decide_changes(
-    events: Sequence[MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float = SAME_MM
+    runs: Mapping[int, MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float = SAME_MM
 ) -> Decisions:
     """Decide for every wish where it is written.
 
     Args:
-        events: all executions; wishes: of those that can be compensated.
+        runs: all executions (see ``possible_runs``); wishes: of those that can be compensated.
         users: from ``target_users``; least: see ``straight`` [mm].
     """
     places: dict[PlaceKey, list[Wish]] = {}
@@ -79,7 +79,7 @@ def decide_changes(
             places.setdefault(place, []).append(wish)
         arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
     wished = {w.move.row for w in wishes}
-    complete, astray = fully_wished(events, wished), led_elsewhere(events, wished)
+    complete, astray = fully_wished(runs, wished), led_elsewhere(runs, wished)
     bases: dict[StatementKey, set[str]] = {}
     for name, use in users.items():
         for key in use.derived:

@@ -50,7 +50,7 @@ def left_targets(motion: Motion, exact: Exact, wishes: Sequence[Wish], decisions
 
 def farther_ways(
     motion: Motion,
-    events: Sequence[MotionEvent],
+    executions: Mapping[int, MotionEvent],
     exact: Exact,
     left: Mapping[int, Array],
     decisions: Decisions,
@@ -59,7 +59,7 @@ def farther_ways(
     """What statements that follow are displaced by beyond that, where it takes more than half of what they lack.
 
     Args:
-        left: from ``left_targets``; least: see ``straight`` [mm].
+        executions: see ``possible_runs``; left: from ``left_targets``; least: see ``straight`` [mm].
     """
     samples = motion.samples
     runs: dict[StatementKey, list[int]] = {}
@@ -67,7 +67,7 @@ def farther_ways(
         event = move.event
         if event.statement.key in decisions.following:
             runs.setdefault(event.statement.key, []).append(i)
-    whole = fully_wished(events, {move.row for move in motion.moves})
+    whole = fully_wished(executions, {move.row for move in motion.moves})
     shifts = pose_error(samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange))
     ways = {}
     for key, rows in runs.items():

@@ -11,7 +11,7 @@ from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.values import UNCHANGED_MM, UNCHANGED_RAD, Outcome
+from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.values import Flags
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
@@ -85,7 +85,7 @@ def _outcome(
     reason = next((events[i].reason for i in indices if events[i].reason), None)
     rows = [moves[i] for i in indices if i in moves]
     if not rows:
-        return Outcome(statement, "skipped", reason or "the program never gets here")
+        return Outcome(statement, "skipped", reason or (OUT_OF_REACH if indices else "the program never gets here"))
     residual = MM * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
@@ -112,9 +112,10 @@ def _outcome(
     )
 
 
-def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> int:
-    """Corrected statements that also run where they cannot be followed: what remains there is in no figure."""
-    astray = {e.statement.key for e in events if e.reason is not None or e.elsewhere}
+def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> int:
+    """Corrected statements that also run where they or the arm cannot follow: what remains there is in no figure."""
+    followed = {move.row for move in plan.motion.moves}
+    astray = {e.statement.key for row, e in enumerate(events) if e.elsewhere or row not in followed}
     return sum(o.status == "compensated" and o.statement.key in astray for o in outcomes)
 
 

@@ -14,7 +14,7 @@ from postproc.compensate.following import carried_on, displaced_on, farther_ways
 from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
-from postproc.compensate.sharing import Users, shared_shifts
+from postproc.compensate.sharing import Users, possible_runs, shared_shifts
 from postproc.compensate.targets import Pieces, divide_moves
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
@@ -73,6 +73,7 @@ def plan_changes(
     spent: set[int] = set()  # runs for which that was tried, too
     farther: dict[StatementKey, Displacement] = {}
     least = tolerance / 2
+    runs = possible_runs(events, {move.row for move in moves})
     while True:
         written = place_targets(model, samples, exact, left)
         curve, transitions = commanded_curve(model, samples, written, t)
@@ -81,10 +82,10 @@ def plan_changes(
         pieces = divide_moves(samples, curve, tolerance, divisible, settled)
         values = Wishes(model.robot, motion, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
-        decisions = decide_changes(events, wishes, users, 1e3 * least)
+        decisions = decide_changes(runs, wishes, users, 1e3 * least)
         insertions, clashing = values.insertions(pieces, zone_name, tolerance)
         now_left = left_targets(motion, exact, wishes, decisions)
-        farther = farther_ways(motion, events, exact, now_left, decisions, 1e3 * least) | farther
+        farther = farther_ways(motion, runs, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)
         broken = {moves[i].event.statement.key for i in shared & now_left.keys()}
         parted = {i for i, m in enumerate(moves) if m.event.statement.key in broken}  # even the middle differs by run

@@ -15,8 +15,8 @@ from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Driven
 from postproc.compensate.reading import read_samples
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion
-from postproc.diagnostics import PostprocError
+from postproc.compensate.values import OUT_OF_REACH, Insertion
+from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import Program, read_program
@@ -87,6 +87,9 @@ def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence
     nth = np.zeros(len(owners), dtype=np.int64)  # how many parts of the same move have gone before
     for j in range(1, len(owners)):
         nth[j] = nth[j - 1] + 1 if owners[j] == owners[j - 1] else 0
+    # What the arm could not run before is no part of the plan, even where it can by now.
+    ran = [e if _moveless(e) or owners[j] in index else replace(e, reason=OUT_OF_REACH) for j, e in enumerate(ran)]
+    said: list[Diagnostic] = []
     # A side of approach may be as old as the program.
     for a, b in [(0, len(ran))] if feels_sides(model) else _parts(ran):
         begin = max(a - 1, 0)  # with the goal from which the part goes on
@@ -95,6 +98,7 @@ def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence
         errors = [d for d in findings if d.severity == "error"]
         if errors:
             raise PostprocError(errors)
+        said += [d for d in findings if d.code.startswith("KIN")]
         if samples is None:
             continue
         at = begin + np.array([move.row for move in samples.moves])
@@ -110,7 +114,11 @@ def drive(model: Model, plan: Plan, ran: Sequence[MotionEvent], owners: Sequence
         place = owner[move] + low[move] + (high - low)[move] * samples.u
         yield Driven(motion_of(model, samples, plan.motion.timeline, plan.motion.options, place), owner)
     if any(missing.values()):
-        raise PostprocError([])
+        raise PostprocError(said)
+
+
+def _moveless(event: MotionEvent) -> bool:
+    return event.reason is not None or event.statement.interpolation == "none"
 
 
 def _edges(pieces: Sequence[Pieces], u: Array) -> dict[int, tuple[float, ...]]:

@@ -60,20 +60,32 @@ def target_users(program: Program) -> Mapping[str, Users]:
     return {key: known for key in uses if (known := users(key, 0)) is not None}
 
 
-def fully_wished(events: Sequence[MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
+def possible_runs(events: Sequence[MotionEvent], rows: Set[int]) -> dict[int, MotionEvent]:
+    """Executions by row but for those that the arm cannot make: the controller stops there, nothing is lost by them.
+
+    Args:
+        rows: of the events that are moves of the arm.
+    """
+    return {
+        row: e
+        for row, e in enumerate(events)
+        if e.again is None and (row in rows or e.reason is not None or e.statement.interpolation == "none")
+    }
+
+
+def fully_wished(runs: Mapping[int, MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
     """Statements of which every execution, by its row among the events, has a corrected value."""
-    run = {event.statement.key for event in events}
-    lacking = (e.statement.key for row, e in enumerate(events) if row not in wished and e.again is None)
-    return frozenset(run.difference(lacking))
+    lacking = {e.statement.key for row, e in runs.items() if row not in wished}
+    return frozenset({e.statement.key for e in runs.values()} - lacking)
 
 
-def led_elsewhere(events: Sequence[MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
+def led_elsewhere(runs: Mapping[int, MotionEvent], wished: Set[int]) -> frozenset[StatementKey]:
     """Statements that also run to a place that is not known, or to another one for which no value is asked."""
-    places = {(e.statement.key, e.target, e.via) for row, e in enumerate(events) if row in wished}
+    places = {(e.statement.key, e.target, e.via) for row, e in runs.items() if row in wished}
     return frozenset(
         e.statement.key
-        for row, e in enumerate(events)
-        if row not in wished and e.again is None and (e.statement.key, e.target, e.via) not in places
+        for row, e in runs.items()
+        if row not in wished and (e.statement.key, e.target, e.via) not in places
     )
 
 

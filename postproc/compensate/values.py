@@ -18,6 +18,7 @@ Place = Literal["declaration", "element", "aggregate", "argument", "call", "deri
 that is the argument; another argument; the argument of the call that hands it to a routine; or nowhere, because it
 moves with the target that it is derived from."""
 
+OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
 

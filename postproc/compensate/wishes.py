@@ -16,7 +16,7 @@ from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import Insertion, TargetValue, Wish
-from postproc.motion.moves import any_configuration
+from postproc.motion.postures import any_configuration
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import NO_AXIS, Ax6, Pose, RobTarget

@@ -304,3 +304,22 @@ def test_targets_that_some_runs_of_a_statement_displace_are_not_edited_too() -> 
     assert set(PATHS.splitlines()) <= {line.strip() for line in lines_of(written(found))}
     assert "MoveL Offs(pts{at}," in written(found)
     assert found.report["max_error_before_mm"] > 1.0 and found.report["max_error_after_mm"] < 0.2
+
+
+def test_a_target_that_serves_with_and_without_the_arc_ends_the_search_for_what_its_runs_share() -> None:
+    """Runs of one statement part together: one at a time, each gave the others a reason to try once more."""
+    record = "RECORD seamrec\nrobtarget pStart;\nrobtarget pEnd;\nENDRECORD"
+    data = f"PERS seamrec r1:=[{A},{C}];\nPERS seamrec r2:=[{target(1300, -390)},{target(1380, -385)}];"
+    part = """  PROC part(seamrec r)
+    MoveJ Offs(r.pStart,0,0,60),v400,z10,tT;
+    FOR i FROM 1 TO 1 DO
+      ArcLStart r.pStart,v100,sm,wd,fine,tT;
+      ArcLEnd r.pEnd,v100,sm,wd,fine,tT;
+      MoveL Offs(r.pStart,0,0,60),v200,z5,tT;
+    ENDFOR
+  ENDPROC
+"""
+    text = module(data, "part r1;\npart r2;\nMoveL r1.pEnd,v20,fine,tT;", part)
+    found = convert(text.replace("MODULE M\n", f"MODULE M\n{record}\n"), force_on="arc")
+    assert found.exit_code == 0
+    assert found.report["max_error_after_mm"] < found.report["max_error_before_mm"]

@@ -1,0 +1,54 @@
+"""Targets that the arm cannot reach: taught so, the program cannot run; displaced so, that run alone is not possible."""
+
+from __future__ import annotations
+
+import pytest
+
+from postproc.compensate.values import OUT_OF_REACH
+from tests.compensate.build import convert, independent, module, outcome, target, written
+
+A, B, C = target(1350, -500), target(1330, -470), target(1350, -420)
+ACROSS = target(1350, 100)  # joint 1 on the other side, against its confdata
+
+
+def test_one_displaced_target_out_of_reach_is_left_and_named() -> None:
+    steps = [f"MoveJ {A},v200,fine,tT;", f"MoveL {B},v50,fine,tT;", f"MoveL Offs({A},0,600,0),v50,fine,tT;"]
+    steps += [f"MoveL {C},v50,fine,tT;", f"MoveL {B},v50,fine,tT;"]
+    text = module("", "\n".join(steps))
+    found = convert(text)
+    assert found.exit_code == 0
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2 + ["skipped"] + ["compensated"] * 2
+    assert outcome(found, 2).reason == OUT_OF_REACH
+    (named,) = (d for d in found.diagnostics if d.code == "KIN002")
+    assert named.severity == "warning" and named.source is not None and named.span is not None
+    assert named.source.data[slice(*named.span)].decode() == f"Offs({A},0,600,0)"
+    assert steps[2] in written(found)
+    assert found.report["max_error_after_mm"] < 0.01 < found.report["max_error_before_mm"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f"MoveJ {A},v200,fine,tT;\nMoveL {ACROSS},v50,fine,tT;\nMoveL {B},v50,fine,tT;",  # taught so
+        f"MoveL Offs({A},0,600,0),v50,fine,tT;",  # nothing is left
+        f"MoveJ {A},v200,fine,tT;\n" + "".join(f"MoveL Offs({A},0,{y},0),v50,fine,tT;\n" for y in (600, 620, 640)),
+    ],
+)
+def test_a_program_that_the_arm_cannot_run_is_refused(body: str) -> None:
+    found = convert(module("", body))
+    assert (found.exit_code, found.output) == (1, None)
+    assert "error" in {d.severity for d in found.diagnostics if d.code == "KIN002"}
+
+
+def test_runs_that_the_arm_cannot_make_do_not_keep_the_others_from_their_correction() -> None:
+    """The fourth turn of the loop is out of reach: what is written is what three turns ask for."""
+    body = "MoveJ a,v200,fine,tT;\nFOR i FROM 0 TO {last} DO\nMoveL Offs(a,0,200*i,0),v50,fine,tT;\nENDFOR"
+    text, possible = (module(f"CONST robtarget a:={A};", body.format(last=last)) for last in (3, 2))
+    found, without = convert(text), convert(possible)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 2
+    assert [f.report["unproved_statements"] for f in (found, without)] == [1, 0]
+    assert written(found).replace("0 TO 3", "0 TO 2").splitlines()[-9:] == written(without).splitlines()[-9:]
+    again = independent(possible, without)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+    assert again.after < again.before / 4
