@@ -15,16 +15,16 @@ from typing import Any, NoReturn
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc import __version__
 from postproc.compensate.accuracy import expect_accuracy
 from postproc.compensate.applicable import applicable_model
 from postproc.compensate.belief import doubt_corrections
+from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
-from postproc.compensate.figures import Figures, figures_of
+from postproc.compensate.figures import figures_of
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import UNKNOWN_START, judge_statements, unproved
+from postproc.compensate.outcomes import judge_statements, unproved
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
@@ -42,7 +42,6 @@ from postproc.render.header import header_values
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
-SCHEMA = "postproc/compensate/1"
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
@@ -72,38 +71,7 @@ class Conversion:
     @property
     def summary(self) -> str:
         """One line for people."""
-        if not self.outputs:
-            return "nothing written"
-        r = self.report
-        known = r["expected_accuracy"]
-        transient, jump = (
-            f", {r[key]:.3f} mm {where}" if r[key] > r["tolerance_mm"] else ""
-            for key, where in (
-                ("max_transient_mm", "while it changes"),
-                ("max_transition_mm", "where the correction jumps"),
-            )
-        )
-        passing = f" at steady speed{transient}{jump}" if transient else jump
-        expected = (
-            f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
-        )
-        alone = sum(o.reason == UNKNOWN_START for o in self.outcomes)
-        doubts = [
-            f"{count} of them {what}"
-            for count, what in (
-                (alone, "at their targets alone: where they begin is not known"),
-                (r["unproved_statements"], "also run where they cannot be followed: what remains there is not proved"),
-            )
-            if count
-        ]
-        doubt = f" ({'; '.join(doubts)})" if doubts else ""
-        count = {s: sum(o.status == s for o in self.outcomes) for s in ("compensated", "unchanged", "skipped")}
-        return (
-            f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs{passing}"
-            f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{doubt},"
-            f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
-            f" cycle time {r['cycle_time_s']:.1f} s{expected}"
-        )
+        return summary(self.report) if self.outputs else "nothing written"
 
     @property
     def output(self) -> bytes | None:
@@ -130,8 +98,7 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     try:
         return _converted(sources, model, options, findings)
     except _Unsafe as stop:
-        report = {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
-        return Conversion({}, report, tuple(findings), stop.exit_code)
+        return Conversion({}, refused(findings), tuple(findings), stop.exit_code)
 
 
 def _converted(sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic]) -> Conversion:
@@ -156,14 +123,22 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     before, after = _proved(model, plan, program, events, drafts, findings)
     figures = figures_of(plan, before, after)
     if figures.after > max(options.tolerance_m, WORSE * figures.before):
-        text = f"the corrected program would be {_mm(figures.after)} mm off, the original is {_mm(figures.before)} mm"
+        after_mm, before_mm = (round(1e3 * value, 5) for value in (figures.after, figures.before))
+        text = f"the corrected program would be {after_mm} mm off, the original is {before_mm} mm"
         help_ = "nothing is written; please report this program"
         _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
     outcomes, unlike = judge_statements(program, events, plan, after)
     findings += unlike
-    report = _report(program, model, plan, outcomes, figures, unproved(outcomes, events, plan), findings)
-    left = sum(d.code == "CMP005" for d in findings)
-    outputs = _outputs(program, edits, header_values(model, plan, figures, left, report["unproved_statements"]), env)
+    accuracy, more = expect_accuracy(model, motion, sources[0])
+    if any(d.code == "CMP016" for d in findings):
+        accuracy = None  # what the fit knows is the arm with everything that the model holds
+    findings += more
+    limits, more = check_corrected(model.robot, plan, sources[0])
+    findings += more
+    report = document(
+        plan, model.robot.name, outcomes, figures, unproved(outcomes, events, plan), accuracy, limits, findings
+    )
+    outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 
 
@@ -237,48 +212,6 @@ def _proved(
         text = "the corrected program cannot be run by the arm, so nothing is written"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
         _refuse(findings, *error.diagnostics, failed)
-
-
-def _mm(value: float) -> float:
-    return round(1e3 * value, 5)
-
-
-def _report(
-    program: Program,
-    model: Model,
-    plan: Plan,
-    outcomes: Sequence[Outcome],
-    figures: Figures,
-    doubtful: int,
-    findings: list[Diagnostic],
-) -> dict[str, Any]:
-    """The document; what it takes to know the accuracy and the limits of the joints may add findings."""
-    motion, first = plan.motion, program.sources[0]
-    accuracy, doubts = expect_accuracy(model, motion, first)
-    if any(d.code == "CMP016" for d in findings):
-        accuracy = None  # what the fit knows is the arm with everything that the model holds
-    limits, beyond = check_corrected(
-        model.robot, motion.timeline, motion.samples, plan.exact.q, plan.curve, plan.transitions, first
-    )
-    findings += [*doubts, *beyond]
-    return {
-        "schema": SCHEMA,
-        "tool": __version__,
-        "robot": model.robot.name,
-        "statements": [o.as_json() for o in outcomes],
-        "max_error_before_mm": _mm(figures.before),
-        "max_error_after_mm": _mm(figures.after),
-        "max_transition_mm": _mm(figures.transition),
-        "max_transient_mm": _mm(figures.transient),
-        "max_joint_move_mm": _mm(figures.joint_move),
-        "tolerance_mm": _mm(motion.options.tolerance_m),
-        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
-        "unproved_statements": doubtful,
-        "added_targets": len(plan.insertions),
-        "cycle_time_s": round(limits.slower, 3),
-        "cycle_time_before_s": round(limits.cycle_time, 3),
-        "diagnostics": [d.as_json() for d in findings],
-    }
 
 
 def _outputs(

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array
-from postproc.compensate.correction import Transition
-from postproc.compensate.samples import Samples
-from postproc.compensate.timeline import Timeline
+from postproc.compensate.plan import Plan
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.limits import LimitReport, check_limits, join_reports
 from postproc.robot.arm import Robot
@@ -16,29 +13,19 @@ from postproc.robot.pose import pose_error
 _LONGER = 1.002  # factor on the cycle time worth a word
 
 
-def check_corrected(
-    robot: Robot,
-    timeline: Timeline,
-    samples: Samples,
-    q_exact: Array,
-    curve: Array,
-    transitions: tuple[Transition, ...],
-    source: Source,
-) -> tuple[LimitReport, list[Diagnostic]]:
+def check_corrected(robot: Robot, plan: Plan, source: Source) -> tuple[LimitReport, list[Diagnostic]]:
     """Speed, acceleration and jerk of the corrected joint motion on the timing of the programmed one.
-
-    Args:
-        q_exact: (n, 6) exact commanded joint angles at the samples [rad]; curve: (n, 4, 4) commanded poses.
 
     Returns:
         The report, and CMP012 where the motion has to take longer.
     """
-    shift = q_exact - samples.q
-    for t in transitions:
+    samples, timeline = plan.motion.samples, plan.motion.timeline
+    shift = plan.exact.q - samples.q
+    for t in plan.transitions:
         rows = np.arange(samples.start[t.move], samples.goal[t.move] + 1)
         wanted = samples.T_work_tcp[rows]
         joints_by_shift = samples.mounts_at(rows).joints_by_shift(robot, samples.q[rows], wanted)
-        shift[rows] = (joints_by_shift @ pose_error(wanted, curve[rows])[:, :, None])[:, :, 0]
+        shift[rows] = (joints_by_shift @ pose_error(wanted, plan.curve[rows])[:, :, None])[:, :, 0]
     place, first = np.unique(samples.move + samples.u, return_index=True)
     reports = []
     for part, profile in timeline.legs:

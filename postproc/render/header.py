@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from postproc import __version__
-from postproc.compensate.figures import Figures
 from postproc.compensate.options import Options
-from postproc.compensate.plan import Plan
 from postproc.model.arm import Model
 
 
-def header_values(model: Model, plan: Plan, figures: Figures, left: int, doubtful: int) -> dict[str, Any]:
-    """What ``header.j2`` gets.
-
-    Args:
-        left: motion statements that stay as they are; doubtful: corrected ones that also run where nothing is proved.
-    """
+def header_values(model: Model, options: Options, document: Mapping[str, Any]) -> dict[str, Any]:
+    """What ``header.j2`` gets, from the ``postproc/compensate/1`` document; nothing that is within the tolerance."""
     beyond = {
-        name: f"{1e3 * value:.3f}" if value > plan.motion.options.tolerance_m else ""
-        for name, value in (("transient_mm", figures.transient), ("transition_mm", figures.transition))
+        name: f"{value:.3f}" if (value := document[f"max_{name}"]) > document["tolerance_mm"] else ""
+        for name in ("transient_mm", "transition_mm")
     }
     return {
-        "version": __version__,
-        "robot": model.robot.name,
+        "version": document["tool"],
+        "robot": document["robot"],
         "effects": ", ".join(e.key for e in model.effects) or "rigid",
-        "wrench": _wrench_text(plan.motion.options),
-        "before_mm": f"{1e3 * figures.before:.3f}",
-        "after_mm": f"{1e3 * figures.after:.3f}",
+        "wrench": _wrench_text(options),
+        "before_mm": f"{document['max_error_before_mm']:.3f}",
+        "after_mm": f"{document['max_error_after_mm']:.3f}",
         **beyond,
-        "added": len(plan.insertions),
-        "left": left,
-        "unproved": doubtful,
+        "added": document["added_targets"],
+        "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
+        "alone": document["target_only_statements"],
+        "unproved": document["unproved_statements"],
     }
 
 

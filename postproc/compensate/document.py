@@ -1,0 +1,91 @@
+"""The ``postproc/compensate/1`` document, and its one line for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from postproc import __version__
+from postproc.compensate.accuracy import Accuracy
+from postproc.compensate.figures import Figures
+from postproc.compensate.outcomes import UNKNOWN_START
+from postproc.compensate.plan import Plan
+from postproc.compensate.values import Outcome
+from postproc.diagnostics import Diagnostic
+from postproc.motion.limits import LimitReport
+
+SCHEMA = "postproc/compensate/1"
+
+
+def document(
+    plan: Plan,
+    robot: str,
+    outcomes: Sequence[Outcome],
+    figures: Figures,
+    doubtful: int,
+    accuracy: Accuracy | None,
+    limits: LimitReport,
+    findings: Sequence[Diagnostic],
+) -> dict[str, Any]:
+    """What ``--json`` prints (docs/documents.md); ``doubtful``: see ``unproved``."""
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": robot,
+        "statements": [o.as_json() for o in outcomes],
+        "max_error_before_mm": _mm(figures.before),
+        "max_error_after_mm": _mm(figures.after),
+        "max_transition_mm": _mm(figures.transition),
+        "max_transient_mm": _mm(figures.transient),
+        "max_joint_move_mm": _mm(figures.joint_move),
+        "tolerance_mm": _mm(plan.motion.options.tolerance_m),
+        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
+        "unproved_statements": doubtful,
+        "target_only_statements": sum(o.reason == UNKNOWN_START for o in outcomes),
+        "added_targets": len(plan.insertions),
+        "cycle_time_s": round(limits.slower, 3),
+        "cycle_time_before_s": round(limits.cycle_time, 3),
+        "diagnostics": [d.as_json() for d in findings],
+    }
+
+
+def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
+    """The document of a program that is not safe to compensate."""
+    return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
+
+
+def summary(r: Mapping[str, Any]) -> str:
+    """A document in one line."""
+    known = r["expected_accuracy"]
+    transient, jump = (
+        f", {r[key]:.3f} mm {where}" if r[key] > r["tolerance_mm"] else ""
+        for key, where in (
+            ("max_transient_mm", "while it changes"),
+            ("max_transition_mm", "where the correction jumps"),
+        )
+    )
+    passing = f" at steady speed{transient}{jump}" if transient else jump
+    expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
+    doubts = [
+        f"{r[key]} of them {what}"
+        for key, what in (
+            ("target_only_statements", "at their targets alone: where they begin is not known"),
+            (
+                "unproved_statements",
+                "also run where they cannot be followed: what remains there is not proved",
+            ),
+        )
+        if r[key]
+    ]
+    doubt = f" ({'; '.join(doubts)})" if doubts else ""
+    count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
+    return (
+        f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs{passing}"
+        f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{doubt},"
+        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
+        f" cycle time {r['cycle_time_s']:.1f} s{expected}"
+    )
+
+
+def _mm(value: float) -> float:
+    return round(1e3 * value, 5)
