@@ -54,6 +54,11 @@ class Source:
         start = self.line_starts[row]
         return row + 1, len(self.data[start:offset].decode(self.encoding, "replace")) + 1
 
+    def line_span(self, number: int) -> Span:
+        """Offsets of a line, without what ends it."""
+        start = self.line_starts[number - 1]
+        return start, start + len(self.line(number).encode(self.encoding))
+
     def line(self, number: int) -> str:
         start = self.line_starts[number - 1]
         end = self.line_starts[number] if number < len(self.line_starts) else len(self.data)

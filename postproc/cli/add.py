@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, ReportFile
+from postproc.cli.inputs import load_model, own_effects, short_names
+from postproc.cli.options import DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.report import print_json, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -15,7 +15,7 @@ def run(
     model: Path,
     /,
     *effect: str,
-    data: str,
+    data: DataFiles,
     effects: EffectFiles = (),
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
@@ -27,7 +27,7 @@ def run(
     Args:
         model: TOML file of the arm.
         effect: keys of the effects to add, one after another.
-        data: table of measured poses (CSV); - reads stdin.
+        data: table of measured poses (CSV); - reads stdin. May be repeated.
         effects: Python file with effects of your own; its code is run. May be repeated.
         output: model file to write; comments of the model survive. Default: stdout, and nowhere with --json.
         report: HTML page to write.
@@ -40,7 +40,7 @@ def run(
     if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
         raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
-    check_outputs((model, data, *table.inputs, *effects), output, report)
+    check_outputs((model, *data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     show(
@@ -49,13 +49,13 @@ def run(
     found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
-        write(report, addition_page(f"{model.name} {Path(data).name}", found).encode())
+        write(report, addition_page(short_names(model, *data), found).encode())
     if json:
         print_json(found.as_json())
     else:
         (say if output is None else print)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
             own = [word for file in effects for word in ("--effects", file)]
-            say_next("says whether more is missing", "diagnose", output, data, *table.words(effects))
+            say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects))
             say_next("corrects a program with it", "compensate", "PROGRAM", "-m", output, *own, "-o", "OUT", lead="or")
     return 0

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile
+from postproc.cli.inputs import load_model, short_names
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next
 
 
 def run(
     model: Path,
-    data: str,
     /,
-    *,
+    *data: Tables,
     effects: EffectFiles = (),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
@@ -24,7 +23,7 @@ def run(
 
     Args:
         model: TOML file of the arm.
-        data: table of measured poses (CSV); - reads stdin.
+        data: tables of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own; its code is run. May be repeated.
         report: HTML page to write.
         json: print the postproc/compare/1 document.
@@ -32,15 +31,15 @@ def run(
     from postproc.identify.compare import compare
     from postproc.report.comparison import comparison_page
 
-    check_outputs((model, data, *table.inputs, *effects), report)
+    check_outputs((model, *data, *table.inputs, *effects), report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = compare(arm, measured, noise=table.sigma)
     if report is not None:
-        write(report, comparison_page(f"{model.name} {Path(data).name}", found).encode())
+        write(report, comparison_page(short_names(model, *data), found).encode())
     if json:
         print_json(found.as_json())
     else:
         print(found.text())
-        say_next("says whether an effect is missing", "diagnose", model, data, *table.words(effects))
+        say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))
     return 0

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile
+from postproc.cli.inputs import load_model, own_effects, short_names
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next, show
 
@@ -17,9 +17,8 @@ if TYPE_CHECKING:
 
 def run(
     model: Path,
-    data: str,
     /,
-    *,
+    *data: Tables,
     effects: EffectFiles = (),
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
@@ -32,7 +31,7 @@ def run(
 
     Args:
         model: TOML file of the arm.
-        data: table of measured poses (CSV); - reads stdin.
+        data: tables of measured poses (CSV); - reads stdin.
         effects: Python file with effects of your own, which take part; its code is run. May be repeated.
         report: HTML page to write.
         draft: Python file to write where something remains without a name: it as an effect of your own.
@@ -42,14 +41,14 @@ def run(
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
-    check_outputs((model, data, *table.inputs, *effects), report, draft)
+    check_outputs((model, *data, *table.inputs, *effects), report, draft)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = diagnose(arm, measured, own_effects(effects), noise=table.sigma)
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
-        write(report, diagnosis_page(f"{model.name} {Path(data).name}", found).encode())
-    name, text = effect_file(found, draft.stem if draft is not None else "own", Path(data).name)
+        write(report, diagnosis_page(short_names(model, *data), found).encode())
+    name, text = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
     if draft is not None and text is not None:
         write(draft, text.encode())
     elif draft is not None:
@@ -61,25 +60,30 @@ def run(
         _say_named(found, model, data, table.words(effects))
         if text is not None and draft is not None:
             keys, own = [m.candidate.key for m in found.missing], table.words([*effects, draft])
-            words = ("add", model, *keys, name, "--data", data, *own, "-o", "BETTER.toml")
+            words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
             say_next("adds what remains, too" if keys else "adds it", *words, lead="or" if keys else "next")
         elif text is not None:
-            words = ("diagnose", model, data, *table.words(effects), "--draft", "OWN.py")
+            words = ("diagnose", model, *data, *table.words(effects), "--draft", "OWN.py")
             say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
         elif found.suspects and draft is None:
             say_next("shows how to write what remains as an effect of your own", "explain", "DAT028")
     return 0
 
 
-def _say_named(found: Diagnosis, model: Path, data: str, own: Sequence[str]) -> None:
+def _say_named(found: Diagnosis, model: Path, data: Sequence[str], own: Sequence[str]) -> None:
     keys = [m.candidate.key for m in found.missing]
     if keys:
         it = "it" if len(keys) == 1 else "them"
-        say_next(f"writes the model that has {it}", "add", model, *keys, "--data", data, *own, "-o", "BETTER.toml")
+        say_next(f"writes the model that has {it}", "add", model, *keys, *_tables(data), *own, "-o", "BETTER.toml")
     for m in found.missing:
         for other in m.not_separable[:1]:
             pair = ("--between", f"{m.candidate.key},{other}")
             what = "chooses poses that tell them apart"
-            say_next(what, "plan", model, data, *pair, *own, "-o", "POSES.csv", lead="or")
+            say_next(what, "plan", model, *data, *pair, *own, "-o", "POSES.csv", lead="or")
     if found.verdict == "complete":
         say_next("corrects a program with this model", "compensate", "PROGRAM", "-m", model, "-o", "OUT")
+
+
+def _tables(data: Sequence[str]) -> list[str]:
+    """Tables as `add` takes them."""
+    return [word for name in data for word in ("--data", name)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.options import Flag, MeasuredOptions, Output
+from postproc.cli.options import Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.report import print_json, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
@@ -23,9 +23,7 @@ NO_FRAME = 1e-3
 
 
 def run(
-    data: str,
-    /,
-    *,
+    *data: Tables,
     robot: str,
     effects: Annotated[str, Parameter(name="--effects")] = BASE,
     output: Output = None,
@@ -35,7 +33,7 @@ def run(
     """Fit the model of an arm to measured poses.
 
     Args:
-        data: table of measured poses (CSV); - reads stdin.
+        data: tables of measured poses (CSV); - reads stdin.
         robot: library name, or a robot TOML or URDF file.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
         output: model file to write. Default: stdout, and nowhere with --json.
@@ -48,7 +46,7 @@ def run(
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
 
-    check_outputs((data, *table.inputs, robot), output)
+    check_outputs((*data, *table.inputs, robot), output)
     arm = load_robot(robot)
     show(doubts(arm))
     words = [word.strip() for word in effects.split(",") if word.strip()]
@@ -72,7 +70,7 @@ def run(
         (say if output is None else print)(fit.text())
         if output is not None:
             own = table.words([word for word in words if word.endswith(".py")])
-            say_next("says whether an effect is missing", "diagnose", output, data, *own)
+            say_next("says whether an effect is missing", "diagnose", output, *data, *own)
     return 0
 
 

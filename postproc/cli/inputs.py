@@ -66,17 +66,17 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
 
 
 def load_measurements(
-    data: str,
+    data: Sequence[str],
     robot: Robot,
     program: str | None = None,
     columns: str | None = None,
     measured: bool = True,
     beside: Sequence[Path] = (),
 ) -> Measurements:
-    """The table of measured poses, its findings printed.
+    """The tables of measured poses as one, their findings printed.
 
     Args:
-        data: CSV file; ``-`` is stdin.
+        data: CSV files; ``-`` is stdin.
         robot: the arm that was measured.
         program: RAPID module that was run, for tables that name targets.
         columns: TOML file that maps the columns of another layout.
@@ -86,13 +86,18 @@ def load_measurements(
     Raises:
         PostprocError: what is wrong with one of the files.
     """
-    from postproc.measure.table import read_measurements
+    from postproc.measure.together import read_tables
 
     run = [read_source(program), *(read_source(str(path), lent=True) for path in beside)] if program else None
     layout = read_source(columns) if columns else None
-    table = read_measurements(read_source(data), robot, run, layout, measured)
+    table = read_tables([read_source(name) for name in data], robot, run, layout, measured)
     show(table.diagnostics)
     return table
+
+
+def short_names(*files: str | Path) -> str:
+    """What was compared with what, in a line: files without their folders."""
+    return " ".join(Path(file).name for file in files)
 
 
 def own_effects(files: Sequence[Path]) -> list[type[Effect]]:

@@ -41,6 +41,8 @@ SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, sho
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
 ReportFile = Annotated[Path | None, Parameter(name="--report")]
+Tables = Annotated[str, Parameter(required=True)]
+DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
@@ -70,8 +72,8 @@ class TableOptions:
         given += [("with", file) for file in self.side_files] + [("effects", file) for file in effects]
         return [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
 
-    def read(self, data: str, robot: Robot, measured: bool = True) -> Measurements:
-        """The table of that name; see ``load_measurements``."""
+    def read(self, data: Sequence[str], robot: Robot, measured: bool = True) -> Measurements:
+        """The tables of these names as one; see ``load_measurements``."""
         return load_measurements(data, robot, self.program, self.columns, measured, self.side_files)
 
 

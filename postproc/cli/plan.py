@@ -9,17 +9,16 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output
+from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say
+from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
 def run(
     model: Path,
-    data: str,
     /,
-    *,
+    *data: Tables,
     between: str | None = None,
     count: Annotated[int, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
     output: Output = None,
@@ -32,7 +31,7 @@ def run(
 
     Args:
         model: TOML file of the arm.
-        data: table of what has been measured (CSV); - reads stdin.
+        data: tables of what has been measured (CSV); - reads stdin.
         between: two effects to be told apart, KEY,KEY. Default: sharpen the worst-determined parameters.
         count: number of poses.
         output: CSV file to write, a table whose measured columns are to be filled in. Default: stdout.
@@ -43,7 +42,7 @@ def run(
     from postproc.identify.plan import plan_poses
     from postproc.render.measuring import measuring_module
 
-    check_outputs((model, data, *table.inputs, *effects), output, rapid)
+    check_outputs((model, *data, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma)
@@ -59,10 +58,8 @@ def run(
     if json:
         print_json(plan.as_json())
     elif output is not None:
-        say(
-            "next: measure them, fill in x_mm, y_mm, z_mm and what else the first table has, put the rows of both into"
-            " one table by the columns' names (a cell may be empty), and fit again"
-        )
+        what = "when x_mm, y_mm, z_mm and what else the first table has are filled in, says what is missing"
+        say_next(what, "diagnose", model, *data, output, *table.words(effects))
     return 0
 
 

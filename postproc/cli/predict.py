@@ -34,7 +34,7 @@ def run(
 
     check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, table.read(data, arm.robot, measured=False))
+    found = predict_rows(arm, table.read([data], arm.robot, measured=False))
     show(found.diagnostics)
     write(output, found.as_csv().encode())
     if output is not None:

@@ -24,17 +24,18 @@ class Session(
 
     Equation: constant translation and rotation of the base as the instrument sees it, for the rows of each session
     that is listed by its name against the others.
-    Source: rigid-body geometry. Typical size: 20 to 40 micrometres after a new set-up.
+    Source: rigid-body geometry. Typical size: 20 to 40 micrometres after a new set-up on the same points;
+    metres and any angle where the instrument stands elsewhere.
     """
 
     session: tuple[str, ...] = structure(("1",))
-    shift_m: Array = param(unit="m", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
-    turn_rad: Array = param(unit="rad", shape=("session", 3), low=-0.1, high=0.1, typical=3e-5, labels=("x", "y", "z"))
+    shift_m: Array = param(unit="m", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
+    turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement | None:
         if state.session is None:
             return None
-        member = (_names(state)[:, None] == np.array(self.session)).astype(float)
+        member = (names_of_rows(state)[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 
     @classmethod
@@ -47,7 +48,7 @@ class Session(
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         if state.session is None:
             return ()
-        later = tuple(dict.fromkeys(_names(state)[np.argsort(state.session, kind="stable")].tolist()))[1:]
+        later = tuple(dict.fromkeys(names_of_rows(state)[np.argsort(state.session, kind="stable")].tolist()))[1:]
         if current is not None or not later:
             return (variant(current),) if current is not None else ()
         effect = cls(session=later)
@@ -55,7 +56,7 @@ class Session(
         return (variant(effect, "translation", shift, shift), variant(effect, "translation and rotation"))
 
 
-def _names(state: State) -> NDArray[np.str_]:
+def names_of_rows(state: State) -> NDArray[np.str_]:
     """(n,) name of each row's session; its number where it has none."""
     index = np.asarray(state.session, dtype=int)
     names = np.array(state.session_names or [str(i) for i in range(int(index.max(initial=0)) + 1)])

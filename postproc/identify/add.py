@@ -150,7 +150,8 @@ def _added(model: Model, data: Measurements, classes: Sequence[type[Effect]], no
         share = None if top <= floor else float(np.clip((top - fit.held_out_rms) / (top - floor), 0.0, 1.0))
         ladder.append(Step(name, fit, share))
     without = {e.key: _without(final, e.key, noise) for e in final.model.effects if e.key not in FRAMES}
-    return Addition(tuple(ladder), without, floor)
+    # The frames of sessions that saw the arm from elsewhere come back by themselves.
+    return Addition(tuple(ladder), {key: fit for key, fit in without.items() if fit.model.effect(key) is None}, floor)
 
 
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:

@@ -77,7 +77,13 @@ class Comparison:
             "floor_mm": floor,
             "bound_mm": round(1e3 * self.bound, 6),
             "worst": [
-                {"row": data.row[i], "pose_id": data.pose_id[i], "error_mm": round(float(length[i]), 6)} for i in worst
+                {
+                    **({"file": data.sources[data.file[i]].path} if data.file else {}),
+                    "row": data.row[i],
+                    "pose_id": data.pose_id[i],
+                    "error_mm": round(float(length[i]), 6),
+                }
+                for i in worst
             ],
             "channels": [t.as_json() for t in self.trends],
             "diagnostics": [d.as_json() for d in data.diagnostics],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.diagnostics import Diagnostic, Span
+from postproc.diagnostics import Diagnostic
 from postproc.identify.fitted import Fit
 from postproc.measure.repeat import Noise, estimate_noise
 
@@ -34,14 +34,14 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
     for i in fit.set_aside:
         message = (
-            f"row {_row(fit, i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
+            f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
         )
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
-        found.append(Diagnostic("DAT013", "warning", message, fit.data.source, _span(fit, i), help_))
-    for i in standing_out(fit)[:10]:
-        message = f"row {_row(fit, int(i))} lies {size[i]:.2f} mm from the fitted model, more than noise explains"
+        found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
+    for i in standing_out(fit)[:10].tolist():
+        message = f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, more than noise explains"
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
-        found.append(Diagnostic("DAT025", "warning", message, fit.data.source, _span(fit, int(i)), help_))
+        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(i), help_))
     return found
 
 
@@ -72,15 +72,3 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
     square = fit.problem.row_square() / max(fit.variance, 1e-300)
     rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
     return np.flatnonzero((rare < RARE) & used.any(axis=1))
-
-
-def _row(fit: Fit, index: int) -> int:
-    return fit.data.row[index] if fit.data.row else index + 1
-
-
-def _span(fit: Fit, index: int) -> Span | None:
-    source = fit.data.source
-    if source is None or not fit.data.line:
-        return None
-    start = source.line_starts[fit.data.line[index] - 1]
-    return start, start + len(source.line(fit.data.line[index]).encode(source.encoding))

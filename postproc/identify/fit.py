@@ -22,7 +22,7 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import estimate_noise
 from postproc.model.arm import Model
 
-FIRST = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
+FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
 PLAIN = Terms()
@@ -62,6 +62,7 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     figures = estimate_noise(data, noise)
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     problem, figures = blurred(problem, figures)
+    every = list(problem.model.effects)  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
     terms = replace(terms, free=masks)
     fresh = frozenset(e.key for e in effects)
@@ -91,11 +92,14 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     """
     data = data.rows(data.usable)
     figures = estimate_noise(data, noise)
-    lacking = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
+    lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
     if not lacking or data.tool_known:
         lacking = [e for e in lacking if e.key == "instrument_frame"]
     whole = model.with_effects(*lacking, *model.effects)
     problem = start_frames(Problem(whole, data, make_weights(data, figures)))
+    whole, session = problem.model, problem.model.effect("session")
+    if session is not None and session is not model.effect("session"):
+        lacking.append(session)
     nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:

@@ -35,9 +35,10 @@ def recorded_model(fit: Fit) -> Model:
     if fit.scatter.position is not None:
         table["noise_mm"] = _mm(fit.scatter.position)
         table["noise_from"] = fit.scatter.origin
-    if data.source is not None:
-        table["data"] = data.source.path.replace("\\", "/").rsplit("/", 1)[-1]
-        table["data_sha256"] = hashlib.sha256(data.source.data).hexdigest()
+    if data.sources:
+        names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
+        hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
+        table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
     return replace(fit.model, fit=table)
 
 
@@ -104,6 +105,11 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "noise_from": fit.noise.origin,
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
+        **(
+            {"set_aside_files": [fit.data.sources[fit.data.file[i]].path for i in fit.set_aside]}
+            if fit.data.file
+            else {}
+        ),
         "before": before,
         "parameters": {e.key: parameters_json(fit, e.key) for e in fit.model.effects},
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},

@@ -152,6 +152,6 @@ def fit_text(fit: Fit) -> str:
         lines += [f"{effect.key}:", *(f"  {text}" for text in values)] if values else []
     lines += _held(fit)
     for i in fit.set_aside:
-        lines.append(f"Row {fit.data.row[i]} was left out: it lies far from everything else.")
+        lines.append(f"R{fit.data.name(i)[1:]} was left out: it lies far from everything else.")
     lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit)]
     return "\n".join(lines)

@@ -210,7 +210,7 @@ def _weak(problem: Problem, parameters: list[Name]) -> Array:
     """
     every = {
         e.key: np.zeros(len(e.vector()))
-        if e.key in FRAMES
+        if e.key in (*FRAMES, "session")  # the instrument may stand anywhere
         else np.where(e.amplitudes(), 1 / (30 * _sizes(problem, e)), 0.0)
         for e in problem.model.effects
     }

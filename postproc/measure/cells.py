@@ -48,8 +48,7 @@ class Cells:
     decimal: str
 
     def span(self, row: int) -> Span:
-        start = self.source.line_starts[self.lines[row] - 1]
-        return start, start + len(self.source.line(self.lines[row]).encode(self.source.encoding))
+        return self.source.line_span(self.lines[row])
 
     def at(self, name: str | int) -> int:
         """Index of a column by its name, or by its number counted from 1; -1 where there is none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.effects.contract import State
+from postproc.model.states import take
 
 FEWEST = 8
 """Rows whose angles may all be round by chance."""
@@ -34,7 +35,7 @@ class Measurements:
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
-        source: the file, None for data made in memory.
+        sources: the files, none for data made in memory; file: (n,) number of the one that a row stands in, () for one.
         diagnostics: findings about the file.
     """
 
@@ -48,11 +49,29 @@ class Measurements:
     line: tuple[int, ...] = ()
     tool_known: bool = False
     rounded: bool | None = None
-    source: Source | None = field(default=None, repr=False)
+    sources: tuple[Source, ...] = field(default=(), repr=False)
+    file: tuple[int, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def __len__(self) -> int:
         return len(self.state.q)
+
+    @property
+    def source(self) -> Source | None:
+        """The file, None where there are several or none."""
+        return self.sources[0] if len(self.sources) == 1 else None
+
+    def name(self, index: int) -> str:
+        """What people call a row: ``row 12``, with the file where there are several."""
+        number = self.row[index] if self.row else index + 1
+        return f"row {number} of {self.sources[self.file[index]].path}" if self.file else f"row {number}"
+
+    def where(self, index: int) -> tuple[Source | None, Span | None]:
+        """The file and the place in it of a row."""
+        if not (self.sources and self.line):
+            return self.source, None
+        source = self.sources[self.file[index] if self.file else 0]
+        return source, source.line_span(self.line[index])
 
     @cached_property
     def usable(self) -> NDArray[np.bool_]:
@@ -69,7 +88,7 @@ class Measurements:
         picked = np.arange(len(self))[np.asarray(index)]
         return replace(
             self,
-            state=state_rows(self.state, picked),
+            state=take(self.state, picked),
             position=self.position[picked],
             rotation=None if self.rotation is None else self.rotation[picked],
             joint=None if self.joint is None else self.joint[picked],
@@ -77,6 +96,7 @@ class Measurements:
             pose_id=tuple(self.pose_id[i] for i in picked) if self.pose_id else (),
             row=tuple(self.row[i] for i in picked) if self.row else (),
             line=tuple(self.line[i] for i in picked) if self.line else (),
+            file=tuple(self.file[i] for i in picked) if self.file else (),
         )
 
     @cached_property
@@ -110,20 +130,3 @@ class Measurements:
             key = (labels[i], int(sessions[i]), stacked[i].tobytes())
             groups[i] = keys.setdefault(key, len(keys))
         return groups
-
-
-def state_rows(state: State, picked: NDArray[np.int_]) -> State:
-    """The rows of a state."""
-    n = len(state)
-    changes: dict[str, object] = {}
-    for item in fields(state):
-        value = getattr(state, item.name)
-        if item.name == "channels":
-            changes["channels"] = {name: channel[picked] for name, channel in value.items()}
-        elif item.name == "session_names":
-            continue
-        elif item.name == "T_flange_tcp":
-            changes[item.name] = value[picked] if value.ndim == 3 else value
-        elif value is not None and len(value) == n:
-            changes[item.name] = value[picked]
-    return state.with_(**changes)

@@ -70,7 +70,7 @@ def read_measurements(
         row=tuple(range(1, n + 1)),
         line=table.cells.lines,
         tool_known=tool_known,
-        source=source,
+        sources=(source,),
     )
     diagnostics += check_measurements(data, robot, table.cells, measured)
     if has_errors(diagnostics):

@@ -56,8 +56,8 @@ class _Fit(_Table):
     noise_from: str = ""
     not_identifiable: list[str] = []
     version: str = ""
-    data: str = ""
-    data_sha256: str = ""
+    data: str | list[str] = ""
+    data_sha256: str | list[str] = ""
     parameters: list[str] = []
     covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
     unexplained_mm: float = 0.0

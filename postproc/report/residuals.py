@@ -141,4 +141,4 @@ def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float 
 
 
 def _pose(fit: Fit, i: int) -> str:
-    return f"{fit.data.pose_id[i]} (row {fit.data.row[i]})"
+    return f"{fit.data.pose_id[i]} ({fit.data.name(i)})"

@@ -261,3 +261,38 @@ def test_an_effect_that_the_model_holds_is_fitted_again_and_told(call: Call, cel
     assert outcome.err.splitlines()[0] == "info[DAT029]: `backlash` is in the model: it is fitted again"
     assert outcome.out.startswith("Adding `backlash` does not help")
     assert "next:" not in outcome.err
+
+
+def test_tables_of_two_days_are_one(call: Call, cell: Path, tmp_path: Path) -> None:
+    """The second day the instrument stands a metre away; a row that was read wrongly is named with its file."""
+    lines = (cell / "fit.csv").read_text().splitlines()
+    middle = len(lines) * 2 // 3
+    x = lines[0].split(",").index("x_mm")
+
+    def shifted(line: str, by: float) -> str:
+        cells = line.split(",")
+        return ",".join([*cells[:x], f"{float(cells[x]) + by:.4f}", *cells[x + 1 :]])
+
+    later = [shifted(line, 1000.0) for line in lines[middle:]]
+    later[4] = shifted(later[4], 30.0)
+    days = [tmp_path / "monday.csv", tmp_path / "friday.csv"]
+    for path, rows in zip(days, (lines[1:middle], later), strict=True):
+        path.write_text("\n".join([lines[0], *rows]) + "\n")
+
+    model, better = tmp_path / "two.toml", tmp_path / "better.toml"
+    fitted = call("fit", *days, "--robot", "irb4600_60_205", "-o", model)
+    assert fitted.code == 0, fitted.err
+    assert f"Row 5 of {days[1]} was left out" in fitted.err + fitted.out
+    assert str(days[1]) in fitted.err.split("next:")[1]
+    text = model.read_text()
+    assert 'session = ["friday"]' in text and 'data = ["monday.csv", "friday.csv"]' in text
+    compared = json.loads(call("compare", model, *days, "--json").out)
+    assert compared["rows"] == len(lines) - 1 and compared["worst"][0]["file"] == str(days[1])
+    added = call("add", model, "backlash", "--data", days[0], "--data", days[1], "-o", better, "--json")
+    document = json.loads(added.out)
+    assert document["set_aside_rows"] == [5] and document["set_aside_files"] == [str(days[1])]
+    assert document["held_out_rms_mm"] < 1.4 * NOISE_MM
+    assert {row["without"] for row in document["leave_one_out"]} == {"joint_offset", "joint_compliance", "backlash"}
+    places = tmp_path / "predicted.csv"
+    assert call("predict", better, cell / "validate_true.csv", "-o", places).code == 0
+    assert np.sqrt(np.mean((positions(places)[1] - positions(cell / "validate_true.csv")[1]) ** 2)) < 0.6 * NOISE_MM

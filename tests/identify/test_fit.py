@@ -10,11 +10,12 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
 from postproc.identify.add import add_effects
-from postproc.identify.fit import fit_model
+from postproc.identify.fit import evaluate, fit_model
 from postproc.identify.problem import Problem, make_weights
 from postproc.identify.record import cautions, fit_json
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
+from postproc.measure.together import read_tables
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
@@ -170,6 +171,43 @@ def test_a_session_is_known_by_its_name_in_other_tables():
     for rows in (every[::-1], every[20:], every[:20]):
         data = table(rows)
         assert predict(model, data.state)[:, :3, 3] == pytest.approx(data.position, abs=2e-6)
+
+
+def test_an_instrument_that_was_set_up_anew_gets_a_frame_of_its_own():
+    """Seen from metres away by another angle, half of the rows say of the arm what they said before."""
+    arm = load_robot("irb4600_60_205")
+    q = poses(60, seed=9)
+    turn, shift = np.array([[0, -1, 0], [0.6, 0, 0.8], [-0.8, 0, 0.6]]), np.array([3200.0, -900.0, 400.0])
+    noise = np.random.default_rng(4).normal(0, 0.002, (60, 3))
+    true = points(q + np.array([0, 0.02, -0.03, 0.01, 0.02, 0]))
+
+    def read(name, rows, places):
+        cells = [f"P{i}," + ",".join(f"{x:.6f}" for x in (*q[i], *places[i])) for i in rows]
+        return Source(name, "\n".join([HEADER, *cells]).encode())
+
+    first, near = read("a.csv", range(35), true + noise), read("b.csv", range(35, 60), true + noise)
+    far = read("b.csv", range(35, 60), true @ turn.T + shift + noise)
+    effects = [LIBRARY[key].null() for key in ("instrument_frame", "tool_frame", "joint_offset")]
+    fits = [
+        fit_model(Model(arm, robot_name="irb4600_60_205"), read_tables([first, later], arm), effects)
+        for later in (near, far)
+    ]
+    assert fits[0].model.effect("session") is None
+    moved = parse_model(Source("m.toml", render_model(fits[1].recorded()).encode()))
+    assert moved.effect("session").session == ("b",)
+    offset = moved.effect("joint_offset").vector()
+    assert offset[0] == offset[5] == 0.0
+    assert np.degrees(offset[1:5]) == pytest.approx([0.02, -0.03, 0.01, 0.02], abs=2e-3)
+    where = predict(moved, fits[1].data.state)[:, :3, 3] * 1e3
+    assert where[:35] == pytest.approx(true[:35], abs=0.01)
+    assert where[35:] == pytest.approx((true @ turn.T + shift)[35:], abs=0.01)
+    assert fits[1].set_aside == ()
+    # A model of the first table meets the second: its frame is found, and nothing of the arm changes.
+    alone = fit_model(Model(arm, robot_name="irb4600_60_205"), read_tables([first], arm), effects).model
+    beside = evaluate(alone, read_tables([first, far], arm))
+    assert beside.rms == pytest.approx(2e-6, rel=0.3)
+    assert (beside.model.effect("joint_offset").vector() == alone.effect("joint_offset").vector()).all()
+    assert evaluate(beside.model, read_tables([first, far], arm)).parameters == ()
 
 
 def test_a_joint_that_yields_against_its_load_is_named():

@@ -18,7 +18,7 @@ def poses(n: int, seed: int = 1) -> np.ndarray:
     return g.uniform(low, high, (n, 6))
 
 
-def points(q_deg: np.ndarray) -> np.ndarray:
+def points(q_deg: np.ndarray, tool: np.ndarray = TOOL) -> np.ndarray:
     """(n, 3) tool points [mm] of the nominal IRB 4600-60/2.05 in an instrument turned by 0.7 rad about z and set off by metres."""
     axes = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0.0]])
     steps = np.array([[0, 0, 0.495], [0.175, 0, 0], [0, 0, 0.9], [0, 0, 0.175], [0.96, 0, 0], [0.135, 0, 0]])
@@ -27,7 +27,7 @@ def points(q_deg: np.ndarray) -> np.ndarray:
         R, p = np.eye(3), np.zeros(3)
         for axis, step, angle in zip(axes, steps, row, strict=True):
             p, R = p + R @ step, R @ _turn(axis, angle)
-        found.append(p + R @ np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0.0]]) @ TOOL)
+        found.append(p + R @ np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0.0]]) @ tool)
     c, s = np.cos(0.7), np.sin(0.7)
     frame = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     return 1e3 * (np.array(found) @ frame.T + np.array([1.5, -2.0, 0.3]))
