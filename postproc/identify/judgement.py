@@ -108,9 +108,14 @@ def fitted_best(
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
-    """The candidate with the fall of its full refit in place of the linear one; worth nothing where no arm is so."""
+    """The candidate with the fall of its full refit in place of the linear one; worth nothing where no arm is so.
+
+    What the refit leaves counts at the weights of the base, as it does for whatever is not fitted in full: rows that
+    only stand out beside the candidate stand out beside its rivals, too.
+    """
     before = base.linear.square
-    rest = min(after.linear.square, before)
+    own, same = after.problem.residual, after.problem.weighted(base.problem.weights).residual
+    rest = min(after.linear.square + float(same @ same - own @ own), before)
     freedom = base.linear.freedom
     linear = max(before - candidate.fall, 1e-12 * before)
     gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))

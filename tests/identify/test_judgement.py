@@ -38,6 +38,10 @@ def _short_wave(g, arm):
     return Hidden("wave", "transmission_error", joint=lambda s, tau: _nine_times(s))
 
 
+def _long_wave(g, arm):
+    return Hidden("wave", "transmission_error", joint=lambda s, tau: column(1, 8e-4 * np.sin(3 * s.q[:, 1])))
+
+
 def _lifted(g, arm):
     """A balloon under the forearm: 4000 N upwards."""
 
@@ -63,6 +67,22 @@ def test_a_balancer_that_hides_behind_one_of_several_waves_is_said_to_do_so():
     data, _ = cell(_short_wave, seed=640120, poses=80)
     (missing,) = diagnose(base_fit(data).model, data).missing
     assert missing.candidate.key == "transmission_error" and "gravity_compensator" not in missing.not_separable
+
+
+def test_rows_that_only_stand_out_beside_an_effect_are_no_merit_of_it():
+    data, _ = cell(_long_wave, seed=640122, poses=80)
+    wrong = data.position.copy()
+    wrong[[7, 40]] += [1.5e-3, 0, 0]
+    base = base_fit(replace(data, position=wrong))
+    candidate = compose(
+        Screen(base.problem, {"transmission_error": TransmissionError}), base.linear, "transmission_error"
+    )
+    after = refit(base, base.linear, candidate)
+    assert not base.set_aside and len(after.set_aside) == 2
+    mistakes = after.problem.row_square()[list(after.set_aside)].sum()
+    found = judged(base, after, candidate)
+    assert found.fall == pytest.approx(base.linear.square - after.linear.square - mistakes, rel=1e-3)
+    assert mistakes > 0.05 * base.linear.square and abs(found.fall - candidate.fall) < 0.5 * mistakes
 
 
 def test_what_no_arm_can_be_is_worth_nothing_but_can_be_added():
