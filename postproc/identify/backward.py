@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.identify.fitted import Fit
-from postproc.identify.judgement import MATERIAL, confusable, convincing, judged, refit
+from postproc.identify.forms import schwarz
+from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing
+from postproc.identify.selection import compose
 
 
 def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -45,4 +47,27 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
         alike, unseen = confusable(rivals, mine, without, search.fit)
         missing[at] = replace(missing[at], alike=alike, unseen=unseen)
         at += 1
+    return missing
+
+
+def terms_needed(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
+    """What is missing, each with no more terms than it needs beside the patterns that were found after it.
+
+    A term may have been the best for what a pattern tells. So each effect is composed anew beside them, and what it had
+    more before must be worth its parameters (Schwarz 1978).
+    """
+    for at, one in enumerate(missing if search.outside else []):
+        others = [m.candidate for m in missing if m is not one]
+        bare = replace(search, fit=refit_all(base, search.fit, others, noise))
+        screen, linear = bare.screen(), bare.linear()
+        composed = compose(screen, linear, one.candidate.key)
+        found = composed and fitted_best(bare.fit, screen, linear, composed)
+        if not found:
+            continue
+        anew, after = found
+        more, less = search.linear(), replace(search, fit=after).linear()
+        count = more.parameters - less.parameters
+        if count > 0 and schwarz(less.square, less.square - more.square, count, less.freedom, 1.0) <= 0:
+            missing[at] = replace(one, candidate=anew, held_out_after=after.held_out_rms)
+            search.fit = after
     return missing

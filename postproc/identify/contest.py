@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.less import counted, of_effects, without
 from postproc.identify.linear import Linear
-from postproc.identify.lines import lines_needed
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing, clear, worth_saying
@@ -77,7 +77,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
     if len(kept) < len(missing):
         search.fit = refit_all(base, full, [m.candidate for m in kept], noise)
     search.outside = list(best.outside)
-    return kept if held else lines_needed(search, kept, noise)
+    return kept if held else terms_needed(search, base, kept, noise)
 
 
 def _tells_as_much(rival: _Whole, best: _Whole, near: float) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.judgement import predicts_better
-from postproc.identify.less import without
 from postproc.identify.linear import f_test
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
@@ -24,8 +22,6 @@ from postproc.identify.solve import Terms
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
 """Lines in all from which a map is tried in their place; on one joint two are enough."""
-ORDERS = 36
-"""Joints times the sum of 1/n over all orders n: the odds against a line of order n are so many times n."""
 CLEARLY = 2.0
 """Standard errors by which the map must predict better."""
 
@@ -55,36 +51,6 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     search.fit = after
     kept = [m for m in missing if m is not told or stay.any()]
     return [*kept, Missing(candidate, after.held_out_rms)]
-
-
-def lines_needed(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:
-    """What is missing less every gear line that the patterns beside it leave nothing to tell.
-
-    A line may have been the best for what a pattern, found later, tells. It must be worth its search beside both.
-    """
-    told = next((m for m in missing if m.candidate.key == LINES), None)
-    lines = search.fit.model.effect(LINES)
-    if told is None or not search.outside or not isinstance(lines, TransmissionError) or len(lines.joint) < 2:
-        return missing
-    fit, count = search.fit, len(lines.joint)
-    worth = []
-    for k, order in enumerate(lines.order):
-        out = np.array([key == LINES and i % count == k for key, i in fit.parameters])
-        linear = without(fit, out)
-        for suspect in search.outside:
-            linear = linear.extended(suspect.columns(fit.problem))
-        fall = linear.square - linear.extended(fit.columns[:, out]).square
-        worth.append(schwarz(linear.square, fall, int(out.sum()), linear.freedom, ORDERS * order))
-    if min(worth) > 0:
-        return missing
-    stay = np.arange(count) != int(np.argmin(worth))
-    search.fit = _with_lines(fit, lines, stay, noise)
-    found = search.fit.model.effect(LINES)
-    assert isinstance(found, TransmissionError)
-    label = "; ".join(f"joint {j}, order {n:g}" for j, n in zip(found.joint, found.order, strict=True))
-    less = replace(told.candidate, effect=found, free=search.fit.free[LINES], label=label)
-    kept = [replace(m, candidate=less) if m is told else m for m in missing]
-    return lines_needed(search, kept, noise)
 
 
 def _with_lines(fit: Fit, lines: TransmissionError, stay: NDArray[np.bool_], noise: float | None) -> Fit:

@@ -46,12 +46,10 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     there once more with the pattern taken, and the whole that is worth more is kept: early on, a pattern may only look
     better because other effects are missing, and two names together may tell what one pattern tells.
     """
-    forks: list[_Fork] = []
     named = replace(search, outside=[])
-    missing = _select(named, first, [], forks)
-    parts = len(missing) + len(named.outside)
-    for fork in (f for f in forks if f.more or f.parts < parts):
-        other = _select(fork.search, ranking(fork.search), fork.missing, None)
+    missing, fork = _select(named, first, [], True)
+    if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
+        other, _ = _select(fork.search, ranking(fork.search), fork.missing, False)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
@@ -88,14 +86,14 @@ class _Fork:
 
 
 def _select(
-    search: Search, ranked: list[Candidate], missing: list[Missing], forks: list[_Fork] | None
-) -> list[Missing]:
-    """One effect or pattern after another.
+    search: Search, ranked: list[Candidate], missing: list[Missing], first: bool
+) -> tuple[list[Missing], _Fork | None]:
+    """One effect or pattern after another, and where a pattern came near a name that went before it.
 
     Args:
-        forks: where a name goes before the first pattern that comes near it, and that place is kept; None where the
-            pattern goes before.
+        first: whether a name goes before the first pattern that comes near it.
     """
+    fork: _Fork | None = None
     refused: set[str] = set()
     for _ in range(MOST):
         fresh = (c for c in ranked if c.key not in refused)
@@ -103,10 +101,10 @@ def _select(
         suspects = search.suspects(search.fit, search.linear())
         outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
         lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
-        first = forks == [] and lead > -ODDS
-        if first and forks is not None and outside is not None:
-            forks.append(_Fork(replace(search, outside=[*search.outside, outside]), missing, lead > 0))
-        if best is not None and (first or lead <= 0):
+        goes_first = lead <= 0
+        if first and fork is None and outside is not None and lead > -ODDS:
+            fork, goes_first = _Fork(replace(search, outside=[*search.outside, outside]), missing, lead > 0), True
+        if best is not None and goes_first:
             taken = _take(search, best, ranked)
             if taken is None:
                 refused.add(best.key)
@@ -117,7 +115,7 @@ def _select(
         else:
             break
         ranked, refused = ranking(search), set()
-    return missing
+    return missing, fork
 
 
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:

@@ -7,11 +7,12 @@ import pytest
 
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.fit import fit_model
 from postproc.identify.forms import forms_of
-from postproc.identify.lines import lines_needed, lines_or_map
+from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
 from postproc.identify.suspects import Suspect
@@ -68,11 +69,11 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
     search = Search(fit, effect_library(), None, [jump])
-    [kept] = lines_needed(search, told, None)
+    [kept] = terms_needed(search, base, told, None)
     assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
     # Nothing stands beside them: the search has judged them already.
     alone = Search(fit, effect_library(), None, [])
-    assert lines_needed(alone, told, None) == told and alone.fit is fit
+    assert terms_needed(alone, base, told, None) == told and alone.fit is fit
 
 
 def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
