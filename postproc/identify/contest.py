@@ -11,7 +11,6 @@ from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
-from postproc.identify.less import counted, of_effects, without
 from postproc.identify.linear import Linear
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
@@ -52,22 +51,17 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
         return missing
     full = search.fit
     held = [m for m in missing if base.model.effect(m.candidate.key) is not None]
-    bare = without(full, of_effects(full, {m.candidate.key for m in missing if m not in held})).square
-    best = _explained(search, full, full.linear, tuple(m for m in missing if m not in held))
+    best = _explained(search, full, tuple(m for m in missing if m not in held))
     noise_left = best.square if full.noise.position is None else min(best.square, float(len(full.linear.residual)))
+    near = MENDS * (base.linear.square - noise_left)
     while best.named and best.outside:
         rivals = []
         for one in best.named:
             named = tuple(m for m in best.named if m is not one)
             dropped = [m.candidate for m in missing if m not in named and m not in held]
-            if any(c.curved for c in dropped):
-                # What forms an effect, and what acts through springs, cannot be taken out of a linear problem.
-                fit = refit_all(base, full, [m.candidate for m in missing if m in named or m in held], noise)
-                linear = fit.linear
-            else:
-                fit, linear = full, without(full, of_effects(full, {c.key for c in dropped}))
-            rivals.append(_explained(search, fit, linear, named, best.outside, dropped))
-        near = MENDS * (bare - noise_left)
+            fit = refit_all(base, full, [m.candidate for m in missing if m in named or m in held], noise)
+            if fit.set_aside == full.set_aside:
+                rivals.append(_explained(search, fit, named, best.outside, dropped))
         alike = (r for r in rivals if _tells_as_much(r, best, near))
         rival = min(alike, key=lambda r: r.square, default=best)
         if rival is best:
@@ -94,7 +88,6 @@ def _tells_as_much(rival: _Whole, best: _Whole, near: float) -> bool:
 def _explained(
     search: Search,
     fit: Fit,
-    linear: Linear,
     named: tuple[Missing, ...],
     like: Sequence[Suspect] | None = None,
     dropped: Sequence[Candidate] = (),
@@ -104,7 +97,7 @@ def _explained(
     As long as these are like some others, and tell more than a name that was dropped would.
     """
     outside: list[Suspect] = []
-    other = False
+    linear, other = fit.linear, False
     while len(outside) < MOST:
         found = search.suspects(fit, linear)
         if not found or not clear(found[0], linear, worth_saying(fit)):
@@ -115,15 +108,13 @@ def _explained(
         if any(_named_worth(search.fit, linear, one) > found[0].evidence for one in dropped):
             break
         outside.append(found[0])
-        linear = counted(fit, linear.extended(found[0].columns(fit.problem)))
+        linear = linear.extended(found[0].columns(fit.problem))
     return _Whole(named, tuple(outside), linear.square, other)
 
 
 def _named_worth(full: Fit, linear: Linear, dropped: Candidate) -> float:
     """What a name is worth that a fit holds, in a linear problem without it, at the price of its own search."""
     columns = full.columns[:, [key == dropped.key for key, _ in full.parameters]]
-    if len(columns) != len(linear.residual):
-        return -np.inf  # Other rows were set aside.
     after = linear.extended(columns)
     count = after.parameters - linear.parameters
     return schwarz(linear.square, linear.square - after.square, count, linear.freedom, np.exp(dropped.searched / 2))

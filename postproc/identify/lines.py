@@ -7,16 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.effects.joint_error_map import JointErrorMap, named
 from postproc.effects.transmission_error import GEAR, TransmissionError
-from postproc.identify.candidate import Candidate
+from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import schwarz
-from postproc.identify.judgement import predicts_better
-from postproc.identify.linear import f_test
+from postproc.identify.judgement import fitted_best, predicts_better
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
+from postproc.identify.selection import compose
 from postproc.identify.solve import Terms
 
 LINES, MAP = "transmission_error", "joint_error_map"
@@ -67,21 +65,8 @@ def _mapped(
     search: Search, lines: TransmissionError, stay: NDArray[np.bool_], noise: float | None
 ) -> tuple[NDArray[np.bool_], Candidate, Fit] | None:
     """Which lines stay, and the map in the place of the others with the fit that it gives."""
-    fit = search.fit
-    plain = _with_lines(fit, lines, stay, noise)
-    joints = tuple(sorted({j for j, left in zip(lines.joint, stay, strict=True) if not left}))
-    # A fit chooses how fine a map is, and on three joints or more whether all that move have one.
-    every = (v.effect for v in JointErrorMap.variants(plain.problem.sensitivity.state))
-    first = next((e for e in every if isinstance(e, JointErrorMap)), None)
-    if first is None:
-        return None
-    coarse = JointErrorMap(joint=joints, order=first.order, low_rad=first.low_rad, high_rad=first.high_rad)
-    after = fit_model(plain.model, plain.data, [coarse], noise=noise, terms=Terms(plain.free, plain.strength))
-    found = after.model.effect(MAP)
-    assert isinstance(found, JointErrorMap)
-    before, count = plain.linear, after.linear.parameters - plain.linear.parameters
-    fall, left = before.square - after.linear.square, before.freedom - count
-    worth = schwarz(before.square, fall, count, before.freedom, 1.0)
-    p = f_test(before.square, after.linear.square, count, left)
-    label = f"{named(found.joint)}, orders to {found.order}"
-    return stay, Candidate(MAP, found, after.free[MAP], label, worth, fall, count, 0.0, 0.0, p, fit=after), after
+    plain = _with_lines(search.fit, lines, stay, noise)
+    screen = Screen(plain.problem, {MAP: search.classes[MAP]}, plain.free)
+    composed = compose(screen, plain.linear, MAP)
+    found = composed and fitted_best(plain, screen, plain.linear, composed)
+    return (stay, *found) if found else None
