@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
@@ -45,29 +46,37 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             search.fit, at = without, 0
             continue
         alike, unseen = confusable(rivals, mine, without, search.fit)
-        missing[at] = replace(missing[at], alike=alike, unseen=unseen)
+        missing[at] = _with_fewer_terms(search, without, replace(missing[at], alike=alike, unseen=unseen), mine)
         at += 1
     return missing
 
 
 def terms_needed(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
-    """What is missing, each with no more terms than it needs beside the patterns that were found after it.
-
-    A term may have been the best for what a pattern tells. So each effect is composed anew beside them, and what it had
-    more before must be worth its parameters (Schwarz 1978).
-    """
+    """What is missing, each with no more terms than it needs beside the patterns that were found after it."""
     for at, one in enumerate(missing if search.outside else []):
-        others = [m.candidate for m in missing if m is not one]
-        bare = replace(search, fit=refit_all(base, search.fit, others, noise))
-        screen, linear = bare.screen(), bare.linear()
-        composed = compose(screen, linear, one.candidate.key)
-        found = composed and fitted_best(bare.fit, screen, linear, composed)
-        if not found:
-            continue
-        anew, after = found
-        more, less = search.linear(), replace(search, fit=after).linear()
-        count = more.parameters - less.parameters
-        if count > 0 and schwarz(less.square, less.square - more.square, count, less.freedom, 1.0) <= 0:
-            missing[at] = replace(one, candidate=anew, held_out_after=after.held_out_rms)
-            search.fit = after
+        without = refit_all(base, search.fit, [m.candidate for m in missing if m is not one], noise)
+        bare = replace(search, fit=without)
+        mine = compose(bare.screen(), bare.linear(), one.candidate.key)
+        missing[at] = one if mine is None else _with_fewer_terms(search, without, one, mine)
     return missing
+
+
+def _with_fewer_terms(search: Search, without: Fit, one: Missing, mine: Candidate) -> Missing:
+    """An effect as it is composed anew beside all others, unless what it has more is worth its parameters (Schwarz).
+
+    An early term may have been the best for what a later effect or a pattern tells.
+    """
+    key, bare = mine.key, replace(search, fit=without)
+    fitted = sum(k == key for k, _ in search.fit.parameters)
+    if mine.effect.roughness() is not None or mine.free.sum() >= fitted:
+        return one
+    found = fitted_best(without, bare.screen(), bare.linear(), mine)
+    if found is None:
+        return one
+    anew, after = found
+    more, less = search.linear(), replace(search, fit=after).linear()
+    fall, count = less.square - more.square, more.parameters - less.parameters
+    if count <= 0 or schwarz(less.square, fall, count, less.freedom, 1.0) > 0:
+        return one
+    search.fit = after
+    return replace(one, candidate=anew, held_out_after=after.held_out_rms)

@@ -18,17 +18,13 @@ from postproc.identify.contest import contested
 from postproc.identify.findings import MANY, data_findings, larger_noise, standing_out
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
-from postproc.identify.forms import schwarz
-from postproc.identify.linear import Linear
 from postproc.identify.lines import lines_or_map
 from postproc.identify.patterns import patterns
-from postproc.identify.problem import Problem
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.rounding import rounded
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
 from postproc.identify.suspects import Suspect, by_channel
-from postproc.identify.tried import ODDS
 from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -151,18 +147,9 @@ def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
     """
     linear, share = search.fit.linear, worth_saying(final)
     strongest = search.suspects(search.fit, linear)
-    still = any(_still(s, search.fit.problem, linear, share) for s in search.outside)
-    if not (still or lacking or (strongest and clear(strongest[0], linear, share))):
+    if not (search.outside or lacking or (strongest and clear(strongest[0], linear, share))):
         strongest = []
     return tuple(by_channel(strongest, search.outside[1:]))
-
-
-def _still(suspect: Suspect, problem: Problem, linear: Linear, share: float) -> bool:
-    columns = suspect.columns(problem)
-    rest = linear.square
-    after = linear.extended(columns)
-    fall = rest - after.square
-    return schwarz(rest, fall, columns.shape[1], linear.freedom, 1e4) - ODDS > 0 and fall > share * rest
 
 
 def _lack_of_fit(fit: Fit) -> bool:
