@@ -24,7 +24,7 @@ from postproc.compensate.figures import figures_of
 from postproc.compensate.insertions import small_zone
 from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import judge_statements, unproved
+from postproc.compensate.outcomes import judge_statements
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
@@ -135,9 +135,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    report = document(
-        plan, model.robot.name, outcomes, figures, unproved(outcomes, events, plan), accuracy, limits, findings
-    )
+    report = document(plan, model.robot.name, events, outcomes, figures, accuracy, limits, findings)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 

@@ -8,11 +8,12 @@ from typing import Any
 from postproc import __version__
 from postproc.compensate.accuracy import Accuracy
 from postproc.compensate.figures import Figures
-from postproc.compensate.outcomes import UNKNOWN_START
+from postproc.compensate.outcomes import unmeasured, unproved
 from postproc.compensate.plan import Plan
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.limits import LimitReport
+from postproc.rapid.events import MotionEvent
 
 SCHEMA = "postproc/compensate/1"
 
@@ -20,14 +21,15 @@ SCHEMA = "postproc/compensate/1"
 def document(
     plan: Plan,
     robot: str,
+    events: Sequence[MotionEvent],
     outcomes: Sequence[Outcome],
     figures: Figures,
-    doubtful: int,
     accuracy: Accuracy | None,
     limits: LimitReport,
     findings: Sequence[Diagnostic],
 ) -> dict[str, Any]:
-    """What ``--json`` prints (docs/documents.md); ``doubtful``: see ``unproved``."""
+    """What ``--json`` prints (docs/documents.md)."""
+    unseen, lines = unmeasured(outcomes, events, plan)
     return {
         "schema": SCHEMA,
         "tool": __version__,
@@ -40,8 +42,9 @@ def document(
         "max_joint_move_mm": _mm(figures.joint_move),
         "tolerance_mm": _mm(plan.motion.options.tolerance_m),
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
-        "unproved_statements": doubtful,
-        "target_only_statements": sum(o.reason == UNKNOWN_START for o in outcomes),
+        "unproved_statements": unproved(outcomes, events, plan),
+        "unmeasured_statements": unseen,
+        "measured_statements": lines - unseen,
         "added_targets": len(plan.insertions),
         "cycle_time_s": round(limits.slower, 3),
         "cycle_time_before_s": round(limits.cycle_time, 3),
@@ -66,22 +69,20 @@ def summary(r: Mapping[str, Any]) -> str:
     )
     passing = f" at steady speed{transient}{jump}" if transient else jump
     expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
-    doubts = [
-        f"{r[key]} of them {what}"
-        for key, what in (
-            ("target_only_statements", "at their targets alone: where they begin is not known"),
-            (
-                "unproved_statements",
-                "also run where they cannot be followed: what remains there is not proved",
-            ),
+    doubt = unseen = ""
+    if r["unproved_statements"]:
+        doubt = (
+            f" ({r['unproved_statements']} of them also run where they cannot be followed: what remains is not proved)"
         )
-        if r[key]
-    ]
-    doubt = f" ({'; '.join(doubts)})" if doubts else ""
+    if r["unmeasured_statements"]:
+        unseen = f" ({r['unmeasured_statements']} lines or arcs in no figure: where they begin or end is not known)"
+    fall = "no line or arc could be measured"
+    if r["measured_statements"]:
+        before, after = r["max_error_before_mm"], r["max_error_after_mm"]
+        fall = f"{before:.3f} mm -> {after:.3f} mm along lines and arcs{passing}"
     count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
     return (
-        f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm along lines and arcs{passing}"
-        f" (tolerance {r['tolerance_mm']:g} mm); {count['compensated']} statements compensated{doubt},"
+        f"{fall} (tolerance {r['tolerance_mm']:g} mm){unseen}; {count['compensated']} statements compensated{doubt},"
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
         f" cycle time {r['cycle_time_s']:.1f} s{expected}"
     )

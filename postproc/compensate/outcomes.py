@@ -67,6 +67,10 @@ def judge_statements(
             what = "the path to this target" if way > end else "this target itself"
             text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
             findings.append(_finding("CMP006", "warning", statement, text, why))
+    unseen, lines = unmeasured(outcomes, events, plan)
+    if 0 < unseen == lines:
+        text = "no line or arc could be measured: where they begin or end is known only when the program runs"
+        findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
     findings += _transition_findings(plan) + _transient_finding(plan, after)
     return outcomes, findings
 
@@ -117,6 +121,14 @@ def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: P
     followed = {move.row for move in plan.motion.moves}
     astray = {e.statement.key for row, e in enumerate(events) if e.elsewhere or row not in followed}
     return sum(o.status == "compensated" and o.statement.key in astray for o in outcomes)
+
+
+def unmeasured(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> tuple[int, int]:
+    """Lines and arcs whose way is in no figure (where they begin or end is not known), and how many there are."""
+    run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
+    measured = {move.event.statement.key for move in plan.motion.moves if not move.first}
+    own = run & {o.statement.key for o in outcomes}
+    return len(own - measured), len(own)
 
 
 def _shifts(plan: Plan) -> Array:

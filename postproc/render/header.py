@@ -25,7 +25,8 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         **beyond,
         "added": document["added_targets"],
         "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
-        "alone": document["target_only_statements"],
+        "measured": document["measured_statements"],
+        "unmeasured": document["unmeasured_statements"],
         "unproved": document["unproved_statements"],
     }
 

@@ -183,3 +183,16 @@ def test_what_is_wrong_where_nothing_leads_is_left_and_said(values: dict[str, st
     assert sum(o.status == "skipped" for o in found.outcomes) == 1
     reached = module(data, "rOld;", old)
     assert convert(reached).exit_code == 1
+
+
+@pytest.mark.parametrize(("more", "measured"), [("", 0), (f"MoveL {A},v50,fine,tT;\nMoveL {B},v50,fine,tT;", 1)])
+def test_lines_that_nobody_can_follow_are_in_no_figure(more: str, measured: int) -> None:
+    choice = "IF DInput(di1)=1 THEN\np:=a;\nELSE\np:=b;\nENDIF\nMoveL p,v50,fine,tT;\n"
+    data = f"CONST robtarget a:={A};\nCONST robtarget b:={B};\nVAR robtarget p;"
+    found = convert(module(data, f"MoveJ {C},v200,fine,tT;\n{choice}{more}"))
+    assert found.report["measured_statements"] == measured
+    assert found.report["unmeasured_statements"] == 1 + measured  # the line that begins there is right at its target
+    for told in (found.summary, written(found)):
+        assert ("no line or arc could be measured" in told) == (measured == 0)
+        assert "in no figure" in told
+    assert ("CMP017" in codes(found)) == (measured == 0)
