@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 from postproc.diagnostics import Diagnostic, Severity, Source
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.motion import fits, read_motion
 from postproc.rapid.parse import parse
 from postproc.rapid.signatures import SIGNATURES
-from postproc.rapid.syntax import Declaration, Module, Routine, Statement
-from postproc.rapid.tokens import identifiers
+from postproc.rapid.syntax import Declaration, Module, Parameter, Routine, Statement
+
+Typed = TypeVar("Typed", Declaration, Parameter, Routine)
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,6 @@ class Program:
         declarations: data of modules and routines, in text order.
         statements: every motion statement in text order.
         diagnostics: what is wrong or not understood.
-        identifiers: all words in lower case, those in comments and strings too.
         motions: the same motion statements by path and offset.
         names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
         constants: names of data that keep the value in the text, whatever the program writes to them.
@@ -35,7 +36,6 @@ class Program:
     declarations: tuple[Declaration, ...]
     statements: tuple[MotionStatement, ...]
     diagnostics: tuple[Diagnostic, ...]
-    identifiers: frozenset[str] = field(repr=False)
     motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
     names: Mapping[str, Declaration] = field(repr=False)
     routines: Mapping[tuple[str, str], Routine] = field(repr=False)
@@ -94,12 +94,11 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
     files = (sources,) if isinstance(sources, Source) else tuple(sources)
     modules: list[Module] = []
     diagnostics: list[Diagnostic] = []
-    words: set[str] = set()
     for source in files:
         found, problems = _read_source(source)
         modules += found
         diagnostics += problems
-        words |= identifiers(source.data)
+    modules = _without_aliases(modules)
     fixed = frozenset(name.lower() for name in constants)
     names = _fixed(_names(modules, diagnostics), fixed, diagnostics)
     routines = _routines(modules)
@@ -124,7 +123,6 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
         tuple(_all_declarations(modules)),
         tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items())),
         tuple(diagnostics),
-        frozenset(words),
         motions,
         names,
         routines,
@@ -159,6 +157,35 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
         help = "give a file with MODULE .. ENDMODULE"
         problems.append(Diagnostic("RAP011", "error", "there is no MODULE in the file", source, None, help))
     return modules, problems
+
+
+def _without_aliases(modules: list[Module]) -> list[Module]:
+    """The same with the types that ALIAS renames by their own names."""
+    aliases = {r.name: r.fields[0][1] for m in modules for r in m.records if r.fields and not r.fields[0][0]}
+    if not aliases:
+        return modules
+
+    def meant(item: Typed) -> Typed:
+        return replace(item, type=aliases.get(item.type.lower(), item.type))
+
+    return [
+        replace(
+            module,
+            records=tuple(
+                replace(r, fields=tuple((name, aliases.get(kind, kind)) for name, kind in r.fields))
+                for r in module.records
+                if r.name not in aliases
+            ),
+            declarations=tuple(map(meant, module.declarations)),
+            routines=tuple(
+                replace(
+                    meant(r), parameters=tuple(map(meant, r.parameters)), declarations=tuple(map(meant, r.declarations))
+                )
+                for r in module.routines
+            ),
+        )
+        for module in modules
+    ]
 
 
 def _all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:

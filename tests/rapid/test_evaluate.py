@@ -10,7 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from postproc.diagnostics import Source
+from postproc.rapid.program import read_program
 from postproc.rapid.records import RobTarget
+from postproc.rapid.walk import walk
 from tests.rapid.build import UNUSED, events
 
 P1 = "[[100,200,300],[0.3,-0.5,0.7,0.4],[0,-1,2,1],[5,9E9,9E9,9E9,9E9,9E9]]"
@@ -186,3 +189,30 @@ def test_what_is_not_known_has_a_reason(target: str, reason: str) -> None:
     event = events(f"MoveL {target},v5,z0,tool0;", data)[0]
     assert event.target is None
     assert event.reason in (reason, reason.replace("circle2", "circle1"))
+
+
+def test_types_that_alias_renames_are_what_they_rename() -> None:
+    """A target of a renamed type is changed by components, handed to a routine and moved to as any other."""
+    text = f"""MODULE M
+  ALIAS robtarget place;
+  ALIAS num length;
+  CONST place pA:={P1};
+  PROC main()
+    VAR place q;
+    VAR length n:=3;
+    q:=pA;
+    FOR i FROM 1 TO n DO
+      q.trans.z:=q.trans.z+10;
+    ENDFOR
+    go q;
+    go pA;
+  ENDPROC
+  PROC go(place p)
+    MoveL p,v100,fine,tool0;
+  ENDPROC
+ENDMODULE
+"""
+    high, low = walk(read_program([Source("m.mod", text.encode())]))
+    assert isinstance(high.target, RobTarget) and isinstance(low.target, RobTarget)
+    assert high.target.trans[2] - low.target.trans[2] == 30.0
+    assert low.target_origin.declaration == "m..pa" and low.target_origin.handed is not None
