@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.identify.fit import evaluate
-from postproc.identify.fitted import Fit, rms
+from postproc.identify.fitted import Fit, distances, rms
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
@@ -34,16 +34,9 @@ class Comparison:
     trends: tuple[Trend, ...]
     bound: float
 
-    @property
-    def length(self) -> Array:
-        """(n,) distance between measured and predicted position [m], along what was measured of it; NaN for nothing."""
-        seen = np.isfinite(self.error)
-        distance = np.linalg.norm(np.where(seen, self.error, 0.0), axis=1)
-        return np.asarray(np.where(seen.any(axis=1), distance, np.nan))
-
     def as_json(self) -> dict[str, Any]:
         """``postproc/compare/1``."""
-        data, length = self.fit.data, self.length * 1e3
+        data, length = self.fit.data, distances(self.error) * 1e3
         good = np.isfinite(length)
         worst = [int(i) for i in np.argsort(-np.nan_to_num(length, nan=-1.0))[:WORST] if good[i]]
         p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
@@ -97,16 +90,16 @@ class Comparison:
             if j["noise_mm"] is None
             else f"the instrument's noise is {j['noise_mm']:.3f} mm per axis"
         )
+        axes = "" if len(j["per_axis_mm"]) in (0, 3) else f" along {' and '.join(j['per_axis_mm'])}"
         lines = [
-            f"The arm is {j['mean_mm']:.3f} mm from where the model says, {j['maximum_mm']:.3f} mm at worst "
+            f"The arm is {j['mean_mm']:.3f} mm from where the model says{axes}, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
             _without_physics(j["rms_mm"], j["bound_mm"], j["noise_mm"]),
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
             "",
-            "worst poses: "
-            + ", ".join(f"{w['pose_id']} (row {w['row']}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
+            "worst poses: " + ", ".join(f"{w['pose_id']} ({_row(w)}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
         ]
         repeat = j["iso9283"]["repeatability_median_mm"]
         if repeat is not None:
@@ -114,6 +107,10 @@ class Comparison:
         lines += ["", "the residual follows (share of its variance above chance):"]
         lines += [f"  {t.channel:12s} {t.where:8s} {100 * t.share:5.1f} %" for t in self.trends[:8]]
         return "\n".join(lines)
+
+
+def _row(worst: dict[str, Any]) -> str:
+    return f"row {worst['row']} of {worst['file']}" if "file" in worst else f"row {worst['row']}"
 
 
 def _without_physics(rms_mm: float, bound_mm: float, noise_mm: float | None) -> str:
@@ -139,5 +136,5 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     fit = evaluate(model, data, noise=noise)
     figures = estimate_noise(fit.data, noise)
     error = fit.problem.error[:, :3]
-    iso = iso9283(error, fit.data.repeats)
+    iso = iso9283(error[:, np.isfinite(error).any(axis=0)], fit.data.repeats)
     return Comparison(fit, error, figures, iso, residual_trends(fit), fit.leftover.held_out)

@@ -257,6 +257,13 @@ class Fit:
         return fit_text(self)
 
 
+def distances(error: Array) -> Array:
+    """(n,) length of (n, 3) errors along the coordinates that were measured; NaN where none was."""
+    seen = np.isfinite(error)
+    length = np.linalg.norm(np.where(seen, error, 0.0), axis=1)
+    return np.asarray(np.where(seen.any(axis=1), length, np.nan))
+
+
 def rms(error: Array) -> float:
     """Root mean square of all finite numbers, per axis."""
     good = error[np.isfinite(error)]

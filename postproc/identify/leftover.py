@@ -47,14 +47,15 @@ def leftover(fit: Fit) -> Leftover:
     are left out in closed form, fitted parameters and all, e_B = (P_BB)^-1 (P y)_B. Sources: Patterson and Thompson
     (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
     """
-    position = fit.problem.weights.used[:, :3].all(axis=1)
+    position = fit.problem.weights.used[:, :3].any(axis=1)
     rows = np.flatnonzero(position)[:: max(1, -(-int(position.sum()) // ROWS))]
-    field = _Field.of(fit, rows)
+    used = fit.problem.weights.used[rows, :3].ravel()
+    field = _Field.of(fit, rows, used)
     if len(rows) < 20 or field.freedom < 20:
         return Leftover(1.0, fit.held_out_rms)
     alone = field.restricted(field.own)
     evidence, variance, best, chosen = [alone[0]], [alone[1]], alone[0], field.own
-    several = list(_processes(fit, rows))
+    several = list(_processes(fit, rows, used))
     for process in several:
         for ratio in RATIOS:
             covariance = ratio * process + field.own
@@ -65,9 +66,11 @@ def leftover(fit: Fit) -> Leftover:
                 best, chosen = likelihood, covariance
     weight = np.exp(np.array(evidence) - max(evidence))
     noise = float(weight @ variance / weight.sum() / alone[1])
-    blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], 3)
+    blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], 3)[used]
+    each = np.zeros(len(used))
+    each[used] = field.held_out(chosen, blocks)
     out = np.zeros(fit.problem.weights.values.shape)
-    out[rows, :3] = field.held_out(chosen, blocks).reshape(-1, 3)
+    out[rows, :3] = each.reshape(-1, 3)
     error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, :3]
     return Leftover(min(noise, 1.0), min(rms(error), fit.held_out_rms))
 
@@ -84,10 +87,10 @@ class _Field:
     own: Array
 
     @classmethod
-    def of(cls, fit: Fit, rows: NDArray[np.int_]) -> _Field:
+    def of(cls, fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
         size = fit.problem.weights.values.shape[1]
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
-        at = place[(size * rows[:, None] + np.arange(3)).ravel()]
+        at = place[(size * rows[:, None] + np.arange(3)).ravel()[used]]
         soft = fit.penalty > 0
         own = fit.columns[at][:, soft] / fit.penalty[soft]
         U = np.linalg.qr(fit.columns[at][:, ~soft])[0]
@@ -125,8 +128,8 @@ class _Field:
         return out
 
 
-def _processes(fit: Fit, rows: NDArray[np.int_]) -> Iterator[Array]:
-    """Covariances (N, N) of free functions, with a mean variance of 1."""
+def _processes(fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Iterator[Array]:
+    """Covariances (N, N) of free functions, with a mean variance of 1, at the coordinates that are used."""
     problem = fit.problem
     named = fit_channels(fit)
     near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
@@ -136,14 +139,16 @@ def _processes(fit: Fit, rows: NDArray[np.int_]) -> Iterator[Array]:
     for kind, widths in OWN.items():
         own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
         for width in widths if own else ():
-            yield _unit(np.sum([_moved(turn[:, :, j : j + 1]) * _alike(square, width) for j, square in own], axis=0))
+            yield _unit(
+                np.sum([_moved(turn[:, :, j : j + 1]) * _alike(square, width) for j, square in own], axis=0), used
+            )
     angles = np.sum([near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near], axis=0)
     slow = [near[name] for name in SLOW if name in near]
     for width in WIDTHS[2:]:
-        yield _unit(anywhere * np.mean([_alike(square, width) for square in near.values()], axis=0))
-        yield _unit(anywhere * _alike(angles, width))
+        yield _unit(anywhere * np.mean([_alike(square, width) for square in near.values()], axis=0), used)
+        yield _unit(anywhere * _alike(angles, width), used)
     if slow:
-        yield _unit(anywhere * np.mean([_alike(square, WIDTHS[2]) for square in slow], axis=0))
+        yield _unit(anywhere * np.mean([_alike(square, WIDTHS[2]) for square in slow], axis=0), used)
 
 
 def _moved(J: Array) -> Array:
@@ -156,7 +161,7 @@ def _alike(square: Array, width: float) -> Array:
     return np.asarray(np.exp(-0.5 * square / width**2)[:, None, :, None])
 
 
-def _unit(covariance: Array) -> Array:
-    size = covariance.shape[0] * covariance.shape[1]
-    flat = covariance.reshape(size, size)
-    return np.asarray(flat / max(float(np.trace(flat)) / size, 1e-300))
+def _unit(covariance: Array, used: NDArray[np.bool_]) -> Array:
+    flat = covariance.reshape(len(used), len(used))
+    flat = flat if used.all() else flat[np.ix_(used, used)]
+    return np.asarray(flat / max(float(np.trace(flat)) / len(flat), 1e-300))

@@ -97,11 +97,16 @@ class Problem:
         return equilibrium(self.model, state)
 
     @cached_property
+    def T_instrument_tcp(self) -> Array:
+        """(n, 4, 4) where the model says that the instrument sees the TCP."""
+        T = self.rest.T_base_tcp
+        moved = self.rest.deflection.instrument
+        return T if moved is None else np.asarray(displace(moved) @ T)
+
+    @cached_property
     def error(self) -> Array:
         """(n, r) measured minus predicted [m, rad, rad], instrument axes; NaN where not measured."""
-        T = self.rest.T_base_tcp
-        if self.rest.deflection.instrument is not None:
-            T = displace(self.rest.deflection.instrument) @ T
+        T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
         if self.data.rotation is not None:
             parts.append(rotation_vectors(self.data.rotation @ np.swapaxes(T[:, :3, :3], 1, 2)))

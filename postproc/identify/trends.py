@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -62,11 +62,11 @@ def joint_errors(fit: Fit) -> Array:
 
 
 def joint_inverse(fit: Fit) -> Array:
-    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m], damped with s = 0.05 m.
+    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] of the coordinates that were measured, damped with s = 0.05 m.
 
     Near singular directions no joint is blamed for what it could hardly cause.
     """
-    J = fit.problem.sensitivity.matrix[:, :3, :6]
+    J = fit.problem.sensitivity.matrix[:, :3, :6] * np.isfinite(fit.problem.error[:, :3, None])
     square = J @ np.swapaxes(J, 1, 2) + 0.05**2 * np.eye(3)
     return np.asarray(np.swapaxes(np.linalg.solve(square, J), 1, 2))
 
@@ -74,13 +74,15 @@ def joint_inverse(fit: Fit) -> Array:
 def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
     error, joint, named = fit.position_error, joint_errors(fit), fit_channels(fit)
-    good = np.asarray(np.isfinite(error).all(axis=1))
-    if good.sum() < 3 * FEWEST:
+    seen = np.isfinite(error).any(axis=0)
+    good = np.asarray(np.isfinite(error[:, seen]).all(axis=1))
+    if not seen.any() or good.sum() < 3 * FEWEST:
         return ()
     found: list[Trend] = []
     for name, values in named.items():
         member, centre = _bins(values[good])
-        found.append(_trend(name, "space", error * 1e3, good, member, centre))
+        along = _trend(name, "space", error[:, seen] * 1e3, good, member, centre)
+        found.append(replace(along, direction=np.eye(3)[seen].T @ along.direction))
         if name[:-1] in ("q", "v", "dir", "load", "a") and name[-1] in "123456":
             j = int(name[-1]) - 1
             found.append(_trend(name, f"joint {j + 1}", joint[:, j : j + 1] * 1e3, good, member, centre))

@@ -114,10 +114,21 @@ def _labels(q: Array) -> list[str]:
 
 
 def _seen(table: Table) -> Array | None:
-    """(n, 3) measured positions; exact zeros of all three among others are beams that were lost, and said so."""
-    position = table.vector(names.POSITION)
-    if position is None:
+    """(n, 3) measured positions, NaN along axes that have no column.
+
+    Exact zeros of all three among others are beams that were lost, and said so.
+    """
+    present = [name for name in names.POSITION if name in table.place]
+    if not present:
         return None
+    if len(present) < len(names.POSITION):
+        missing = " and ".join(f"`{name}`" for name in names.POSITION if name not in present)
+        message = (
+            f"there is no column {missing}: the places are known along {' and '.join(n[0] for n in present)} alone"
+        )
+        table.say("DAT002", "warning", message, missing_help(table.cells))
+    nothing = np.full(len(table.cells.rows), np.nan)
+    position = np.stack([nothing if (c := table.column(name)) is None else c for name in names.POSITION], axis=1)
     lost = (position == 0).all(axis=1)
     if not lost.any() or lost.all():
         return position

@@ -36,7 +36,8 @@ def comparison_page(name: str, found: Comparison) -> str:
         ("ISO 9283 repeatability, median", iso["repeatability_median_mm"]),
         ("ISO 9283 repeatability, largest", iso["repeatability_max_mm"]),
     ]
-    worst = [(row["pose_id"], row["row"], row["error_mm"]) for row in document["worst"]]
+    files = [] if not found.fit.data.file else ["file"]
+    worst = [[row[name] for name in ("pose_id", *files, "row", "error_mm")] for row in document["worst"]]
     follows = [(t["channel"], t["where"], f"{100 * t['share']:.0f} %") for t in document["channels"][:20]]
     sections = [
         Section(
@@ -48,7 +49,7 @@ def comparison_page(name: str, found: Comparison) -> str:
         workspace_section(found.fit),
         channel_section(found.fit, found.noise.position),
         Section("Figures", table(("figure", "mm"), figures)),
-        Section("Worst poses", table(("pose", "row", "mm"), worst)),
+        Section("Worst poses", table(("pose", *files, "row", "mm"), worst)),
         Section("Share of the residual above chance", table(("channel", "at", "explains"), follows)),
     ]
     return render_page(f"postproc compare {name}", found.text().splitlines()[0], sections, document, key)

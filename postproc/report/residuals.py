@@ -9,7 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.channels import fit_channels, unit_of
 from postproc.identify.compare import WORST
-from postproc.identify.fitted import Fit
+from postproc.identify.fitted import Fit, distances
 from postproc.identify.suspects import Suspect
 from postproc.identify.trends import Trend, joint_inverse, residual_trends
 from postproc.identify.verdict import suspect_size
@@ -28,11 +28,13 @@ DAMPING = 0.05  # [m], as in `joint_inverse`: no joint is blamed for what it cou
 
 def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
     """Residuals in instrument axes, where they were measured."""
-    position, error = fit.data.position, fit.position_error
-    good = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(error).all(axis=1))
+    error = fit.position_error
+    good = np.flatnonzero(np.isfinite(error).any(axis=1))
     if not len(good):
         return Section(title, "", "No position was measured.")
-    position, error = position[good], error[good]
+    # A coordinate that was not measured is where the model says.
+    error = np.nan_to_num(error[good])
+    position = fit.problem.T_instrument_tcp[good, :3, 3] + error
     times = enlargement(position, error)
     rows = chosen(error)
     label = [
@@ -70,7 +72,7 @@ def channel_section(
     for trend in sorted(trends, key=lambda t: (t.channel, t.where) not in asked):
         best.setdefault(trend.channel, trend)
     named = fit_channels(fit)
-    size = np.linalg.norm(fit.position_error, axis=1)
+    size = distances(fit.position_error)
     worst = [int(i) for i in np.argsort(-np.nan_to_num(size, nan=-1.0))[:WORST] if np.isfinite(size[i])]
     # The instrument's noise as it looks at a joint: rms over the poses of each row of J^+.
     at_joint = 1e3 * np.sqrt((joint_inverse(fit) ** 2).sum(axis=2).mean(axis=0))
@@ -97,9 +99,9 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
     columns = linear.project(suspect.columns(fit.problem))
     (size,) = suspect_size(fit, suspect)
     rest = fit.problem.weights.measured(linear.rest - columns[:, 0] * size)
-    lever = suspect.place[:, :3, 0]
+    lever = suspect.place[:, :3, 0] * np.isfinite(fit.problem.error[:, :3])
     square = (lever**2).sum(axis=1)
-    shown = size * suspect.values + (lever * rest[:, :3]).sum(axis=1) / (square + DAMPING**2)
+    shown = size * suspect.values + (lever * np.nan_to_num(rest[:, :3])).sum(axis=1) / (square + DAMPING**2)
     unit, factor = unit_of(suspect.channel)
     return scatter(
         named[suspect.channel] * factor,

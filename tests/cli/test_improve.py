@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shlex
 from pathlib import Path
 from types import SimpleNamespace
@@ -296,3 +297,32 @@ def test_tables_of_two_days_are_one(call: Call, cell: Path, tmp_path: Path) -> N
     places = tmp_path / "predicted.csv"
     assert call("predict", better, cell / "validate_true.csv", "-o", places).code == 0
     assert np.sqrt(np.mean((positions(places)[1] - positions(cell / "validate_true.csv")[1]) ** 2)) < 0.6 * NOISE_MM
+
+
+def test_a_gauge_along_one_axis_tells_what_it_can(call: Call, cell: Path, tmp_path: Path) -> None:
+    """Figures of heights alone are those of the heights, and nowhere stands what nobody measured."""
+    model, heights, places = tmp_path / "base.toml", tmp_path / "z.csv", tmp_path / "predicted.csv"
+    assert call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "-o", model).code == 0
+    assert call("predict", model, cell / "fit.csv", "-o", places).code == 0
+    rows = list(csv.DictReader((cell / "fit.csv").read_text().splitlines()))
+    with heights.open("w", newline="") as file:
+        writer = csv.DictWriter(file, [name for name in rows[0] if name not in ("x_mm", "y_mm")], extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    found = call("compare", model, heights, "--json", "--report", tmp_path / "z.html")
+    assert found.code == 0 and "along z alone" in found.err
+    document = json.loads(found.out)
+    off = positions(cell / "fit.csv")[1][:, 2] - positions(places)[1][:, 2]
+    assert document["rms_mm"] == pytest.approx(np.sqrt(np.mean(off**2)), abs=2e-5)
+    assert document["maximum_mm"] == pytest.approx(np.abs(off).max(), abs=2e-5)
+    assert list(document["per_axis_mm"]) == ["z"]
+    by_pose = [
+        np.mean([o for o, r in zip(off, rows, strict=True) if r["pose_id"] == p]) for p in {r["pose_id"] for r in rows}
+    ]
+    assert document["iso9283"]["accuracy_mean_mm"] == pytest.approx(np.mean(np.abs(by_pose)), abs=1e-4)
+    assert document["bound_mm"] < 0.5 * document["rms_mm"]
+    assert {c["channel"] for c in document["channels"]} >= {"dir5", "q2", "load3"}
+    text = call("compare", model, heights)
+    assert "says along z," in text.out and "nan" not in text.out.lower()
+    page = (tmp_path / "z.html").read_text("utf-8")
+    assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL).lower()
