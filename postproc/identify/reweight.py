@@ -55,8 +55,15 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
 
 
 def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
-    """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise."""
+    """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise.
+
+    The sigma that a table states for a row is that of its position. What else was measured there may scatter with it or
+    be as good as everywhere: whichever makes the residuals likelier.
+    """
     values = weights.values.copy()
+    scale = values[:, :3].max(axis=1)
+    share = np.where(scale > 0, scale * (figures.position or 3e-5), 1.0)[:, None]
+    reference = robust_rms(np.where(values[:, :3] > 0, problem.error[:, :3] * values[:, :3], np.nan))
     start = 3
     for measured, known in (
         (problem.data.rotation is not None, figures.rotation),
@@ -65,13 +72,13 @@ def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
         if not measured:
             continue
         stop = start + (3 if start == 3 and problem.data.rotation is not None else 6)
-        if known is None:
-            own = robust_rms(problem.error[:, start:stop])
-            reference = robust_rms(problem.error[:, :3]) * np.nanmax(values[:, :3], initial=0.0)
-            if own > 0 and reference > 0:
-                values[:, start:stop] = (values[:, start:stop] > 0) * reference / own
-            elif own > 0:
-                values[:, start:stop] = (values[:, start:stop] > 0) / own
+        error = problem.error[:, start:stop]
+        seen = np.isfinite(error).all(axis=1)
+        with_it = _surprise(error * share) - np.mean(np.log(share[seen])) < _surprise(error)
+        form = share if with_it else np.ones_like(share)
+        own = robust_rms(error * form)
+        level = (reference or 1.0) / own if known is None and own > 0 else values[:, start:stop]
+        values[:, start:stop] = (values[:, start:stop] > 0) * level * form
         start = stop
     return values
 
@@ -80,6 +87,12 @@ def robust_rms(error: Array) -> float:
     """1.4826 times the median absolute value of the finite numbers."""
     good = error[np.isfinite(error)]
     return 1.4826 * float(np.median(np.abs(good))) if len(good) else 0.0
+
+
+def _surprise(error: Array) -> float:
+    """Minus the mean log likelihood of numbers of one scatter, each at most as surprising as three deviations."""
+    scatter = robust_rms(error)
+    return float(np.log(scatter) + 0.5 * np.nanmean(np.minimum((error / scatter) ** 2, 9.0))) if scatter > 0 else 0.0
 
 
 def _huber(problem: Problem, values: Array) -> Array:

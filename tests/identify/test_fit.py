@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
@@ -254,3 +255,16 @@ def test_an_effect_whose_channel_was_not_measured_is_said():
     fit = base_fit(without, more=("thermal_joint_drift",))
     (found,) = cautions(fit)
     assert found.code == "DAT021" and "`thermal_joint_drift` reads temperature" in found.message
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_orientations_weigh_by_their_own_scatter_where_rows_state_that_of_positions(together):
+    data, _ = cell(seed=640140, poses=120)
+    data = data.rows(np.isin(np.arange(len(data)), np.unique(data.repeats, return_index=True)[1]))
+    g, n = np.random.default_rng(7), len(data)
+    T, own = predict(base_fit(data).model, data.state), np.array([0.5, 1.0, 2.0])[np.arange(n) % 3]
+    turn = 6e-5 * (own if together else np.ones(n))
+    rotation = Rotation.from_rotvec(g.normal(0, 1, (n, 3)) * turn[:, None]).as_matrix() @ T[:, :3, :3]
+    position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3)) * own[:, None]
+    fit = base_fit(replace(data, position=position, rotation=rotation, sigma=3e-5 * own))
+    np.testing.assert_allclose(fit.problem.weights.values[:, 3:6] * turn[:, None], 1.0, rtol=0.15)
