@@ -21,7 +21,7 @@ LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
 """Lines in all from which a map is tried in their place; on one joint two are enough."""
 CLEARLY = 2.0
-"""Standard errors by which the map must predict better."""
+"""Standard errors by which the map must predict better; half as many where other joints have one already."""
 
 
 def lines_or_map(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -34,7 +34,7 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     lines = search.fit.model.effect(LINES)
     if told is None or not isinstance(lines, TransmissionError):
         return missing
-    if MAP not in search.classes or search.fit.model.effect(MAP) is not None:
+    if MAP not in search.classes:
         return missing
     joint, motor = np.array(lines.joint), np.array(lines.order) > GEAR
     alone = motor | (np.bincount(joint[~motor], minlength=7)[joint] == 1)
@@ -44,10 +44,11 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
     if not trials:
         return missing
     stay, candidate, after = min(trials, key=lambda t: t[2].held_out_rms)
-    if not predicts_better(after, search.fit, CLEARLY):
+    standing = search.fit.model.effect(MAP) is not None
+    if not predicts_better(after, search.fit, CLEARLY / 2 if standing else CLEARLY):
         return missing
     search.fit = after
-    kept = [m for m in missing if m is not told or stay.any()]
+    kept = [m for m in missing if m.candidate.key != MAP and (m is not told or stay.any())]
     return [*kept, Missing(candidate, after.held_out_rms)]
 
 

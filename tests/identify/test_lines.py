@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.backward import terms_needed
@@ -22,8 +23,8 @@ from tests.independent.cells import Hidden, column
 PHASE = np.random.default_rng(8).uniform(0, 6.3, 9)
 
 
-def _smooth(s):
-    return column(2, sum(6e-5 * np.sin(k * s.q[:, 2] + PHASE[k]) for k in range(1, 9)))
+def _smooth(s, joint=2):
+    return column(joint, sum(6e-5 * np.sin(k * s.q[:, joint] + PHASE[k]) for k in range(1, 9)))
 
 
 def _line(joint, order):
@@ -57,6 +58,23 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expecte
     kept = search.fit.model.effect(wave.key)
     assert kept is None or kept.joint == tuple(j for j in joint if len(expected) == 1 or j == 4)
     assert search.fit.held_out_rms <= fit.held_out_rms
+
+
+@pytest.mark.parametrize("broad", [True, False], ids=["a smooth function", "two lines"])
+def test_lines_beside_a_map_give_way_to_a_map_of_both_joints(broad):
+    others = (lambda s: _smooth(s, 1),) if broad else (_line(1, 2), _line(1, 5))
+    data, _ = cell(_hidden(_smooth, *others), seed=640134, poses=120)
+    base = base_fit(data)
+    wave, known = TransmissionError(joint=(2, 2), order=(2.0, 5.0)), JointErrorMap(joint=(3,), order=8)
+    fit = fit_model(base.model, base.data, [known, wave])
+    told = [
+        Missing(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0), fit.held_out_rms)
+        for e in (known, wave)
+    ]
+    search = Search(fit, effect_library(), None, [])
+    missing = lines_or_map(search, told, None)
+    assert [m.candidate.key for m in missing] == ([known.key] if broad else [known.key, wave.key])
+    assert set(search.fit.model.effect(known.key).joint) == ({2, 3} if broad else {3})
 
 
 def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
