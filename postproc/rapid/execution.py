@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.assign import forget, store
@@ -58,7 +58,7 @@ class Execution(ABC):
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
         self.returned: Value | NotKnown | None = None
-        self.jumps: dict[str, frozenset[str]] = {}
+        self.jumps: dict[str, Mapping[str, int]] = {}
         # Long programs may take more steps.
         self.steps = -10 * len(program.statements)
         self.depth = 0

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
 from postproc.rapid.evaluate import evaluate
+from postproc.rapid.jumps import jumps_in, structured
 from postproc.rapid.loops import Loops
 from postproc.rapid.memory import Memory
-from postproc.rapid.program import bodies, statements_in
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
@@ -43,7 +43,8 @@ class Flow(Loops):
             return True
         self.steps += 1  # an empty body costs time too
         self.depth += 1
-        reached = all(self.statement(statement, memory) for statement in statements)
+        steps = structured(tuple(statements), self.jumps_of(memory.frame.routine))
+        reached = all(self.statement(statement, memory) for statement in steps)
         self.depth -= 1
         return reached
 
@@ -123,13 +124,14 @@ class Flow(Loops):
                 verdict = None
         return verdict
 
+    def jumps_of(self, routine: Routine) -> Mapping[str, int]:
+        if routine.key not in self.jumps:
+            self.jumps[routine.key] = jumps_in(routine)
+        return self.jumps[routine.key]
+
     def label(self, statement: Statement, memory: Memory) -> None:
         routine = memory.frame.routine
-        jumps = self.jumps.get(routine.key)
-        if jumps is None:
-            every = (s for body in bodies(routine) for s in statements_in(body))
-            jumps = self.jumps[routine.key] = frozenset(s.word for s in every if s.kind == "goto")
-        if statement.word in jumps:
+        if statement.word in self.jumps_of(routine):
             forget(memory, self.changes.of_routine[routine.key], "may have changed before the jump to here")
             self.ways.doubt()
 

@@ -52,9 +52,9 @@ class Loops(Execution):
         return reached
 
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
-        condition = loop.parts[0]
+        condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
-        if words.strip(b"() \t\r\n").lower() == b"true":
+        if words.strip(b"() \t\r\n").lower() in (b"true", b""):
             self.unknown_turns(loop, memory, {}, certain=True)
             return False
         keys = self.changes.of_one(loop, memory.frame.routine)

@@ -258,8 +258,29 @@ def test_handlers_in_the_middle() -> None:
     assert [e.conditional for e in found] == [False, True, True, True]
 
 
-def test_labels_and_jumps() -> None:
-    body = "n:=0; again: MoveL Offs(p,n,0,0),v5,z0,tool0; n:=n+1; IF n<3 GOTO again; MoveL p,v5,z0,tool0;"
+STEP = "MoveL Offs(p,n,0,0),v5,z0,tool0; n:=n+1;"
+
+
+@pytest.mark.parametrize(
+    ("jumps", "loops"),
+    [
+        (f"again: {STEP} IF n<3 GOTO again;", f"{STEP} WHILE n<3 DO {STEP} ENDWHILE"),
+        (f"again: {STEP} IF n<3 THEN n:=n+1; GOTO again; ENDIF", f"{STEP} WHILE n<3 DO n:=n+1; {STEP} ENDWHILE"),
+        (f"again: {STEP} IF di1=1 GOTO again;", f"{STEP} WHILE di1=1 DO {STEP} ENDWHILE"),
+        (f"again: {STEP} n:=0; GOTO again;", f"WHILE TRUE DO {STEP} n:=0; ENDWHILE"),
+        (f"IF di1=1 GOTO past; {STEP} past:", f"IF di1=1 THEN ELSE {STEP} ENDIF"),
+        (f"a: b: {STEP} IF n<2 GOTO b; IF n<4 GOTO a;", f"{STEP} {STEP} {STEP} {STEP}"),
+    ],
+)
+def test_jumps_are_followed_as_the_loops_and_branches_that_they_are(jumps: str, loops: str) -> None:
+    found, wanted = (events(f"n:=0; {body} MoveL p,v5,z0,tool0;", P + "VAR num n;") for body in (jumps, loops))
+    assert places(found) == places(wanted)
+    told = [[(e.conditional, e.detached, e.first, e.again, e.way) for e in each] for each in (found, wanted)]
+    assert told[0] == told[1]
+
+
+def test_what_several_jumps_lead_to_is_not_known() -> None:
+    body = f"n:=0; again: {STEP} IF n<3 GOTO again; IF n<5 GOTO again; MoveL p,v5,z0,tool0;"
     found = events(body, P + "VAR num n;")
     assert places(found) == [None, (1, 2, 3)]
     assert "n" in (found[0].reason or "")

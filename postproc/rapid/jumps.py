@@ -1,0 +1,50 @@
+"""Loops and branches that are written with GOTO."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+from postproc.rapid.program import bodies, statements_in
+from postproc.rapid.syntax import Branch, Routine, Statement
+
+
+def jumps_in(routine: Routine) -> Mapping[str, int]:
+    """How many GOTOs lead to each label of a routine."""
+    return Counter(s.word for body in bodies(routine) for s in statements_in(body) if s.kind == "goto")
+
+
+def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[Statement, ...]:
+    """A body with jumps between its own statements as what they do, where no other leads to the same label.
+
+    ``l: S; IF c GOTO l;`` is S and then ``WHILE c`` S; ``l: S; GOTO l;`` is a loop without end; ``IF c GOTO l; S; l:``
+    runs S unless c holds.
+    """
+    if not jumps:
+        return body
+    labels = {s.word: i for i, s in enumerate(body) if s.kind == "label" and jumps.get(s.word) == 1}
+    for j, statement in enumerate(body if labels else ()):
+        jump = _jump(statement)
+        i = labels.get(jump[0].word) if jump is not None else None
+        if jump is None or i is None:
+            continue
+        (goto, before), part = jump, body[min(i, j) + 1 : max(i, j)]
+        span = (min(body[i].span[0], statement.span[0]), max(body[i].span[1], statement.span[1]))
+        conditions = statement.branches[0].conditions if statement is not goto else ()
+        if i < j:
+            loop = Statement("while", span, "", conditions, (Branch(conditions, (*before, *part)),))
+            return structured((*body[:i], *(part if conditions else ()), loop, *body[j + 1 :]), jumps)
+        if conditions:
+            skip = Statement("if", span, "", (), (Branch(conditions, before), Branch((), part)))
+            return structured((*body[:j], skip, *body[i + 1 :]), jumps)
+    return body
+
+
+def _jump(statement: Statement) -> tuple[Statement, tuple[Statement, ...]] | None:
+    """The GOTO with which a statement or its only branch ends, and what that branch does before."""
+    if statement.kind == "goto":
+        return statement, ()
+    if statement.kind != "if" or len(statement.branches) != 1 or not statement.branches[0].body:
+        return None
+    *before, last = statement.branches[0].body
+    return (last, tuple(before)) if last.kind == "goto" else None
