@@ -60,6 +60,17 @@ def distance(new: Deflection, old: Deflection) -> Array:
     return result
 
 
+def moves(new: Deflection, old: Deflection) -> Array:
+    """(n, k) from one deflection to the other, all joints and ends of bodies beside each other."""
+    return np.hstack([new.joint - old.joint, *(xi - old.body.get(b, 0.0) for b, xi in new.body.items())])
+
+
+def moved_by(old: Deflection, new: Deflection, part: Array) -> Deflection:
+    """The old deflection after a part of its ``moves`` (n, k) to the new one, whose tool and frame carry no load."""
+    body = {b: old.body.get(b, 0.0) + part[:, 6 * k + 6 : 6 * k + 12] for k, b in enumerate(new.body)}
+    return Deflection(old.joint + part[:, :6], body, new.tool, new.instrument)
+
+
 def tcp(chain: Chain, state: State, deflection: Deflection) -> Array:
     """Real TCP in the base frame, flange times nominal tool times tool displacement, (n, 4, 4)."""
     T: Array = chain.T_base_flange @ state.T_flange_tcp

@@ -191,6 +191,35 @@ def test_rows_do_not_depend_on_each_other_and_models_pickle() -> None:
     assert predict(model, take(state, slice(0, 0))).shape == (0, 4, 4)
 
 
+class Latch(Effect, reads=("load",)):
+    """Joint 3 gives way by a step where its load passes a limit."""
+
+    step_rad: np.ndarray = param(unit="rad", shape=(1,), typical=1e-4)
+
+    def displacement(self, state):
+        return np.eye(6)[2] * self.step_rad * (state.joint_load[:, 2:3] > 250.0)
+
+
+@pytest.mark.parametrize("step", [3e-3, -3e-3])
+def test_a_joint_that_gives_way_at_a_load_rests_at_that_load(step: float) -> None:
+    """Where the step takes off the load that called for it, neither side is an equilibrium: the joint rests between."""
+    model, rigid = (default_model().with_effects(Latch(step_rad=np.array([s]))) for s in (step, 0.0))
+
+    def borne(q):
+        return equilibrium(rigid, rigid.state(q)).state.joint_load[:, 2]
+
+    q = np.tile([0.1, 0.4, 0.0, 0.3, 0.7, -0.2], (400, 1))
+    q[:, 2] = np.linspace(-1.5, 1.5, 400)
+    q = np.tile(q[np.argmin(np.abs(borne(q) - 250.0))], (200, 1))
+    q[:, 2] += np.linspace(-1e-2, 1e-2, 200)
+    moved = equilibrium(model, model.state(q)).chain.q - q
+    edge = np.abs(moved[:, 2] - step / 2) < abs(step) / 2 - 1e-7
+    load = borne(q + moved)
+    np.testing.assert_allclose(load[edge], 250.0, atol=1e-3)
+    np.testing.assert_allclose(moved[~edge, 2], step * (load[~edge] > 250.0), atol=1e-7)
+    assert (edge.sum() > 10) == (step > 0)
+
+
 def test_an_arm_of_rubber_is_a_finding() -> None:
     model = default_model().with_effects(JointCompliance(compliance_rad_per_Nm=np.full(6, 0.5e-3)))
     state = model.state(np.zeros((1, 6)), payload_mass=np.array([1e4]))
