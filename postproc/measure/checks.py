@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,36 +12,37 @@ from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
 from postproc.measure.readings import HOPELESS_M, SUSPICIOUS_M, fits, other_arm, other_reading, seen, zero_errors
 from postproc.measure.sizes import check_sizes
+from postproc.measure.turns import FOLLOWS, Turns
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
 SHOWN = 5
 FEW = 8
 SMALL_DEG = 7.0
-CLEAR_TURN = 2.5
-"""Turns [rad] nearer to half a turn than this may be read both ways round."""
 OWN_M, OWN_TURN = 1e-5, 1e-4
 """No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
 RADIANS = (
     f"the joint angles are all below {SMALL_DEG:g} deg: they look like radians, not degrees",
     "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
 )
-TURNED_DEG = 5.0
-"""No arm turns its flange by so much more than it says."""
 
 
-def check_measurements(data: Measurements, robot: Robot, cells: Cells, measured: bool = True) -> list[Diagnostic]:
+def check_measurements(
+    data: Measurements, robot: Robot, cells: Cells, turns: Turns | None, measured: bool = True
+) -> list[Diagnostic]:
     """All findings about a table; of poses that nobody has measured those about their angles."""
     found = [*_check_cells(data, cells, measured), *_check_rounding(cells), *check_sizes(data, robot, cells)]
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     if data.tool_known or len(rows) < FEW:
         small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < np.radians(SMALL_DEG)
         radians = [_finding("warning", *RADIANS, cells)] if small else []
-        return found + radians + _check_orientations(data, robot, rows, cells) + _check_limits(data, robot, cells)
+        return (
+            found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
+        )
     readings = _check_readings(data, robot, rows, cells)
     if has_errors(readings):
         return found + readings
-    turned = _check_orientations(data, robot, rows, cells)
+    turned = _check_orientations(data, robot, rows, cells, turns)
     if readings:
         return found + readings + turned
     return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
@@ -125,33 +128,31 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
 
 
-def _check_orientations(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
-    """Orientations that do not follow the flange, whatever turn the tool has: another form, order or unit of them."""
-    if data.rotation is None:
+def _check_orientations(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, turns: Turns | None
+) -> list[Diagnostic]:
+    """Orientations that do not follow the flange, and the form, order or unit in which they do."""
+    if turns is None:
         return []
-    from scipy.spatial.transform import Rotation
-
-    some = np.flatnonzero(np.isfinite(data.rotation).all(axis=(1, 2)) & np.isfinite(data.state.q).all(axis=1))[:200]
+    some = np.flatnonzero(np.isfinite(turns.numbers).all(axis=1) & np.isfinite(data.state.q).all(axis=1))[:200]
     if len(some) < FEW:
         return []
-    flange = Rotation.from_matrix(forward(robot, data.state.q[some])[:, :3, :3])
-    measured = Rotation.from_matrix(data.rotation[some])
-    if len(rows) < FEW:
-        # M_i M_j^T = B F_i F_j^T B^T: turns from row to row are the arm's in the instrument's axes.
-        turns = (measured[1:] * measured[:-1].inv()).as_rotvec(), (flange[1:] * flange[:-1].inv()).as_rotvec()
-        clear = np.maximum(*(np.linalg.norm(turn, axis=1) for turn in turns)) < CLEAR_TURN
-        base = Rotation.align_vectors(turns[0][clear], turns[1][clear])[0] if clear.sum() > 2 else None
-    else:
-        placed = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base
-        base = Rotation.from_matrix(placed[:3, :3])
-    if base is None:
+    flange = forward(robot, data.state.q[some])[:, :3, :3]
+    placed = None
+    if len(rows) >= FEW:
+        placed = seen(robot, data.state.q[rows], data.position[rows]).T_instrument_base[:3, :3]
+    shown = replace(turns, numbers=turns.numbers[some])
+    off = shown.off(flange, placed)
+    if off is None or off < FOLLOWS:
         return []
-    tool = (base * flange).inv() * measured
-    off = float(np.degrees(np.median((tool.mean().inv() * tool).magnitude())))
-    if off < TURNED_DEG:
-        return []
-    message = f"the measured orientations do not follow the arm: they are {off:.0f} deg off in the median row"
+    message = (
+        f"the measured orientations do not follow the arm: they are {np.degrees(off):.0f} deg off in the median row"
+    )
     help_ = "check `form` and `unit` of `[orientation]` in the column map, or that `qw` comes first"
+    meant = shown.meant(flange, placed)
+    if meant is not None:
+        what, help_, left = meant
+        message += f"; read as {what} they follow it to {np.degrees(left):.2f} deg"
     return [_finding("error", message, help_, cells)]
 
 

@@ -14,6 +14,7 @@ from postproc.measure.cells import EMPTY, Cells
 from postproc.measure.columns import UNITS, MappedColumn, unit_of
 from postproc.measure.layout import ColumnMap
 from postproc.measure.times import seconds
+from postproc.measure.turns import QUATERNIONS, Turns
 
 UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
@@ -139,46 +140,29 @@ class Table:
         parts = [self.column(name, fill) for name in wanted]
         return np.stack([zeros if part is None else part for part in parts], axis=1)
 
-    def rotation(self, wanted: Sequence[str], key: str) -> Array | None:
-        """(n, 3, 3) orientations from a quaternion's columns, or as the column map says; NaN where not measured."""
+    def turns(self, wanted: Sequence[str], key: str) -> Turns | None:
+        """Orientations from a quaternion's columns, or as the column map says."""
         mapped = self.layout.rotations.get(key)
         if mapped is None:
             quaternion = self.vector(wanted)
-            return None if quaternion is None else self._turned(quaternion[:, [1, 2, 3, 0]], "xyzw")
+            columns = tuple(str(self.place[name].name) for name in wanted if name in self.place)
+            return None if quaternion is None else self._of_length_one(Turns(quaternion, "wxyz", "1", columns))
         unknown = [name for name in mapped.columns if self.cells.at(name) < 0]
         if unknown:
             raise self._no_such(unknown[0], key)
         numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in mapped.columns], axis=1)
         stated = {self.cells.units[self.cells.at(name)] for name in mapped.columns} & {"deg", "rad", "mrad"}
-        numbers *= UNITS[mapped.unit or (stated.pop() if len(stated) == 1 else UNIT_OF_FORM.get(mapped.form, "deg"))]
-        if mapped.form == "wxyz":
-            return self._turned(numbers[:, [1, 2, 3, 0]], "xyzw")
-        return self._turned(numbers, mapped.form)
+        unit = mapped.unit or (stated.pop() if len(stated) == 1 else UNIT_OF_FORM.get(mapped.form, "deg"))
+        found = Turns(numbers * UNITS[unit], mapped.form, unit, mapped.columns)
+        return self._of_length_one(found) if mapped.form in QUATERNIONS else found
 
-    def _turned(self, numbers: Array, form: str) -> Array:
-        from scipy.spatial.transform import Rotation
-
-        good = np.isfinite(numbers).all(axis=1)
-        if form == "xyzw":
-            length = np.linalg.norm(numbers, axis=1)
-            bad = good & (np.abs(length - 1) > UNIT_LENGTH)
-            for i in np.flatnonzero(bad)[:5]:
-                message = (
-                    f"the quaternion of this row has the length {length[i]:.4f}, not 1; its orientation is not used"
-                )
-                self.say("DAT008", "warning", message, "check columns qw,qx,qy,qz", int(i))
-            good &= ~bad
-        rotation = np.full((len(numbers), 3, 3), np.nan)
-        if good.any():
-            some = numbers[good]
-            if form == "xyzw":
-                turns = Rotation.from_quat(some)
-            elif form == "rotvec":
-                turns = Rotation.from_rotvec(some)
-            else:
-                turns = Rotation.from_euler(form, some)
-            rotation[good] = turns.as_matrix()
-        return rotation
+    def _of_length_one(self, turns: Turns) -> Turns:
+        length = np.linalg.norm(turns.numbers, axis=1)
+        bad = np.abs(length - 1) > UNIT_LENGTH
+        for i in np.flatnonzero(bad)[:5]:
+            message = f"the quaternion of this row has the length {length[i]:.4f}, not 1; its orientation is not used"
+            self.say("DAT008", "warning", message, "check columns qw,qx,qy,qz", int(i))
+        return replace(turns, numbers=np.where(bad[:, None], np.nan, turns.numbers))
 
     def _stamps(self, name: str | int) -> Array | None:
         told = ["" if cell.lower() in EMPTY else cell for cell in self.cells.text(name)]

@@ -46,12 +46,12 @@ def read_measurements(
     layout = read_column_map(column_map)
     table = Table(read_cells(source, layout, diagnostics), layout, diagnostics)
     n = len(table.cells.rows)
-    rotation = table.rotation(names.ORIENTATION, "orientation")
+    turns = table.turns(names.ORIENTATION, "orientation")
     measured_joints = table.vector(names.MEASURED_JOINTS)
     position = _seen(table)
     if position is None:
         position = np.full((n, 3), np.nan)
-        if measured and rotation is None and measured_joints is None:
+        if measured and turns is None and measured_joints is None:
             message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
             raise PostprocError(Diagnostic("DAT002", "error", message, source, help=missing_help(table.cells)))
     state, tool_known = _state(table, robot, program)
@@ -63,7 +63,7 @@ def read_measurements(
     data = Measurements(
         state=state,
         position=position,
-        rotation=rotation,
+        rotation=None if turns is None else turns.matrix,
         joint=measured_joints,
         sigma=_deviations(table),
         pose_id=tuple(table.text("pose_id") or _labels(state.q)),
@@ -72,7 +72,7 @@ def read_measurements(
         tool_known=tool_known,
         sources=(source,),
     )
-    diagnostics += check_measurements(data, robot, table.cells, measured)
+    diagnostics += check_measurements(data, robot, table.cells, turns, measured)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))
@@ -179,11 +179,11 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
     if "target" in table.place and program is not None:
         return program_targets(program, robot, table.text("target"), cells, table.diagnostics)
     position = table.vector(names.COMMAND_POSITION)
-    rotation = table.rotation(names.COMMAND_ORIENTATION, "cmd_orientation")
-    if position is None or rotation is None:
+    turns = table.turns(names.COMMAND_ORIENTATION, "cmd_orientation")
+    if position is None or turns is None:
         message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
         if "target" in table.place:
             message = "column `target` names robtargets, and the program that was run is not given"
         raise PostprocError(Diagnostic("DAT002", "error", message, cells.source, help=missing_help(cells)))
     configuration = table.vector(names.CONFIGURATION, fill=0.0)
-    return commanded_joints(robot, position, rotation, configuration, cells, table.diagnostics), None
+    return commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics), None

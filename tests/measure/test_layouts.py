@@ -174,13 +174,36 @@ def test_orientations_in_the_form_of_the_map(form, numbers, unit):
     assert found.diagnostics == () and list(found.state.channels) == ["row"]
 
 
-def test_orientations_in_another_form_than_the_map_says_are_recognised():
-    cells = [",".join(f"{x:.6f}" for x in row) for row in orientations().as_euler("xyz", degrees=True)]
-    layout = {"orientation": {"columns": ["u", "v", "w"], "form": "ZYX"}}
+@pytest.mark.parametrize(
+    ("stated", "numbers", "means"),
+    [
+        ({"form": "ZYX"}, lambda R: R.as_euler("xyz", degrees=True), 'form = "xyz", unit = "deg"'),
+        ({"form": "xyz"}, lambda R: R.as_euler("ZYZ"), 'form = "ZYZ", unit = "rad"'),
+        ({"form": "xyz"}, lambda R: R.as_euler("yxz", degrees=True), 'form = "yxz", unit = "deg"'),
+        ({"form": "ZYX"}, lambda R: R.as_rotvec(), 'form = "rotvec", unit = "rad"'),
+        ({"form": "rotvec"}, lambda R: R.as_rotvec(degrees=True), 'form = "rotvec", unit = "deg"'),
+        ({"form": "wxyz"}, lambda R: R.as_quat(), 'form = "xyzw"'),
+        ({"form": "xyzw"}, lambda R: -R.as_quat()[:, [3, 0, 1, 2]], 'form = "wxyz"'),
+        ({"form": "wxyz"}, lambda R: R.inv().as_quat()[:, [3, 0, 1, 2]], "export the tool as the instrument sees it"),
+    ],
+)
+def test_orientations_in_another_form_than_the_map_says_are_recognised(stated, numbers, means):
+    cells = numbers(orientations())
+    columns = ["u", "v", "w", "t"][: cells.shape[1]]
+    lines = with_columns(",".join(columns), [",".join(f"{x:.9f}" for x in row) for row in cells])
     with pytest.raises(PostprocError) as error:
-        read(with_columns("u,v,w", cells), layout)
-    (found,) = error.value.diagnostics
+        read(lines, {"orientation": {"columns": columns} | stated})
+    (found,) = [d for d in error.value.diagnostics if d.severity == "error"]
     assert found.code == "DAT009" and "orientations do not follow the arm" in found.message
+    assert "they follow it to 0.0" in found.message and means in found.help
+
+
+def test_orientations_that_no_form_explains_say_so():
+    cells = np.random.default_rng(3).uniform(-90, 90, (len(Q), 3))
+    lines = with_columns("u,v,w", [",".join(f"{x:.4f}" for x in row) for row in cells])
+    with pytest.raises(PostprocError) as error:
+        read(lines, {"orientation": {"columns": ["u", "v", "w"], "form": "xyz"}})
+    assert "read as" not in str(error.value) and "check `form`" in str(error.value)
 
 
 @pytest.mark.parametrize(

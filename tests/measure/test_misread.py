@@ -144,6 +144,7 @@ def turned(order) -> list[str]:
 def test_orientations_alone_must_follow_the_arm():
     assert read(turned([3, 0, 1, 2])).diagnostics == ()
     assert "orientations do not follow the arm" in said(turned([0, 1, 2, 3]), "error")
+    assert "read as `xyzw` they follow it" in said(turned([0, 1, 2, 3]), "error")
 
 
 def test_positions_of_the_controller_itself():
