@@ -24,6 +24,7 @@ from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.rounding import rounded
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
+from postproc.identify.sight import Sight
 from postproc.identify.suspects import Suspect, by_channel
 from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
@@ -109,7 +110,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     named = channels(state, position)
-    search = Search(start, classes, patterns(named, state, position), [])
+    search = Search(start, classes, patterns(named, state, position, Sight.of(start.problem.rest)), [])
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)

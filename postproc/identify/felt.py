@@ -13,7 +13,7 @@ from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.identify.channels import varies
 from postproc.identify.formula import Pattern, sharper
 from postproc.identify.shapes import of_signal
-from postproc.identify.signals import Signal
+from postproc.identify.signals import TOOL, Signal, tool_poses
 
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
@@ -29,18 +29,19 @@ def pulls(state: State, position: Array) -> Iterator[Pattern]:
                 label = f"{what} along {axis} of the tool"
                 signal = Signal(names, felt[:, k], code.replace("AXIS", str(k)), what, label)
                 for some in of_signal(signal):
-                    form = label if some.kind == "line" else some.form
-                    yield replace(some, form=form, where="tool", gate=())
+                    # In proportion, it pulls on hoses and joints as well.
+                    line = some.kind == "line"
+                    yield replace(some, form=label if line else some.form, where=None if line else "tool", gate=())
 
 
 def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
-    """Name, channels, (n, 3) components in the axes of the flange of what the tool feels, and the text of one.
+    """Name, channels, (n, 3) components in the axes of the tool of what it feels, and the text of one.
 
     Gravity, its acceleration, the weight of the payload with its inertia, and the process force.
     """
     assert state.T_base_body is not None
-    turn = np.asarray(state.T_base_body)[:, 6, :3, :3]
-    wrist, axis = ("q5", "q6", "q4", "q3", "q2"), "state.T_base_body[:, 6, :3, AXIS]"
+    turn = tool_poses(state)[:, :3, :3]
+    wrist, axis = ("q5", "q6", "q4", "q3", "q2"), f"({TOOL})[:, :3, AXIS]"
     free, gravity = np.broadcast_to(state.gravity, (len(turn), 3)), f"({axis} @ state.gravity)"
     pulls: list[tuple[str, tuple[str, ...], Array, str]] = [("gravity", wrist, free, gravity)]
     if state.a is not None and state.v is not None and state.robot is not None:

@@ -10,6 +10,7 @@ from postproc.arrays import Array
 from postproc.identify.felt import felt_by_tool
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import TOOL
+from postproc.identify.signals import tool_poses
 
 PLACE = ("x", "y", "z")
 WRIST = ("q5", "q6", "q4")
@@ -24,13 +25,10 @@ def fields(problem: Problem) -> Iterator[tuple[str, tuple[str, ...], str, Array]
     predicted = np.nan_to_num(problem.data.position - problem.error[:, :3])
     p = (predicted - predicted.mean(axis=0)) / max(float(np.abs(predicted).max()), 1e-300)
     smooth = "smooth in the place"
-    scale = np.zeros((*problem.error.shape, 1))
-    scale[:, :3, 0] = p
-    yield "instrument, scale", PLACE, smooth, scale
     yield "instrument, axes of their own scale and angle", PLACE, smooth, _everywhere(problem, p)
     yield "instrument, curved axes", PLACE, smooth, _everywhere(problem, _squares(p))
     state = problem.sensitivity.state
-    turn = np.asarray(state.T_base_body)[:, 6, :3, :3]
+    turn = tool_poses(state)[:, :3, :3]
     for k, axis in enumerate("xyz"):
         # The squares of a direction sum to one.
         yield (

@@ -61,7 +61,9 @@ class Pattern:
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(name for s in self.signals for name in s.names))
+        """The first one of every signal, then the others."""
+        most = max(len(s.names) for s in self.signals)
+        return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -97,3 +99,14 @@ def spread(moves: Array, values: Array) -> Array:
 def sharper(pattern: Pattern) -> list[Pattern]:
     """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
     return [] if pattern.finer is None else pattern.finer()
+
+
+def side_by_side(one: Pattern, other: Pattern, tries: float) -> Pattern:
+    """Two patterns of one signal, each with a size of its own."""
+    first, second = sorted((one, other), key=lambda p: p.at)
+
+    def law(x: Any) -> list[Any]:
+        return [first.law(x), second.law(x)]
+
+    form, at = f"{first.form} and {second.form}", (*first.at, *second.at)
+    return Pattern(one.signals, form, law, one.kind, at, tries=tries, wide=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -34,16 +34,21 @@ def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
                         yield _waves(first, second, (k, j), (p, r))
     elif first.name[0] == "q" and second.name not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
-        # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
-        sizes = (0.0, b) if abs(b) > 0.3 * second.values.std() else (0.0,)
-        for k in range(1, GEAR + 1):
-            for phase in (0.0, np.pi / 2):
-                for mean in sizes:
-                    yield _swelling(first, second, mean, k, phase)
+        yield from swelling(first, second, range(1, GEAR + 1))
     for side, size in ((first, second), (second, first)):
         if side.name.startswith(("dir", "v")) and size.name.startswith("load"):
             form = f"side of {side.name} times size of {size.name}"
             yield Pattern((side, size), form, lambda x, y: np.sign(x) * np.abs(y), "product")
+
+
+def swelling(angle: Signal, size: Signal, orders: Iterable[int]) -> Iterator[Pattern]:
+    """Waves of an angle, or of a sum of some, whose size is another channel."""
+    middle = float(size.values.mean())
+    # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
+    for mean in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
+        for order in orders:
+            for phase in (0.0, np.pi / 2):
+                yield _swelling(angle, size, mean, order, phase)
 
 
 def _waves(first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float]) -> Pattern:
@@ -82,5 +87,5 @@ def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: flo
     def factors() -> tuple[tuple[Pattern, str], ...]:
         return (wave, size.name), (part, angle.name)
 
-    form = f"{part.named} times a wave of {angle.name}, {wave.form.removeprefix('wave ')}"
+    form = f"{part.named} times a wave of {angle.label}, {wave.form.removeprefix('wave ')}"
     return Pattern((angle, size), form, law, "swelling wave", where=where, finer=finer, factors=factors)

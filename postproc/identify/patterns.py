@@ -18,14 +18,18 @@ from postproc.identify.cycles import GEAR, LOW, TEETH, sways, waves
 from postproc.identify.felt import overturning, pulls
 from postproc.identify.formula import Pattern, sharper
 from postproc.identify.levels import of_few, of_words, words
-from postproc.identify.pairs import of_two
+from postproc.identify.pairs import of_two, swelling
 from postproc.identify.shapes import breaks, of_channel, of_signal
+from postproc.identify.sight import WAYS, Sight, around
 from postproc.identify.signals import Signal, added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-PLACES = 18
-"""Joints, base, tool, instrument and four bodies that turn or shift."""
+PLACES = 22
+"""Joints, base, tool, instrument, what it reads, and four bodies that turn or shift."""
+READINGS = frozenset(f"instrument, {reading}" for reading in WAYS)
+ROOMS = {None: PLACES, "joint": 6, "instrument": 6}
+"""How many places there are of each sort, of any other one."""
 Single = NDArray[np.float32]
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
@@ -49,6 +53,11 @@ class Group:
         return np.array([odds(p, self.kinds) for p in self.some], dtype=float)
 
 
+def sort(where: str) -> str:
+    """Joints are one sort of places, and so is all that an instrument may be off by."""
+    return where.partition(",")[0].rstrip(" 123456")
+
+
 def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
     """How many patterns at places stand beside one.
 
@@ -57,8 +66,7 @@ def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
     Args:
         kinds: how many patterns there are of each kind.
     """
-    rooms = {None: PLACES, "joint": 6}.get(pattern.where, 1)
-    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * rooms
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * ROOMS.get(pattern.where, 1)
 
 
 @dataclass(frozen=True)
@@ -66,11 +74,13 @@ class Patterns:
     """Patterns that are tried, and what may switch one of them on.
 
     Args:
-        every: of one channel or two; gates: shapes of one channel that may stand for "only where".
+        every: of one channel or two; gates: shapes of one channel that may stand for "only where"; slow: channels that
+            are not the arm's.
     """
 
     every: Sequence[Pattern]
     gates: Sequence[Pattern] = ()
+    slow: frozenset[str] = frozenset()
     known: dict[str, Group] = field(default_factory=dict)
 
     @cached_property
@@ -78,15 +88,25 @@ class Patterns:
         """How many patterns there are of each kind."""
         return Counter(p.kind for p in self.every)
 
+    def groups(self, where: str) -> Iterator[Group]:
+        """Patterns at a place: the arm does not change what an instrument makes of its readings."""
+        groups = (self.apart if where in READINGS else self.anywhere, self.only(where))
+        return (group for group in groups if group.some)
+
     @cached_property
     def anywhere(self) -> Group:
         """Patterns that make sense at every place."""
         return Group([p for p in self.every if p.where is None and not p.wide], self.kinds)
 
+    @cached_property
+    def apart(self) -> Group:
+        """Those that do not follow the arm."""
+        return Group([p for p in self.anywhere.some if self.slow.issuperset(p.channels)], self.kinds)
+
     def only(self, where: str) -> Group:
-        """Patterns that make sense at a place alone, or at every joint."""
+        """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
         if where not in self.known:
-            some = [p for p in self.every if p.where in (where, where.rstrip(" 123456")) and not p.wide]
+            some = [p for p in self.every if p.where in (where, sort(where)) and not p.wide]
             self.known[where] = Group(some, self.kinds)
         return self.known[where]
 
@@ -112,11 +132,12 @@ class Patterns:
         return np.array([values for _, _, values in self.switches], dtype=np.float32).T
 
 
-def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Patterns:
+def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
     """All patterns of the channels of measured rows, and of where gravity and acceleration pull the tool.
 
     Args:
-        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m].
+        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m]; sight: the same
+            as the instrument sees it.
     """
     place = place_code(state, position)
     signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
@@ -138,15 +159,21 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array) -> Pa
         found += waves(angle, range(1, GEAR + 1))
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
         found += (replace(p, where="joint") for p in waves(angle, range(GEAR + 1, TEETH + 1)))
-    # What neighbouring joints turn together: linkages, and angles against gravity.
-    sums = [added((a, b), sign) for a, b in pairwise(angles) for sign in "+-"]
+    slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
+    # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
+    sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
+    near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
-        found += [*breaks(turn), *waves(turn, LOW)]
+        close = turn.label in near or len(turn.names) > 2
+        found += [*waves(turn, LOW), *(p for p in breaks(turn) if close or p.kind == "kink")]
+        found += [p for size in (slow if close else ()) for p in swelling(turn, size, LOW)]
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
     found += [*_history(signals), *pulls(state, position), *overturning(state)]
-    return Patterns([*single, *found], [p for p in single if p.gate])
+    found += [*around(position, place), *(sight.patterns() if sight is not None else ())]
+    apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
+    return Patterns([*single, *found], [p for p in single if p.gate], apart)
 
 
 def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, int]]]:
@@ -203,5 +230,6 @@ def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
         if name == "payload" or name[0] == "q":
             then = replace(signal, values=before, code="", label=f"{name} in the row before")
             cycles = waves(then, LOW) if name[0] == "q" else ()
-            for pattern in (*of_signal(then), *cycles):
+            shapes = (p for p in of_signal(then) if p.kind in ("line", "level", "curve", "step"))
+            for pattern in (*shapes, *cycles):
                 yield replace(pattern, kind="before", gate=())

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from typing import Any
 
@@ -18,7 +18,7 @@ from postproc.identify.signals import Signal
 STEPS, KINKS = 24, 9
 GAP = 0.08
 """Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
-FINE, KNOTS = 400, 150
+SOME, FINE, KNOTS = 30, 400, 150
 FINEST = 2
 """How often places and widths of a smooth shape are tried closer by."""
 CLOSER = 4.0
@@ -33,7 +33,7 @@ def only(there: str, signal: Signal, elsewhere: str = "") -> tuple[str, str, str
 
 def line(signal: Signal, origin: float = 0.0) -> Pattern:
     """The signal itself, as far as it is from an origin."""
-    label = f"{signal.name}, counted from {shown(signal.unit, origin)}," if origin else signal.name
+    label = f"{signal.label}, counted from {shown(signal.unit, origin)}," if origin else signal.label
     form = f"proportional to {signal.label}" if signal.of else "proportional"
     return Pattern((signal,), form, lambda x: x - origin if origin else x, "line", label=label)
 
@@ -147,16 +147,18 @@ def _level(signal: Signal, some: Array, near: float) -> Pattern:
     return Pattern((signal,), f"{form}{signal.of}", law, "level", gate=only(form, signal))
 
 
-def _step(signal: Signal, edge: Edge) -> Pattern:
+def _step(signal: Signal, edge: Edge, closer: Callable[[], list[Pattern]] | None = None) -> Pattern:
     middle = 0.5 * (edge[0] + edge[1])
 
-    def finer() -> list[Pattern]:
-        widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.02, 0.3, 6)]
-        rises = [_rise(signal, e, w) for e in knots(signal.values, 40) for w in widths]
-        return [replace(_step(signal, e), finer=None) for e in edges(signal.values)] + rises
-
-    gate = only("above {}", signal, "below {}")
+    gate, finer = only("above {}", signal, "below {}"), closer or partial(_steps, signal)
     return Pattern((signal,), f"step near {{}}{signal.of}", lambda x: x > middle, "step", (edge,), None, finer, gate)
+
+
+def _steps(signal: Signal) -> list[Pattern]:
+    """At many edges, and such as take their time."""
+    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.02, 0.3, 6)]
+    rises = [_rise(signal, e, w) for e in knots(signal.values, 40) for w in widths]
+    return [replace(_step(signal, e), finer=None) for e in edges(signal.values)] + rises
 
 
 def _rise(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
@@ -223,17 +225,32 @@ def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Patte
         lows, highs = (_nearest(between, edge) for edge in (low, high))
         return [replace(_window(signal, a, b, True), finer=None) for a in lows for b in highs if a < b]
 
-    def finer() -> list[Pattern]:
-        some = edges(values, 36)
-        windows = [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]]
-        widths = [float(np.ptp(values)) * share for share in np.geomspace(0.01, 0.2, 7)]
-        return windows + [_bump(signal, e, w) for e in knots(values, 60) for w in widths]
-
     def law(x: Any) -> Any:
         return (x > start) & (x < stop)
 
-    gate, move = only("between {} and {}", signal), close if exact else finer
+    gate, move = only("between {} and {}", signal), close if exact else partial(_windows, signal)
     return Pattern((signal,), f"only between {{}} and {{}}{signal.of}", law, "window", (low, high), None, move, gate)
+
+
+def _windows(signal: Signal) -> list[Pattern]:
+    """Between many edges, and such as fade out."""
+    some = edges(signal.values, 36)
+    return [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]] + _bumps(signal, 60, 7)
+
+
+def _bumps(signal: Signal, places: int, most: int, fine: int = 0) -> list[Pattern]:
+    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.01, 0.2, most)]
+    return [_bump(signal, e, w, fine) for e in knots(signal.values, places) for w in widths]
+
+
+def abrupt(signal: Signal) -> list[Pattern]:
+    """Some steps and bumps of a signal, each of which finds those close by."""
+    every = edges(signal.values, len(signal.values))
+
+    def near(edge: Edge) -> Callable[[], list[Pattern]]:
+        return lambda: [_step(signal, e, near(e)) for e in _nearest(every, edge)]
+
+    return [_step(signal, e, near(e)) for e in edges(signal.values, SOME)] + _bumps(signal, SOME, 4, -1)
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:

@@ -27,6 +27,7 @@ SIGNS = {
     "greater": ">",
     "less": "<",
 }
+TOOL = "state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp"
 FIELDS = {"dir": "approach", "load": "joint_load", "payload": "payload_mass"}
 """Fields of a state that are called otherwise as channels."""
 
@@ -107,14 +108,19 @@ def channels_read(code: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in names if name not in ("T_flange_tcp", "gravity")))
 
 
+def tool_poses(state: State) -> Array:
+    """(n, 4, 4) poses of the tool in base axes, as `TOOL` writes them."""
+    flange = np.asarray(state.T_base_body)[:, 6]
+    return np.asarray((flange if state.robot is None else flange @ state.robot.link[6]) @ state.T_flange_tcp)
+
+
 def place_code(state: State, position: Array) -> str:
     """(n, 4) place of a tool's point (n, 3) in base axes as text, with the tool as the rows say it is on average."""
     if state.robot is None or state.T_base_body is None:
         return ""
-    T = np.asarray(state.T_base_body)[:, 6] @ state.robot.link[6] @ state.T_flange_tcp
+    T = tool_poses(state)
     point = np.mean(np.einsum("nji,nj->ni", T[:, :3, :3], position - T[:, :3, 3]), axis=0)
-    tool = ", ".join(f"{x:.4f}" for x in point)
-    return f"(state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp @ [{tool}, 1.0])"
+    return f"({TOOL} @ [{', '.join(f'{x:.4f}' for x in point)}, 1.0])"
 
 
 class Text(np.lib.mixins.NDArrayOperatorsMixin):

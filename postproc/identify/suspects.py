@@ -15,11 +15,10 @@ from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns
 from postproc.identify.problem import Problem
 from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
+from postproc.identify.sight import Sight
 from postproc.identify.signals import Signal
-from postproc.identify.tried import ODDS, Tried
+from postproc.identify.tried import ODDS, Tried, above
 
-WHOLE = 0.9
-"""Share from which on a pattern tells all that there is to tell."""
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
 
@@ -63,9 +62,9 @@ class Suspect:
 def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
-    Joints and base (turn), instrument (translation, or turn about its origin), tool (translation), the far end of each
-    arm body (turn or shift). The last two bodies are a few centimetres long: the tool and the joints beside them do
-    what they do.
+    Joints and base (turn), instrument (translation, turn about the base, or what it reads), tool (translation), the far
+    end of each arm body (turn or shift). The last two bodies are a few centimetres long: the tool and the joints beside
+    them do what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -73,6 +72,8 @@ def places(problem: Problem) -> dict[str, Array]:
     found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
     found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
     found["tool"] = J[:, :, TOOL : TOOL + 3]
+    for reading, moves in Sight.of(problem.rest).moves().items():
+        found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     for b in range(1, 5):
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
         found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
@@ -95,10 +96,9 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
         everywhere = Signal(names, np.ones(len(problem.error)), "", "", text)
         tried.add(where, Pattern((everywhere,), text, lambda x: x, "field", where=where, tries=len(smooth)))
     tried.sharpen()
-    above = max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
-    result: list[Suspect] = []
+    all_, result = above(linear), list[Suspect]()
     for found in tried.best():
-        share, one = min(1.0, found.fall / above), found.pattern
+        share, one = min(1.0, found.fall / all_), found.pattern
         first = Suspect(
             one.channels[0],
             found.where,
@@ -137,8 +137,8 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     """The strongest suspect of each channel, and other structures.
 
     First the strongest pattern, then another place that it cannot be told from, then patterns that were found with it
-    taken, before the third dress of the first. What could be chance is left out, and what leaves more than twice as
-    much as the first.
+    taken, before the third dress of the first. What could be chance is left out, what leaves more than twice as much as
+    the first, and what is worth less with further channels than without them: chance has found them.
     """
     if not suspects:
         return []
@@ -148,19 +148,20 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
         for s in suspects
         if s.evidence > first.evidence - ODDS or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
     ]
-    if first.share > WHOLE:
-        # With a second channel it is the same, with a switch that chance has found.
-        suspects = [s for s in suspects if not set(first.channels) < set(s.channels)]
+    plain: dict[frozenset[str], float] = {}
+    for s in suspects:
+        plain.setdefault(frozenset(s.channels), s.evidence)
+    suspects = [s for s in suspects if not any(c < set(s.channels) and plain[c] > s.evidence for c in plain)]
     same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
     close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
     elsewhere = [s for s in close if s.where != first.where][:1]
-    above = first.fall / max(first.share, 1e-12)
+    all_ = first.fall / max(first.share, 1e-12)
     mine = {s.channel for s in same}
-    others = [replace(s, share=min(1.0, s.fall / above)) for s in beside if s.channel not in mine]
+    others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside if s.channel not in mine]
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(suspects, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
     dresses = [s for channel, s in best.items() if channel not in mine]
     early = max(0, 2 - len(same))
-    return [*same[:2], *elsewhere, *dresses[:early], *others, *same[2:], *dresses[early:]][:count]
+    return [*same[:2], *elsewhere, *dresses[:early], *others, *dresses[early:]][:count]

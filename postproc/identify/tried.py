@@ -8,11 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.formula import Pattern, sharper, spread
+from postproc.identify.formula import Pattern, sharper, side_by_side, spread
 from postproc.identify.linear import Linear
-from postproc.identify.patterns import Patterns, Single, grown, odds, switched
+from postproc.identify.patterns import Patterns, Single, grown, odds, sort, switched
 from postproc.identify.problem import Problem
-from postproc.identify.shapes import CLOSER
+from postproc.identify.seen import Seen, taken_off
+from postproc.identify.shapes import CLOSER, abrupt
+from postproc.identify.signals import Signal
 
 MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""
@@ -23,6 +25,11 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
+TURNS, FEW = 3, 4
+"""How often two patterns side by side are placed, one after the other; values of a channel that has no such patterns.
+"""
+NEARLY = 0.97
+"""Share of what is above the noise from which on a second shape has nothing left to tell."""
 RARER = 3000
 """As much less likely is a casting that bends or gives way in every direction than a joint that turns."""
 ODDS = 16.0
@@ -45,7 +52,7 @@ class Found:
 
 @dataclass
 class Tried:
-    """Patterns that were tried at places, best first."""
+    """Patterns that were tried at places, best first; anywhere: the most that each took off at one."""
 
     problem: Problem
     linear: Linear
@@ -54,29 +61,43 @@ class Tried:
     moves: dict[str, Array] = field(default_factory=dict)
     prepared: dict[str, Seen] = field(default_factory=dict)
     screened: list[str] = field(default_factory=list)
+    anywhere: Array = field(default_factory=lambda: np.zeros(1))
 
     def screen(self, where: str) -> None:
         """The best patterns at a place, each with the price of all that were tried."""
         self.screened.append(where)
-        for group in (self.every.anywhere, self.every.only(where)):
-            if group.some:
+        for group in self.every.groups(where):
+            if group is not self.every.anywhere:
                 self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
+            elif where.startswith("body"):
+                # What moves a casting is seen at the joints beside it.
+                use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 4)]
+                some = [group.some[k] for k in use]
+                self._best(where, group.values[:, use], group.odds[use], some.__getitem__, MOST)
+            else:
+                falls = self._seen(where).falls(group.values)
+                self.anywhere = np.maximum(self.anywhere, falls)
+                self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
         for pattern in self.every.wide:
             if pattern.where in (None, where):
                 self._wide(where, pattern)
 
-    def _wide(self, where: str, pattern: Pattern) -> None:
+    def _wide(self, where: str, pattern: Pattern) -> Found:
         """A pattern with several sizes."""
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], pattern.values))
-        fall = float(_taken(linear, columns)[1].sum())
+        fall = float(taken_off(linear, columns)[1].sum())
         price = odds(pattern, self.every.kinds) * _rarer(where)
         worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
         self.found.append(Found(worth, fall, where, pattern))
+        return self.found[-1]
 
     def add(self, where: str, pattern: Pattern) -> None:
-        """A single pattern at a place of its own."""
-        self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
+        """A single pattern at a place."""
+        if pattern.wide:
+            self._wide(where, pattern)
+        else:
+            self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
 
     def best(self) -> list[Found]:
         """The best pattern of the same channels at each place, strongest first.
@@ -90,15 +111,17 @@ class Tried:
     def _without_a_row(self, one: Found) -> Found:
         linear = self._seen(one.where).linear
         columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
-        square, taken = _taken(linear, columns)
+        square, taken = taken_off(linear, columns)
         most = int(np.argmax(taken))
         left, fall = float(square.sum() - square[most]), float(taken.sum() - taken[most])
         price = odds(one.pattern, self.every.kinds) * _rarer(one.where)
         return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 
     def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
-        seen = self._seen(where)
-        linear, falls, count = seen.linear, seen.falls(values), seen.count
+        return self._ranked(where, self._seen(where).falls(values), price, made, top)
+
+    def _ranked(self, where: str, falls: Array, price: Array | float, made: Made, top: int) -> list[Found]:
+        linear, count = self._seen(where).linear, self._seen(where).count
         worth = _worth(linear.square, falls, count, linear.freedom, price * _rarer(where))
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
         best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
@@ -140,10 +163,13 @@ class Tried:
             best = max(best, *more, key=lambda f: f.worth) if more else best
             if not any(other.worth > closest.worth for other in more):
                 del self.found[known:]
-        price = odds(best.pattern, self.every.kinds)
+        if best.fall < NEARLY * above(self.linear):
+            several = (s for s in best.pattern.signals if len(np.unique(s.values)) > FEW)
+            best = max([best, *(self._twice(best, s) for s in several)], key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
-        for where in self.screened if best.pattern.where is None and not best.pattern.wide else ():
-            self._best(where, _values([best.pattern]), price, lambda k: best.pattern, 1)
+        for where in self.screened:
+            if best.pattern.where in (None, sort(where)):
+                self.add(where, best.pattern)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
@@ -158,6 +184,18 @@ class Tried:
             one = self._best(one.where, _values(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
             best = max(best, one, key=lambda f: f.worth)
         return best
+
+    def _twice(self, one: Found, signal: Signal) -> Found:
+        """Two shapes of a signal side by side, each with its own size: two slips, a tooth that lags and leads."""
+        seen, moves = self._seen(one.where), self.moves[one.where]
+        coarse = abrupt(signal)
+        pair = [coarse[k] for k in seen.pair(self.problem.whiten(spread(moves, _values(coarse).astype(float))))]
+        for _ in range(2 * TURNS):
+            some = [pair[0], *sharper(pair[0])]
+            beside = seen.linear.extended(self.problem.whiten(spread(moves, pair[1].values)))
+            falls = Seen(self.problem, beside, seen.place).falls(_values(some))
+            pair = [pair[1], some[int(np.argmax(falls))]]
+        return self._wide(one.where, side_by_side(pair[0], pair[1], 0.5 * (CLOSER * len(coarse)) ** 2))
 
     def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
@@ -188,6 +226,11 @@ class Tried:
         return [f for f in found if f.worth > one.worth - ODDS]
 
 
+def above(linear: Linear) -> float:
+    """What is left above the noise, of the whitened sum of squares."""
+    return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
+
+
 def _rarer(where: str) -> float:
     return RARER if where.startswith("body") else 1.0
 
@@ -202,58 +245,3 @@ def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: 
     if freedom - count < 1:
         return np.full(np.shape(fall), -np.inf)
     return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)
-
-
-def _taken(linear: Linear, columns: Array) -> tuple[Array, Array]:
-    """The sum of squares of each row, and what columns take off it."""
-    inside = linear.project(columns)
-    fitted = inside @ np.linalg.lstsq(inside, linear.rest, rcond=1e-6)[0]
-    square, after = (np.bincount(linear.row, x**2).astype(float) for x in (linear.rest, linear.rest - fitted))
-    return square, square - after
-
-
-class Seen:
-    """A place as the data sees it once the fitted parameters are projected out.
-
-    A pattern has one value a pose, so that all products are summed over the numbers of a pose first.
-    """
-
-    def __init__(self, problem: Problem, linear: Linear, place: Array) -> None:
-        """place: (N, m) whitened columns."""
-        self.linear = linear
-        starts = np.flatnonzero(np.diff(problem.row, prepend=-1))
-        self.pose = problem.row[starts]
-        self.count = place.shape[1]
-        size = len(problem.row) // len(self.pose)
-        even = len(problem.row) == size * len(self.pose) and bool((np.diff(starts) == size).all())
-
-        def by_pose(x: Array) -> Array:
-            # Ten times as fast as `reduceat` where all poses have as many numbers.
-            if even:
-                return np.asarray(x.reshape(len(self.pose), size, *x.shape[1:]).sum(axis=1))
-            return np.add.reduceat(x, starts, axis=0)
-
-        whole = np.hstack([by_pose(linear.nuisance * place[:, i, None]) for i in range(self.count)])
-        square = by_pose(place[:, :, None] * place[:, None, :]).reshape(len(self.pose), -1)
-        self.nuisance: Single = whole.T.astype(np.float32)
-        self.square: Single = square.T.astype(np.float32)
-        self.rest: Single = by_pose(linear.rest[:, None] * place).T.astype(np.float32)
-
-    def falls(self, values: Single) -> Array:
-        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values."""
-        P, m = values.shape[1], self.count
-        fall = np.zeros(P)
-        chunk = max(1, int(2e7 / max(1, len(self.pose) * m)))
-        for at in range(0, P, chunk):
-            b = values[:, at : at + chunk]
-            b = b if len(self.pose) == len(values) else b[self.pose]
-            inside = (self.nuisance @ b).T.reshape(b.shape[1], m, -1)
-            gram = (self.square @ (b * b)).T.reshape(-1, m, m).astype(float)
-            along = (self.rest @ b).T.astype(float)
-            scale = np.einsum("cii->c", gram).copy()
-            gram -= inside @ np.swapaxes(inside, 1, 2)
-            alive = np.einsum("cii->c", gram) > 1e-5 * scale
-            gram += 1e-6 * np.where(scale > 0, scale, 1.0)[:, None, None] * np.eye(m)
-            solved = np.linalg.solve(gram, along[:, :, None])[:, :, 0]
-            fall[at : at + chunk] = np.where(alive, np.einsum("ci,ci->c", along, solved), 0.0)
-        return fall

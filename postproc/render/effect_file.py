@@ -13,12 +13,13 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
+from postproc.identify.sight import SEEN, WAYS, Sight
 from postproc.identify.signals import channels_read
 from postproc.identify.suspects import Suspect
 from postproc.identify.verdict import suspect_size
 from postproc.render.templates import environment, fill, load_template
 
-_PLACE = re.compile(r"(joint|base|body|tool|instrument)(?: (\d))?(, shifted|, turned)?")
+_PLACE = re.compile(rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (shifted|turned|{'|'.join(WAYS)}))?")
 """Places that move as a whole."""
 
 
@@ -34,6 +35,7 @@ class _Term:
     unit: str
     wide: bool
     size: float
+    along: str = ""
 
     @property
     def typical(self) -> str:
@@ -55,16 +57,20 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     told = [s for s in (*found.suspects[:1], *found.beside) if s.codes and _PLACE.fullmatch(s.where)]
     if not told or told[0] is not found.suspects[0]:
         return "_".join(words), None
-    terms = [term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else "")]
+    every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
+    # What a place is off in every pose is one number, whatever else moves it.
+    terms = list({(term.law, term.place, term.axes, term.along): term for term in every}.values())
+    sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
     first, places = told[0], tuple(dict.fromkeys(term.place for term in terms))
     bodies = ", ".join(f"{p.removeprefix('body_')}: {p}" for p in places if p.startswith("body"))
-    reads = dict.fromkeys(name for term in terms for name in channels_read(term.law))
+    reads = dict.fromkeys(name for law in (*(term.law for term in terms), sight) for name in channels_read(law))
     title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"
     values = {
         "name": "".join(word.capitalize() for word in words),
         "title": _inside(title[0].upper() + title[1:]),
         "data": _inside(data),
         "reads": ", ".join(json.dumps(name, ensure_ascii=False) for name in reads),
+        "seen": f"{SEEN} = {sight}" if sight else "",
         "terms": terms,
         "arrays": any(term.wide for term in terms),
         "places": places,
@@ -95,8 +101,9 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     where = _PLACE.fullmatch(suspect.where)
     assert where is not None
     kind, index, how = where[1], int(where[2] or 0), where[3]
-    turned = how == ", turned" or (kind in ("base", "body") and how is None)
-    unit = "rad" if turned or kind == "joint" else "m"
+    along, reading = WAYS.get(how or "", ("", ""))
+    turned = how == "turned" or (kind in ("base", "body") and how is None)
+    unit = reading or ("rad" if turned or kind == "joint" else "m")
     place, axes = f"body_{index}" if kind in ("base", "body") else kind, "3:" if turned else ":3"
     size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
@@ -104,7 +111,8 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
         axes = str(index - 1)
     for part, code in enumerate(suspect.codes):
         name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
-        yield _Term(f"{name}_{unit}", said, code, place, axes, unit, kind != "joint", size)
+        name += f"_{unit}" if unit != "1" else ""
+        yield _Term(name, said, code, place, axes, unit, kind != "joint" and not along, size, along)
     if kind == "body":
         everywhere = "np.ones(len(state))"
         yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

@@ -22,11 +22,11 @@ def test_the_weight_that_a_moving_tool_feels_is_that_of_gravity_less_its_acceler
     mass = np.arange(1.0, 7.0)
     state = SimpleNamespace(
         T_base_body=np.stack(now.body, axis=1), gravity=G, v=v, a=a, robot=load_robot("irb4600_60_205"),
-        payload_mass=mass, wrench=None,
+        payload_mass=mass, wrench=None, T_flange_tcp=tool,
     )  # fmt: skip
     felt = {what: along for what, _, along, _ in felt_by_tool(state, now.tcp[:, :3, 3])}
     wanted = mass[:, None] * (G - acceleration)
-    turn = now.body[6][:, :3, :3]
+    turn = now.tcp[:, :3, :3]
     assert felt["payload's weight"] == pytest.approx(np.einsum("nji,nj->ni", turn, wanted), abs=0.01)
 
 

@@ -1,5 +1,6 @@
 """Free patterns: what no library has is called unknown, at the right place, and no named effect stands in for it."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from tests.independent import unknown_effects as kinds
         (kinds.refraction, {"x", "y"}, "instrument"),
         (kinds.floor_sway, {"time"}, "instrument"),
         (kinds.elbow_wave, {"q2", "q3"}, "joint 2"),
+        (kinds.encoder, {"azimuth"}, "instrument, azimuth"),
     ],
 )
 def test_what_no_library_has_is_unknown_with_its_channel_and_place(kind, channels, where):
@@ -175,6 +177,21 @@ def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
     found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")]))
     assert found[0].where == "instrument" and found[0].evidence > 0
     assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
+
+
+def test_two_slips_are_two_steps():
+    """One of them alone tells less than a straight line does."""
+    data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
+    fit = base_fit(data)
+    time, row = np.linspace(0.0, 7200.0, len(data)), fit.problem.row
+    slipped = 1.0 * (time > 2100) + 1.0 * (time > 5200)
+    moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * slipped[row]
+    y = moved + np.random.default_rng(1).normal(size=len(row))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
+    assert (found[0].channel, found[0].where) == ("time", "joint 4")
+    places = [float(x) for x in re.findall(r"step near (\d+)", found[0].pattern)]
+    assert places == pytest.approx([2100, 5200], abs=60)
+    assert (found[0].share > 0.97 and found[0].evidence > 2 * found[1].evidence) or found[1].where != "joint 4"
 
 
 def test_what_the_arm_did_before_is_told():

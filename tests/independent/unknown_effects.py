@@ -172,3 +172,13 @@ def joint_sway(g: np.random.Generator, arm: A.Arm) -> Hidden:
 def refraction(g: np.random.Generator, arm: A.Arm) -> Hidden:
     k = g.uniform(0.06, 0.12) * 1e-3
     return _unknown("refraction", ("x", "y", "z"), world=lambda s, p: k * (p[:, :1] ** 2 + p[:, 1:2] ** 2) * [0, 0, 1])
+
+
+def encoder(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    k, phase = g.uniform(0.12, 0.2) * 1e-3, g.uniform(0, 2 * np.pi)
+
+    def world(s: States, p: np.ndarray) -> np.ndarray:
+        turned = k * np.sin(2 * np.arctan2(p[:, 1], p[:, 0]) + phase)
+        return turned[:, None] * np.stack([-p[:, 1], p[:, 0], 0 * turned], axis=1)
+
+    return _unknown("encoder", ("azimuth",), world=world)

@@ -126,7 +126,7 @@ def test_what_a_law_reads_is_taken_from_its_text() -> None:
     assert channels_read("state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp") == ("pose", "robot")
 
 
-@pytest.mark.parametrize(("kind", "seed"), [(unknown.angle_step, 401), (unknown.hot_only, 402)])
+@pytest.mark.parametrize(("kind", "seed"), [(unknown.angle_step, 401), (unknown.hot_only, 402), (unknown.encoder, 403)])
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     tmp_path: Path, kind: Callable[..., object], seed: int
 ) -> None:
@@ -155,7 +155,7 @@ def test_a_key_of_the_library_is_not_taken() -> None:
     assert "always_m: Array" in text
     assert "Displacement(body={4: body_4})" in text
     # What is no single place of the arm cannot be drafted.
-    scale = replace(found.suspects[0], where="instrument, scale")
+    scale = replace(found.suspects[0], where="instrument, curved axes")
     assert effect_file(replace(found, suspects=(scale,)), "own", "cell.csv")[1] is None
 
 
@@ -222,7 +222,7 @@ def test_why_nothing_was_drafted_is_said() -> None:
     assert "nothing remains" in none.message
     for where, said in (
         ("joint 2", "`step in the row before` is nothing"),
-        ("instrument, scale", "`instrument, scale` is no"),
+        ("instrument, curved axes", "`instrument, curved axes` is no"),
     ):
         one = SimpleNamespace(where=where, pattern="step in the row before", place=np.zeros((1, 1, 1)))
         assert said in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]
