@@ -221,5 +221,6 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
     unit = vector[:, seen] / np.sqrt(value[seen])
     left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
     explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
-    hidden = explained * left < TELLING * after.variance
+    # What is no more than noise says nothing: many such directions are not one effect that hides.
+    hidden = (explained > TELLING * after.variance) & (explained * left < TELLING * after.variance)
     return bool(explained[hidden].sum() > 0.5 * explained.sum())

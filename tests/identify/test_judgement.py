@@ -11,6 +11,7 @@ from postproc.effects.arm_load import ArmLoad
 from postproc.effects.base import Effect, param
 from postproc.effects.contract import State
 from postproc.effects.gravity_compensator import GravityCompensator
+from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
@@ -177,6 +178,16 @@ def test_what_hides_is_told_from_fits_that_use_other_rows():
     ranking = [replace(c, evidence=1.0) for c in ranking]
     chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
     assert confusable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
+
+
+def test_what_explains_no_more_than_noise_hides_behind_nothing():
+    """Of a link's many lengths each takes its share of the noise, beside any effect."""
+    data, _ = cell(seed=523, poses=80)
+    before, after = base_fit(data), base_fit(data, more=("backlash",))
+    screen = Screen(before.problem, {LinkGeometry.key: LinkGeometry})
+    some = replace(compose(screen, before.linear, LinkGeometry.key), evidence=1.0)
+    chosen = replace(some, key="backlash", evidence=1e9, fall=before.linear.square)
+    assert confusable([some], chosen, before, after) == ((), ())
 
 
 def test_held_out_blocks_are_predicted_with_the_patterns_beside():
