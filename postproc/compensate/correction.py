@@ -20,7 +20,7 @@ from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
 from postproc.model.arm import Model
-from postproc.motion.smoothing import correction_limits, transition
+from postproc.motion.smoothing import transition
 from postproc.motion.values import Move
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import pose_error
@@ -52,7 +52,6 @@ class Transition:
         move: index of the move; where: in it, for people.
         target: the move whose goal that place is, or the move itself.
         size_m: distance that the correction jumps [m]; duration: of the transition [s].
-        complete: there was enough time in the move; otherwise it takes the whole move.
         samples: (a, b) the samples it covers.
     """
 
@@ -61,7 +60,6 @@ class Transition:
     target: int
     size_m: float
     duration: float
-    complete: bool
     samples: tuple[int, int]
 
 
@@ -146,8 +144,7 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
             turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
-            limits = correction_limits(model.robot, turns)
-            ramp = transition(jumps[i], limits, available=float(time[-1]))
+            ramp = transition(model.robot, jumps[i], turns, available=float(time[-1]))
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
             T = T if found else T.copy()
             T[rows] = _shifted(T[rows], jumps[i] - passed)
@@ -156,7 +153,7 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
             ends_at = (int(inside[0]), int(inside[-1]))
             target = int(i) if is_goal else int(i) - 1
             where = BEFORE_TARGET if is_goal else FROM_START
-            found.append(Transition(int(i), where, target, size, ramp.duration, ramp.complete, ends_at))
+            found.append(Transition(int(i), where, target, size, ramp.duration, ends_at))
     return T, found
 
 

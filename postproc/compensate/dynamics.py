@@ -10,6 +10,7 @@ from postproc.motion.limits import LimitReport, check_limits, join_reports
 from postproc.robot.arm import Robot
 from postproc.robot.pose import pose_error
 
+KINDS = ("speed", "acceleration", "jerk")
 _LONGER = 1.002  # factor on the cycle time worth a word
 
 
@@ -34,11 +35,9 @@ def check_corrected(robot: Robot, plan: Plan, source: Source) -> tuple[LimitRepo
     report = join_reports(reports)
     if report.slower <= _LONGER * report.cycle_time:
         return report, []
-    kinds = {"speed": report.speed, "acceleration": report.acceleration, "jerk": report.jerk}
-    kind = max(kinds, key=lambda k: float(kinds[k].max()))
-    joint = int(np.argmax(kinds[kind])) + 1
+    kind, joint = np.unravel_index(int(np.argmax(report.use)), report.use.shape)
     text = (
-        f"the corrected motion asks for {100 * float(kinds[kind].max()):.0f} % of the {kind} limit of joint {joint}:"
+        f"the corrected motion asks for {100 * report.use.max():.0f} % of the {KINDS[kind]} limit of joint {joint + 1}:"
         f" the controller will slow down, by at most {report.slower - report.cycle_time:.1f} s over the program"
     )
     return report, [Diagnostic("CMP012", "info", text, source)]

@@ -34,13 +34,11 @@ class Commanded:
         q: (n, 6) joint angles to command [rad], in the branch and turn of the start.
         T_base_tcp: (n, 4, 4) the pose that the controller's nominal kinematics has there: what to write in the program.
         residual_m: (n,) how far from the desired pose the real arm then is [m] (rotations count at 1 m).
-        sweeps: how many it took.
     """
 
     q: Array
     T_base_tcp: Array
     residual_m: Array
-    sweeps: int
 
 
 def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e-9) -> Commanded:
@@ -64,35 +62,30 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
     done = [_command(model, take(state, b), desired[b], tolerance) for b in _batches(len(state))]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
-    return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual, max(d[2] for d in done))
+    return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
 
 
 def _batches(n: int) -> list[slice]:
     return [slice(i, i + BATCH) for i in range(0, max(n, 1), BATCH)]
 
 
-def _command(model: Model, state: State, desired: Array, tolerance: float) -> tuple[Array, Array, int]:
-    """Commanded joints (n, 6), residuals (n,) [m] and sweeps of one batch."""
-    theta = _start(model, state, desired)
-    deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
-    q, residual, sweep = _sweeps(model, state, desired, theta, deflection, tolerance, PATIENCE)
+def _command(model: Model, state: State, desired: Array, tolerance: float) -> tuple[Array, Array]:
+    """Commanded joints (n, 6) and residuals (n,) [m] of one batch."""
+    q, residual = _sweeps(model, state, desired, tolerance, PATIENCE)
     slow = np.flatnonzero(residual > tolerance)
     if len(slow):
-        rest = take(state, slow)
-        theta, deflection = _start(model, rest, desired[slow]), Deflection(np.zeros((len(slow), 6)), {}, None, None)
-        q[slow], residual[slow], more = _sweeps(model, rest, desired[slow], theta, deflection, tolerance, SWEEPS)
-        sweep += more
-    return q, residual, sweep
+        q[slow], residual[slow] = _sweeps(model, take(state, slow), desired[slow], tolerance, SWEEPS)
+    return q, residual
 
 
-def _sweeps(
-    model: Model, state: State, desired: Array, theta: Array, deflection: Deflection, tolerance: float, most: int
-) -> tuple[Array, Array, int]:
+def _sweeps(model: Model, state: State, desired: Array, tolerance: float, most: int) -> tuple[Array, Array]:
+    theta = _start(model, state, desired)
+    deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     loaded = carries_load(model)
     bodies = active_bodies(model, state) if loaded and len(state) else ()
     # Where only joints deflect, by loads alone, the real joint angles fix the loads and the first sweep is exact.
     coupled = bool(bodies) or any("q" in e.reads for e in model.effects)
-    residual, last, sweep = np.zeros(len(state)), np.inf, 0
+    residual, last = np.zeros(len(state)), np.inf
     newton: Array | None = None
     for sweep in range(1, most + 1):
         seen = state.with_(q=theta - deflection.joint)
@@ -115,7 +108,7 @@ def _sweeps(
         else:
             newton = _newton(model, state, theta) if newton is None else newton
             theta = theta + np.einsum("nij,nj->ni", newton, error)
-    return theta - deflection.joint, residual, sweep
+    return theta - deflection.joint, residual
 
 
 def _start(model: Model, state: State, desired: Array) -> Array:

@@ -20,15 +20,11 @@ class LimitReport:
     """Use of the joint limits by the corrected motion.
 
     Args:
-        speed, acceleration, jerk: (6,) largest ratios to the limits, 1 = at the limit.
-        stretch: largest factor by which a run between two stops has to take longer so that all limits hold, or 1.
+        use: (3, 6) largest ratios to the limits of speed, acceleration and jerk, 1 = at the limit.
         cycle_time: [s] as planned; slower: [s] with every run stretched as far as its own worst place asks for.
     """
 
-    speed: Array
-    acceleration: Array
-    jerk: Array
-    stretch: float
+    use: Array
     cycle_time: float
     slower: float
 
@@ -57,18 +53,13 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
             for kind, ratio in enumerate(ratios):
                 worst[kind] = np.maximum(worst[kind], ratio.max(axis=0))
     extra = float(np.sum(profile.law.duration * (needed - 1.0))) if profile.runs.count else 0.0
-    return LimitReport(worst[0], worst[1], worst[2], float(needed.max()), cycle_time, cycle_time + extra)
+    return LimitReport(worst, cycle_time, cycle_time + extra)
 
 
 def join_reports(reports: Sequence[LimitReport]) -> LimitReport:
     """The report on parts of a program that follow each other."""
-    speed, acceleration, jerk = (
-        np.max([getattr(r, kind) for r in reports], axis=0) for kind in ("speed", "acceleration", "jerk")
-    )
-    stretch = max(r.stretch for r in reports)
-    return LimitReport(
-        speed, acceleration, jerk, stretch, sum(r.cycle_time for r in reports), sum(r.slower for r in reports)
-    )
+    use = np.max([r.use for r in reports], axis=0)
+    return LimitReport(use, sum(r.cycle_time for r in reports), sum(r.slower for r in reports))
 
 
 def _ratios(robot: Robot, m: JointMotion) -> tuple[Array, Array, Array]:

@@ -17,7 +17,7 @@ from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
 from postproc.motion.weights import doubt_weights
 from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import LoadData, RobTarget, ToolData, WobjData
+from postproc.rapid.records import LoadData, ToolData, WobjData
 from postproc.rapid.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
 from postproc.rapid.walk import forgiven
 from postproc.robot.arm import Robot
@@ -143,7 +143,6 @@ def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, fi
         stationary=load.stationary,
         T_work_tcp=None if np.isnan(T_work_tcp[0, 0]) else T_work_tcp,
         T_work_via=T_work_via,
-        confdata=e.target.robconf if isinstance(e.target, RobTarget) else (0, 0, 0, 0),
         payload_mass=load.mass,
         payload_center=load.center,
         speed=speed * MM,

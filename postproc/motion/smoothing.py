@@ -19,34 +19,15 @@ SHARE = 0.1  # of every joint limit is given to transitions; the rest is the mot
 
 
 @dataclass(frozen=True, slots=True)
-class CorrectionLimits:
-    """How fast a correction may change.
-
-    Args:
-        joints_by_correction: (k, 6, 6) joint angles per correction at k poses, the inverse Jacobian.
-        speed, acceleration, jerk: (6,) of the joints, the share that a transition may use [rad/s] and derivatives.
-    """
-
-    joints_by_correction: Array
-    speed: Array
-    acceleration: Array
-    jerk: Array
-
-
-@dataclass(frozen=True, slots=True)
 class Ramp:
     """A transition from no correction to the whole jump.
 
     Args:
-        jump: (6,) translation [m] and rotation vector [rad]; duration: [s].
-        complete: the limits hold; otherwise the transition takes all the time there is, and ``excess`` is the largest
-            ratio that speed, acceleration or jerk may then have to its limit.
+        jump: (6,) translation [m] and rotation vector [rad]; duration: [s]; curve: ruckig's, from 0 to 1.
     """
 
     jump: Array
     duration: float
-    complete: bool
-    excess: float
     curve: Any
 
     def at(self, time: Array) -> Array:
@@ -60,34 +41,25 @@ class Ramp:
         return passed
 
 
-def correction_limits(robot: Robot, joints_by_correction: Array) -> CorrectionLimits:
-    """Limits of a correction at k poses of a move, from the joints' own limits (``Mounts.joints_by_shift``)."""
-    return CorrectionLimits(joints_by_correction, SHARE * robot.speed, SHARE * robot.acceleration, SHARE * robot.jerk)
-
-
-def transition(jump: Array, limits: CorrectionLimits, available: float) -> Ramp:
+def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: float) -> Ramp:
     """The transition over a jump (6,), as fast as the limits demand, and no faster than ``GENTLE`` where there is time.
 
     The joints turn by w = J^-1 jump in proportion to one progress g from 0 to 1, so joint j asks for
-    |w_j| g' <= speed_j, |w_j| g'' <= acceleration_j, |w_j| g''' <= jerk_j.
+    |w_j| g' <= speed_j, |w_j| g'' <= acceleration_j, |w_j| g''' <= jerk_j, each a ``SHARE`` of the joint's limit.
+    Where there is too little time the limits give way.
 
     Args:
-        available: time there is [s].
+        joints_by_shift: (k, 6, 6) at k poses of the move, see ``Mounts.joints_by_shift``; available: time there is [s].
     """
-    w = np.maximum(np.abs(limits.joints_by_correction @ jump).max(axis=0), 1e-12)
-    speed, acceleration, jerk = (float((x / w).min()) for x in (limits.speed, limits.acceleration, limits.jerk))
-    fast = _rest_to_rest(speed, acceleration, jerk)
+    w = np.maximum(np.abs(joints_by_shift @ jump).max(axis=0), 1e-12)
+    speed, acceleration, jerk = (float((SHARE * x / w).min()) for x in (robot.speed, robot.acceleration, robot.jerk))
+    curve = fast = _rest_to_rest(speed, acceleration, jerk)
     wanted = min(GENTLE, available)
     if fast.duration < wanted:
         # With the jerk alone as limit, a way of 1 from rest to rest takes (32 / jerk)^(1/3).
         gentle = _rest_to_rest(speed, acceleration, 32.0 / wanted**3)
         curve = gentle if gentle.duration <= available * (1 + 1e-9) else fast
-        return Ramp(jump, float(min(curve.duration, available)), True, 1.0, curve)
-    if fast.duration <= available:
-        return Ramp(jump, float(fast.duration), True, 1.0, fast)
-    # Squeezed into the time there is: speed grows with the factor, acceleration and jerk with its square and cube.
-    squeeze = fast.duration / available if available > 0.0 else np.inf
-    return Ramp(jump, float(max(available, 0.0)), False, float(squeeze**3), fast)
+    return Ramp(jump, float(min(curve.duration, max(available, 0.0))), curve)
 
 
 def _rest_to_rest(speed: float, acceleration: float, jerk: float) -> Any:

@@ -27,7 +27,6 @@ class Move:
         T_work_tcp: (4, 4) commanded goal pose of the TCP in the work frame (see ``mounts``), work object and
             displacement resolved (None for absjoint).
         T_work_via: (4, 4) circle point, arcs only.
-        confdata: (cf1, cf4, cf6, cfx) of the goal.
         q: (6,) goal joint angles [rad] from the nominal inverse kinematics, turns resolved.
         T_mount_tcp: (4, 4) tool in force, on the flange, or in the base where it is stationary.
         payload_mass [kg], payload_center (3,) [m] in tool0: tool plus grip load.
@@ -48,7 +47,6 @@ class Move:
     stationary: bool = False
     T_work_tcp: Array | None = None
     T_work_via: Array | None = None
-    confdata: tuple[int, int, int, int] = (0, 0, 0, 0)
     payload_mass: float = 0.0
     payload_center: Array = field(default_factory=lambda: np.zeros(3))
     speed: float = 0.25

@@ -33,9 +33,8 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
     for parameter in routine.parameters:
         if not parameter.optional:
             frame.bindings[parameter.name] = NotKnown(f"the parameter `{parameter.name}` is not known")
-    data = memory.frame.routine.source.data
     for parameter, span in paired(routine.parameters, pieces):
-        if parameter.optional and data[: span[0]].rstrip().endswith(b"?") and not passed_on(span, memory):
+        if parameter.optional and not passed_on(span, memory):
             continue
         frame.present.add(parameter.name)
         if span[0] < span[1]:
@@ -46,9 +45,10 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
 
 
 def passed_on(span: Span, memory: Memory) -> bool:
-    r"""``\Opt?name``: whether the present routine got the parameter ``name``."""
-    words = memory.frame.routine.source.data[span[0] : span[1]].decode("latin-1")
-    return words.strip().lower() in memory.frame.present
+    r"""Whether an optional argument counts: ``\Opt?name`` only if the present routine got the parameter ``name``."""
+    data = memory.frame.routine.source.data
+    words = data[span[0] : span[1]].decode("latin-1").strip().lower()
+    return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
 
 
 def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: Tree) -> Binding:

@@ -22,26 +22,11 @@ from postproc.rapid.records import (
     WobjData,
     ZoneData,
 )
+from postproc.rapid.spans import TargetSpans
 
 Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
 StatementKey = tuple[str, int]  # path and offset of a motion statement
 OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
-
-
-@dataclass(frozen=True, slots=True)
-class TargetSpans:
-    """Where the numbers of a target stand, byte spans in ``source``: trans (3), rot (4), robconf (4)."""
-
-    source: Source
-    trans: tuple[Span, ...]
-    rot: tuple[Span, ...]
-    robconf: tuple[Span, ...]
-    whole: Span
-
-    @property
-    def numbers(self) -> tuple[Span, ...]:
-        """All eleven in the order of the text."""
-        return (*self.trans, *self.rot, *self.robconf)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.assign import forget, store
 from postproc.rapid.calls import bound_frame
-from postproc.rapid.changes import READ_ONLY, STATE, Changes
+from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
@@ -111,8 +111,7 @@ class Execution(ABC):
         try:
             store(self.tree(target, memory), data, memory)
         except NotKnown:
-            words = memory.frame.routine.source.data[target[0] : target[1]].decode("latin-1")
-            name = words.split("{")[0].split(".")[0].strip().lower()
+            name = argument_name(memory.frame.routine.source.data, target)
             declaration = memory.find(name)
             keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
             forget(memory, keys, "is not certain here")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from postproc.diagnostics import Diagnostic
+from postproc.rapid.calls import passed_on
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionStatement
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
@@ -63,7 +64,7 @@ class SettingsReader:
 
         def known(role: str, convert: Callable[[str, Data], T], default: T, times: bool = False) -> T:
             argument = arguments.get(role)
-            if argument is None or not self.given(argument, memory):
+            if argument is None or (role.startswith("\\") and not passed_on(argument.span, memory)):
                 return default
             try:
                 return self.constant(argument, convert, memory)
@@ -76,12 +77,12 @@ class SettingsReader:
 
         tool = known("tool", to_tool, ToolData())
         wobj = known("\\wobj", to_wobj, WobjData())
-        speed = known("speed", _speed, UNKNOWN_SPEED, times=True)
-        zone = known("zone", _zone, ZoneData(True))
+        speed = known("speed", _data(to_speed), UNKNOWN_SPEED, times=True)
+        zone = known("zone", _data(to_zone), ZoneData(True))
         v_tcp = known("\\v", _number, None, times=True)
         duration = known("\\t", _number, None)
         size = known("\\z", _number, None)
-        total = known("\\tload", _load, None)
+        total = known("\\tload", _data(to_load), None)
         if v_tcp is not None:
             speed = replace(speed, v_tcp=v_tcp)
         if size is not None:
@@ -92,15 +93,6 @@ class SettingsReader:
         if lasting and len(reasons) == count and all(name in self.fixed for name in names):
             self.settled[key] = settings
         return settings
-
-    def given(self, argument: Argument, memory: Memory) -> bool:
-        r"""Whether an optional argument counts: ``\Opt?name`` only if the routine got that parameter."""
-        if not argument.role.startswith("\\"):
-            return True
-        between = argument.whole[0], argument.span[0]
-        return b"?" not in memory.frame.routine.source.data[slice(*between)] or (
-            argument.text.strip().lower() in memory.frame.present
-        )
 
     def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
         """Value of an argument, remembered if the name it consists of cannot change."""
@@ -151,16 +143,8 @@ class SettingsReader:
             return Weld(phase, None)
 
 
-def _speed(name: str, data: Data) -> SpeedData:
-    return to_speed(data)
-
-
-def _zone(name: str, data: Data) -> ZoneData:
-    return to_zone(data)
-
-
-def _load(name: str, data: Data) -> LoadData | None:
-    return to_load(data)
+def _data(convert: Callable[[Data], T]) -> Callable[[str, Data], T]:
+    return lambda name, data: convert(data)
 
 
 def _number(name: str, data: Data) -> float | None:

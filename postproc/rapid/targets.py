@@ -8,7 +8,7 @@ from dataclasses import replace
 from postproc.diagnostics import Source, Span
 from postproc.rapid.assign import store
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import Base, Origin, OriginKind, TargetSpans
+from postproc.rapid.events import Base, Origin, OriginKind
 from postproc.rapid.expressions import (
     Call,
     Component,
@@ -23,6 +23,7 @@ from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.pose import about, add, quat_mult, subtract
 from postproc.rapid.records import JointTarget, Pose, RobTarget, Vec3
+from postproc.rapid.spans import TargetSpans
 from postproc.rapid.syntax import Declaration
 from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
 

@@ -81,22 +81,14 @@ def target_matrix(event: MotionEvent) -> Array:
     Raises:
         ValueError: the event has no robtarget.
     """
-    return _in_object(event, event.target)
+    result: Array = target_matrices([event])[0]
+    return result
 
 
 def via_matrix(event: MotionEvent) -> Array:
-    """As ``target_matrix``, for the circle point.
-
-    Raises:
-        ValueError: the event has no circle point.
-    """
-    return _in_object(event, event.via)
-
-
-def _in_object(event: MotionEvent, target: object) -> Array:
-    if not isinstance(target, RobTarget):
-        raise ValueError("the event has no such robtarget")
-    return object_matrix(event.wobj, event.displacement) @ pose_matrix(target.trans, target.rot)
+    """As ``target_matrix``, for the circle point that the event has."""
+    assert event.via is not None
+    return object_matrix(event.wobj, event.displacement) @ pose_matrix(event.via.trans, event.via.rot)
 
 
 def target_matrices(events: Sequence[MotionEvent]) -> Array:

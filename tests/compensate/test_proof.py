@@ -132,5 +132,5 @@ def test_the_corrected_motion_is_the_programmed_one_with_the_correction_added(sh
     samples, source = plan.motion.samples, Source("m.mod", text.encode())
     way = samples.q - samples.q[samples.goal[0]]
     plans = [replace(plan, exact=replace(plan.exact, q=samples.q + s * way), transitions=()) for s in (0.0, share)]
-    speeds = [check_corrected(arm().robot, other, source)[0].speed for other in plans]
+    speeds = [check_corrected(arm().robot, other, source)[0].use[0] for other in plans]
     assert speeds[1] == pytest.approx((1 + share) * speeds[0], rel=0.01)

@@ -46,7 +46,6 @@ def test_si_units_and_joint_angles() -> None:
     assert (moves[0].fine, moves[1].fine) == (True, False)
     assert (moves[1].zone, moves[1].zone_rotation) == (pytest.approx(0.010), pytest.approx(0.015))
     assert moves[1].zone_angle == pytest.approx(np.radians(1.5))
-    assert moves[1].confdata == (-1, 0, -1, 0)
 
 
 def test_tool_and_grip_load_are_one_mass() -> None:

@@ -456,3 +456,10 @@ def test_data_that_an_unknown_instruction_may_write_names_it_and_keeps_its_spell
     assert before == after == "`tGun` may be written by `Tool`"
     both = walk(program(module("MoveL pGo,v5,z0,tGun; Where pGo; pGo:=p;", data)))
     assert both[0].reason == "`pGo` is written by the program and has no certain value here"
+
+
+def test_a_target_that_breaks_off_in_its_last_number_is_told_at_once() -> None:
+    """Digits are taken whole: seventeen numbers that may each be divided in six ways would never end."""
+    broken = "[[1234.56789,-2345.67891,3456.78912],[0.123456,0.123456,0.123456,0.123456],[-1,0,-1,0],[9E9,9E9,9E9,9E9,9E9,9E9x]]"
+    event = events(f"MoveL {broken},v5,z0,tool0;")[0]
+    assert event.target is None
