@@ -54,6 +54,8 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
 def terms_needed(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
     """What is missing, each with no more terms than it needs beside the patterns that were found after it."""
     for at, one in enumerate(missing if search.outside else []):
+        if base.model.effect(one.candidate.key) is not None:
+            continue
         without = refit_all(base, search.fit, [m.candidate for m in missing if m is not one], noise)
         bare = replace(search, fit=without)
         mine = compose(bare.screen(), bare.linear(), one.candidate.key)

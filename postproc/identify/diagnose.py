@@ -11,7 +11,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
-from postproc.identify.backward import check_backward
+from postproc.identify.backward import check_backward, terms_needed
 from postproc.identify.candidate import Candidate
 from postproc.identify.channels import channels
 from postproc.identify.contest import contested
@@ -114,6 +114,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
+    missing = terms_needed(search, start, missing, noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)

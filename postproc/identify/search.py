@@ -17,6 +17,8 @@ from postproc.identify.tried import ODDS
 
 MOST = 6
 """Effects that are added one after another at most."""
+PATTERNS = 3
+"""Patterns that stand beside one another at most."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ def _select(
                 refused.add(best.key)
                 continue
             missing = [m for m in missing if m.candidate.key != best.key] + [taken]
-        elif outside is not None and len(search.outside) < 3:
+        elif outside is not None and len(search.outside) < PATTERNS:
             search.outside = [*search.outside, outside]
         else:
             break
@@ -140,6 +142,18 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
 
 def _white(fit: Fit) -> bool:
     return fit.noise.position is not None and fit.variance < QUIET
+
+
+def patterns_left(search: Search, most: int = PATTERNS) -> list[Suspect]:
+    """The patterns that a fit leaves, found anew: each the strongest once those before it are taken."""
+    left = replace(search, outside=[])
+    while len(left.outside) < most:
+        linear = left.linear()
+        found = search.suspects(search.fit, linear)
+        if not found or not clear(found[0], linear, worth_saying(search.fit)):
+            break
+        left.outside = [*left.outside, found[0]]
+    return left.outside
 
 
 def worth_saying(fit: Fit) -> float:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.identify.contest import _tells_as_much, _Whole, akin
 from postproc.identify.diagnose import diagnose
 from postproc.identify.formula import sharper
 from postproc.identify.shapes import of_channel
@@ -92,19 +91,6 @@ def test_a_name_stays_beside_a_pattern_of_another_channel():
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
 
 
-@pytest.mark.parametrize(
-    ("channel", "where", "same"),
-    [("temperature", "joint 3", True), ("temperature", "body 2", True), ("temperature", "joint 2", False),
-     ("time", "joint 3", False)],
-)  # fmt: skip
-def test_what_another_joint_or_another_channel_does_is_no_mending(channel, where, same):
-    """A drift of joint 2 with temperature tells nothing of a wave of joint 3 that grows with temperature."""
-    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
-    wave = Suspect("q3", "joint 3", "product", 0.6, 9.0, 9.0, nothing, way, ("q3", "temperature"))
-    other = Suspect(channel, where, "proportional", 0.6, 9.0, 9.0, nothing, way, (channel,))
-    assert akin(other, [wave]) is same
-
-
 def test_one_bad_reading_is_no_law():
     """A row 15 standard deviations off is named as a row; nothing is said to step, bend or be loose for its sake."""
     data, _ = cell(seed=432, noise=0.03, poses=70)
@@ -171,25 +157,3 @@ def test_two_named_effects_are_not_traded_for_patterns():
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "missing"
     assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
-
-
-def suspect(channel, where):
-    return Suspect(channel, where, "proportional", 0.5, 100.0, 10.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
-
-
-@pytest.mark.parametrize(
-    ("outside", "square", "other", "goes"),
-    [
-        ([suspect("load3", "joint 3")], 540.0, False, True),
-        ([suspect("load3", "joint 3")], 700.0, False, False),
-        # What is left follows something else: the name told of that.
-        ([suspect("load3", "joint 3")], 540.0, True, False),
-        # A casting that gives in six directions takes part of most effects.
-        ([suspect("load3", "body 2")], 540.0, False, False),
-        ([suspect("load3", "body 2")], 490.0, False, True),
-        ([suspect("q1", "joint 3")], 540.0, False, False),
-    ],
-)
-def test_a_name_goes_where_the_same_patterns_leave_hardly_more(outside, square, other, goes):
-    best = _Whole((), (suspect("load3", "joint 3"),), 500.0, False)
-    assert _tells_as_much(_Whole((), tuple(outside), square, other), best, 100.0) is goes
