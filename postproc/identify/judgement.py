@@ -16,9 +16,9 @@ from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.fit import fit_model
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, f_test, hold_out
+from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
 from postproc.identify.problem import Problem
-from postproc.identify.selection import columns_of, corrected, linear_part
+from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED, Terms
@@ -120,12 +120,6 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     linear = max(before - candidate.fall, 1e-12 * before)
     gained = freedom * float(np.log(linear / max(rest, 1e-12 * before)))
     effect = after.model.effect(candidate.key) or candidate.effect
-    p = candidate.p_value
-    if gained > 0:
-        # F statistics of the linear test, with the residual that the full refit reaches.
-        p = min(p, corrected(f_test(before, rest, candidate.count, freedom - candidate.count), candidate.searched))
-    if (candidate.free & candidate.effect.amplitudes()).sum() > candidate.count:
-        p = candidate.p_value
     if candidate.curved:
         # The linear evidence belongs to the start, not to where the fit has moved a knee or a compliance.
         worth = settled(base.linear, rest, after, candidate.key) - candidate.searched
@@ -134,7 +128,7 @@ def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:
     if impossible(after, candidate.key).any():
         worth = -np.inf
     free = after.free.get(candidate.key, candidate.free)
-    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, p_value=p, fit=after)
+    return replace(candidate, effect=effect, free=free, evidence=worth, fall=before - rest, fit=after)
 
 
 def settled(base: Linear, rest: float, after: Fit, key: str) -> float:

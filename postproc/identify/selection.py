@@ -20,13 +20,8 @@ UNLIKELY = {
     "session": 4.0,
     "link_geometry": 4.0,
     "joint_error_map": 6.0,
-    "joint_compliance": -12.0,
-    "joint_offset": -12.0,
 }
-"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first.
-
-No arm is without joints that wind up or zeros that are off: a model that lacks them lacks them first.
-"""
+"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
 EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 DEEPEST = 8
@@ -192,5 +187,5 @@ def linear_part(effect: Effect, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def corrected(p: float, searched: float) -> float:
-    """A p value after a search; what is likely beforehand makes no chance smaller."""
-    return float(np.exp(min(0.0, np.log(p) + max(searched, 0.0) / 2))) if p > 0 else 0.0
+    """A p value after a search."""
+    return float(np.exp(min(0.0, np.log(p) + searched / 2))) if p > 0 else 0.0

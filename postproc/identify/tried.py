@@ -30,8 +30,6 @@ TURNS, FEW = 3, 4
 """
 NEARLY = 0.97
 """Share of what is above the noise from which on a second shape has nothing left to tell."""
-RARER = 3000
-"""As much less likely is a casting that bends or gives way in every direction than a joint that turns."""
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
 
@@ -87,7 +85,7 @@ class Tried:
         linear = self._seen(where).linear
         columns = self.problem.whiten(spread(self.moves[where], pattern.values))
         fall = float(taken_off(linear, columns)[1].sum())
-        price = odds(pattern, self.every.kinds) * _rarer(where)
+        price = odds(pattern, self.every.kinds)
         worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
         self.found.append(Found(worth, fall, where, pattern))
         return self.found[-1]
@@ -114,7 +112,7 @@ class Tried:
         square, taken = taken_off(linear, columns)
         most = int(np.argmax(taken))
         left, fall = float(square.sum() - square[most]), float(taken.sum() - taken[most])
-        price = odds(one.pattern, self.every.kinds) * _rarer(one.where)
+        price = odds(one.pattern, self.every.kinds)
         return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 
     def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
@@ -122,7 +120,7 @@ class Tried:
 
     def _ranked(self, where: str, falls: Array, price: Array | float, made: Made, top: int) -> list[Found]:
         linear, count = self._seen(where).linear, self._seen(where).count
-        worth = _worth(linear.square, falls, count, linear.freedom, price * _rarer(where))
+        worth = _worth(linear.square, falls, count, linear.freedom, price)
         order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
         best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
         if top == 1:
@@ -175,7 +173,7 @@ class Tried:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
         seen = self._seen(one.where)
         most = min(times * one.fall, 0.99 * seen.linear.square)
-        price = tries * odds(one.pattern, self.every.kinds) * _rarer(one.where)
+        price = tries * odds(one.pattern, self.every.kinds)
         return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
 
     def _closest(self, one: Found) -> Found:
@@ -229,10 +227,6 @@ class Tried:
 def above(linear: Linear) -> float:
     """What is left above the noise, of the whitened sum of squares."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
-
-
-def _rarer(where: str) -> float:
-    return RARER if where.startswith("body") else 1.0
 
 
 def _values(some: Sequence[Pattern]) -> Single:
