@@ -9,7 +9,7 @@ from postproc.rapid.expressions import Component, Expression, Index, Name
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration
-from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value
+from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value, unknown_part
 
 Path = list[int | str]
 
@@ -37,7 +37,7 @@ def store(tree: Expression, data: Data, memory: Memory) -> None:
             data = _replaced(_present(declaration, memory), path, data, memory)
         except NotKnown as error:
             data = error
-        unknown = _unknown_part(data)
+        unknown = unknown_part(data)
         data = data if unknown is None or unknown is data else PartlyKnown(unknown, data)
     memory.changed[declaration.key] = data
 
@@ -55,14 +55,14 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
     except NotKnown as error:
         value = memory.declared(declaration)
         for path in memory.changes.paths.get(declaration.key, {()}):
-            value = Value(_replaced(value, path, error, memory), value.type, value.rank)
+            data = _replaced(value, path, error, memory) if path else _all_unknown(value.data, value.rank, error)
+            value = Value(data, value.type, value.rank)
         return value
 
 
-def _unknown_part(data: Data) -> NotKnown | None:
-    if isinstance(data, tuple):
-        return next((unknown for item in data if (unknown := _unknown_part(item)) is not None), None)
-    return data if isinstance(data, NotKnown) else None
+def _all_unknown(data: Data, rank: int, why: NotKnown) -> Data:
+    """An array of the same size of which no element is known."""
+    return tuple(_all_unknown(item, rank - 1, why) for item in data) if rank and isinstance(data, tuple) else why
 
 
 def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:

@@ -58,6 +58,7 @@ def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: T
         if reference is not None:
             return reference
         value = evaluate(expression, memory)
+        value = value if value.type else replace(value, type=parameter.type)  # an aggregate
     except NotKnown as error:
         return error
     if parameter.mode or parameter.type != "robtarget":

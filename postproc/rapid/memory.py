@@ -16,7 +16,7 @@ from postproc.rapid.program import Program
 from postproc.rapid.records import Pose
 from postproc.rapid.syntax import Declaration, Routine
 from postproc.rapid.tokens import skip
-from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, Value, zero
+from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, PartlyKnown, Value, unknown_part, zero
 
 MAX_ELEMENTS = 1_000_000
 
@@ -122,7 +122,13 @@ class Memory:
         written = len(indices) <= len(declaration.dims) and self.is_initial(declaration)
         span = self.part_span(declaration, indices) if written else None
         if span is None:
-            return pick(self.value(declaration), indices)
+            try:
+                return pick(self.value(declaration), indices)
+            except PartlyKnown as partly:
+                found = pick(Value(partly.data, declaration.type, len(declaration.dims)), indices)
+                if (unknown := unknown_part(found.data)) is not None:
+                    raise unknown from None
+                return found
         data = self._initial(declaration, span).data
         rank = max(0, len(declaration.dims) - len(indices))
         return Value(data, declaration.type, rank, declaration.key, indices)

@@ -38,7 +38,8 @@ class Missing:
         """The reason why an event is left alone."""
         if argument is None:
             return error.reason
-        what = _WHAT.get(argument.role, "data")
+        named = error.missing in (None, argument.text.split("{")[0].strip().lower())
+        what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
         if error.missing is not None and error.missing not in self.reported:
             self.reported.add(error.missing)
             name = argument.text if argument.text.lower() == error.missing else error.missing

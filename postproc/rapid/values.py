@@ -73,6 +73,13 @@ class PartlyKnown(NotKnown):
         self.data = data
 
 
+def unknown_part(data: Data) -> NotKnown | None:
+    """Why data, or a part of it, is not known."""
+    if isinstance(data, tuple):
+        return next((unknown for item in data if (unknown := unknown_part(item)) is not None), None)
+    return data if isinstance(data, NotKnown) else None
+
+
 MOST_QUARTERS = 4000  # no axis turns a thousand times
 
 MOST_OFF_UNIT = 0.1  # of the length of a quaternion: beyond that it is no rounding

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from postproc.diagnostics import Source
 from postproc.rapid.program import read_program
 from postproc.rapid.records import RobTarget
-from postproc.rapid.walk import walk
+from postproc.rapid.walk import walk, walk_program
 from tests.rapid.build import UNUSED, events
 
 P1 = "[[100,200,300],[0.3,-0.5,0.7,0.4],[0,-1,2,1],[5,9E9,9E9,9E9,9E9,9E9]]"
@@ -216,3 +216,37 @@ ENDMODULE
     assert isinstance(high.target, RobTarget) and isinstance(low.target, RobTarget)
     assert high.target.trans[2] - low.target.trans[2] == 30.0
     assert low.target_origin.declaration == "m..pa" and low.target_origin.handed is not None
+
+
+def test_elements_that_the_program_has_written_are_known_and_the_others_are_not() -> None:
+    body = "pT{2}:=q; MoveL pT{2},v5,z0,tool0; MoveL pT{1},v5,z0,tool0; pT{1}:=p; MoveL pT{1},v5,z0,tool0;"
+    first, open_, last = events(body, DATA + "VAR robtarget pT{2};")
+    assert first.target == moved("q") and last.target == moved("p")
+    assert open_.target is None and "no certain value" in (open_.reason or "")
+
+
+def test_numbers_handed_to_a_parameter_have_its_type() -> None:
+    text = f"""MODULE M
+  CONST robtarget p:={P1};
+  PROC main()
+    go p,[5,0,-7];
+  ENDPROC
+  PROC go(robtarget at,pos by)
+    MoveL Offs(at,by.x,by.y,by.z),v100,fine,tool0;
+  ENDPROC
+ENDMODULE
+"""
+    (event,) = walk(read_program([Source("m.mod", text.encode())]))
+    assert isinstance(event.target, RobTarget) and event.target.trans == (105.0, 200.0, 293.0)
+
+
+def test_a_signal_in_a_frame_leaves_the_statements_that_use_it() -> None:
+    """Nobody can give a file that declares a signal: it is no reason to refuse the program."""
+    data = DATA + 'PERS wobjdata w:=[FALSE,TRUE,"",[[0,0,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];'
+    body = (
+        "w.oframe.trans:=[1,2,3]; MoveL p,v5,z0,tool0\\WObj:=w; w.oframe.trans.z:=aiCam; MoveL q,v5,z0,tool0\\WObj:=w;"
+    )
+    text = f"MODULE M\n{data}\nPROC main()\n{body}\nENDPROC\nENDMODULE\n"
+    walked = walk_program(read_program([Source("m.mod", text.encode())]))
+    assert [d.severity for d in walked.diagnostics if d.code == "RAP020"] == ["warning"]
+    assert [e.reason is None for e in walked.events] == [True, False]
