@@ -63,7 +63,8 @@ def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
     values = weights.values.copy()
     scale = values[:, :3].max(axis=1)
     share = np.where(scale > 0, scale * (figures.position or 3e-5), 1.0)[:, None]
-    reference = robust_rms(np.where(values[:, :3] > 0, problem.error[:, :3] * values[:, :3], np.nan))
+    position = weights.whiten(np.nan_to_num(problem.error)[:, :, None])[:, :3, 0]
+    reference = robust_rms(position[values[:, :3] > 0])
     start = 3
     for measured, known in (
         (problem.data.rotation is not None, figures.rotation),

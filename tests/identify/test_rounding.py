@@ -17,6 +17,7 @@ from postproc.identify.rounding import blurred
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
 from postproc.robot.catalogue import load_robot
 from tests.bench.coverage import ARMS
 from tests.identify.cells import BASE, base_fit, cell
@@ -63,6 +64,17 @@ def test_orientations_share_the_error_of_rounded_angles_with_their_positions():
     covariance = np.einsum("nik,njk->nij", white, white) / 4000
     np.testing.assert_allclose(covariance, np.broadcast_to(np.eye(6), covariance.shape), atol=0.1)
     np.testing.assert_allclose(seen.weights.measured(seen.residual), seen.error, atol=1e-12)
+
+
+def test_orientations_of_rounded_angles_that_nobody_repeated_weigh_as_positions_do():
+    data = cell(seed=5161, noise=0.01, poses=100)[0]
+    exact = predict(base_fit(data).model, data.state)[:, :3, :3]
+    data = replace(rounded(data), rotation=exact)
+    data = data.rows(np.isin(np.arange(len(data)), np.unique(data.repeats, return_index=True)[1]))
+    fit = fit_model(base_fit(data).model, data, noise=1e-5)
+    assert fit.data.rounded and fit.problem.weights.turn is not None
+    left = fit.problem.weights.whiten(fit.problem.error[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(np.std(left[:, 3:6]), np.std(left[:, :3]), rtol=0.15)
 
 
 def test_significance_is_honest_where_angles_are_rounded():
