@@ -36,15 +36,10 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     if len(rows) > _MOST:
         rows = rows[np.linspace(0, len(rows) - 1, _MOST).round().astype(int)]
     at_goals = motion.at(rows)
+    text = "the program leaves the range in which the model was measured: "
+    help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
     findings = [
-        Diagnostic(
-            "CMP010",
-            "warning",
-            "the program leaves the range in which the model was measured: "
-            + _range_text(b.channel, b.low, b.high, b.reached),
-            source,
-            help="measure poses there too (`postproc plan`), or take the expected accuracy as a guess",
-        )
+        Diagnostic("CMP010", "warning", text + _range_text(b.channel, b.low, b.high, b.reached), source, help=help_)
         for b in beyond_range(model, at_goals)
     ]
     sigma = predict_sigma(model, at_goals, instrument=False)

@@ -241,10 +241,7 @@ def _agree(group: Sequence[Wish]) -> bool:
 
 
 def _serves_these(
-    place: PlaceKey,
-    group: Sequence[Wish],
-    users: Mapping[str, Users],
-    complete: frozenset[StatementKey],
+    place: PlaceKey, group: Sequence[Wish], users: Mapping[str, Users], complete: frozenset[StatementKey]
 ) -> bool:
     """Whether editing the text that a group of wishes shares changes nothing but targets of compensated moves."""
     origin = group[0].origin

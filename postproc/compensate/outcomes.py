@@ -29,10 +29,7 @@ BESIDE_ARM = "it does not move the arm"
 
 
 def judge_statements(
-    program: Program,
-    events: Sequence[MotionEvent],
-    plan: Plan,
-    after: Deviation,
+    program: Program, events: Sequence[MotionEvent], plan: Plan, after: Deviation
 ) -> tuple[list[Outcome], list[Diagnostic]]:
     """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
 
@@ -98,22 +95,15 @@ def _outcome(
         return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
-        return Outcome(
-            statement, "unchanged", "the correction is below the last decimal", round(shift, 5), round(residual, 5)
-        )
+        why = "the correction is below the last decimal"
+        return Outcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
     edited = plan.decisions.edited.get(statement.key)
     if statement.interpolation != "joint" and all(plan.motion.moves[i].first for i in rows):
         reason = reason or UNKNOWN_START
     if any(i in plan.shared for i in rows):
         reason = SHARED
-    return Outcome(
-        statement,
-        "compensated",
-        FOLLOWS if edited == "derived" else reason,
-        round(shift, 4),
-        round(residual, 5),
-        edited,
-    )
+    reason = FOLLOWS if edited == "derived" else reason
+    return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
 
 
 def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> int:

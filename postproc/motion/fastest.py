@@ -71,8 +71,4 @@ def _torque_terms(
     q, q1, q2 = values
     still = np.zeros_like(q)
     rest = inertial_torque(robot, q, still, still, mass, center, gravity)
-    return (
-        inertial_torque(robot, q, still, q1, mass, center),
-        inertial_torque(robot, q, q1, q2, mass, center),
-        rest,
-    )
+    return (inertial_torque(robot, q, still, q1, mass, center), inertial_torque(robot, q, q1, q2, mass, center), rest)

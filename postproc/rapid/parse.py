@@ -36,21 +36,15 @@ class FileReader(StatementReader):
             module = patterns.MODULE_HEAD.match(self.data, start) if word == b"module" else None
             inside = module is not None or word in ITEM_WORDS
             if stray is not None and (inside or (modules and start >= self.end)):
-                self.report(
-                    "RAP015",
-                    "warning",
-                    "text outside a module is not loaded by the controller and is kept as it stands",
-                    (stray, self.at),
-                    "delete it if it was left behind by mistake",
-                )
+                told = "text outside a module is not loaded by the controller and is kept as it stands"
+                self.report("RAP015", "warning", told, (stray, self.at), "delete it if it was left behind by mistake")
                 stray = None
             if module is not None:
                 modules.append(self.module_at(module))
             elif inside:
-                self.report(
-                    "RAP004", "warning", "data or routines stand outside a MODULE", (start, end),
-                    "put them between MODULE and ENDMODULE; the controller does not load them otherwise",
-                )  # fmt: skip
+                told = "data or routines stand outside a MODULE"
+                help_ = "put them between MODULE and ENDMODULE; the controller does not load them otherwise"
+                self.report("RAP004", "warning", told, (start, end), help_)
                 modules.append(self.items("", (start, start), ()))
             elif start >= self.end:
                 return modules
@@ -62,8 +56,7 @@ class FileReader(StatementReader):
     def module_at(self, head: re.Match[bytes]) -> Module:
         self.at = head.end()
         attributes = tuple(re.findall(r"\w+", text(head[2]).upper())) if head[2] else ()
-        module = self.items(text(head[1]), head.span(), attributes)
-        return module
+        return self.items(text(head[1]), head.span(), attributes)
 
     def items(self, name: str, head: Span, attributes: tuple[str, ...]) -> Module:
         """Everything up to ENDMODULE (which is consumed) or the end of the file."""
@@ -102,26 +95,15 @@ class FileReader(StatementReader):
             elif word == b"module" or (not word and start >= self.end):
                 self.at = start
                 if name:
-                    self.report(
-                        "RAP005",
-                        "error",
-                        f"module `{name}` has no ENDMODULE",
-                        head,
-                        "the file is cut off or an END word is missing; load it in RobotStudio and check the program",
+                    help_ = (
+                        "the file is cut off or an END word is missing; load it in RobotStudio and check the program"
                     )
+                    self.report("RAP005", "error", f"module `{name}` has no ENDMODULE", head, help_)
                 break
             else:
                 self.opaque(start)
-        return Module(
-            self.source,
-            (head[0], self.at),
-            head,
-            name,
-            attributes,
-            tuple(records),
-            tuple(declarations),
-            tuple(routines),
-        )
+        parts = tuple(records), tuple(declarations), tuple(routines)
+        return Module(self.source, (head[0], self.at), head, name, attributes, *parts)
 
     def record(self, at: int) -> Record:
         self.at = at
@@ -165,23 +147,13 @@ class FileReader(StatementReader):
                 self.semicolon()
                 break
             elif word in BLOCK_ENDS:
-                self.report(
-                    "RAP006",
-                    "error",
-                    f"`{text(word.upper())}` closes nothing in `{name}`",
-                    (begin, end),
-                    "check the IF, FOR, WHILE and TEST blocks of this routine",
-                )
+                told, help_ = "closes nothing in", "check the IF, FOR, WHILE and TEST blocks of this routine"
+                self.report("RAP006", "error", f"`{text(word.upper())}` {told} `{name}`", (begin, end), help_)
                 self.at = end
                 body += self.block()
             else:
-                self.report(
-                    "RAP007",
-                    "error",
-                    f"{kind} `{name}` has no END{kind}",
-                    head.span(4),
-                    "check the blocks and semicolons of this routine",
-                )
+                help_ = "check the blocks and semicolons of this routine"
+                self.report("RAP007", "error", f"{kind} `{name}` has no END{kind}", head.span(4), help_)
                 break
         routine = Routine(
             self.source, (item, self.at), self.module, kind, name, scope == "LOCAL",

@@ -117,17 +117,10 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
                     if motion is not None:
                         known[statement.span[0]] = motion
                         diagnostics += _check(motion)
-    return Program(
-        files,
-        tuple(modules),
-        tuple(_all_declarations(modules)),
-        tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items())),
-        tuple(diagnostics),
-        motions,
-        names,
-        routines,
-        fixed,
-    )
+    statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
+    declarations = tuple(_all_declarations(modules))
+    told = tuple(diagnostics)
+    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, fixed)
 
 
 def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:

@@ -125,13 +125,8 @@ class StatementReader(Cursor):
             self.semicolon()
         else:
             opener = text(word[3:].upper())
-            self.report(
-                "RAP010",
-                "error",
-                f"{opener} has no {text(word.upper())}",
-                (start, start + len(opener)),
-                "check the blocks of this routine",
-            )
+            told, span = f"{opener} has no {text(word.upper())}", (start, start + len(opener))
+            self.report("RAP010", "error", told, span, "check the blocks of this routine")
 
     def if_at(self, start: int, end: int) -> Statement:
         condition, has_then = self.head(TO_THEN, end, 4)

@@ -25,21 +25,13 @@ def pose_matrix(trans_mm: ArrayLike, rot: ArrayLike) -> Array:
     trans, quat = np.asarray(trans_mm, float), np.asarray(rot, float)
     w, x, y, z = np.moveaxis(quat, -1, 0)
     matrix = np.zeros((*np.broadcast_shapes(trans.shape[:-1], quat.shape[:-1]), 4, 4))
-    matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 0, 2] = (
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - w * z),
-        2 * (x * z + w * y),
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
-    matrix[..., 1, 0], matrix[..., 1, 1], matrix[..., 1, 2] = (
-        2 * (x * y + w * z),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - w * x),
-    )
-    matrix[..., 2, 0], matrix[..., 2, 1], matrix[..., 2, 2] = (
-        2 * (x * z - w * y),
-        2 * (y * z + w * x),
-        1 - 2 * (x * x + y * y),
-    )
+    for i, row in enumerate(rows):
+        matrix[..., i, 0], matrix[..., i, 1], matrix[..., i, 2] = row
     matrix[..., :3, 3] = trans * MM
     matrix[..., 3, 3] = 1.0
     return matrix

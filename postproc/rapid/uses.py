@@ -19,18 +19,8 @@ from postproc.rapid.values import RECORDS, Fields
 UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
 # What Dim is asked about is counted, not read.
 _COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
-_WORDS = re.compile(
-    STRING
-    + rb"|"
-    + COMMENT
-    + rb"|"
-    + _COUNTED
-    + rb"|(?<![\w\x80-\xff])(?:"
-    + NUMBER
-    + rb")|([.\\]\s*)?("
-    + IDENTIFIER
-    + rb")"
-)
+_DIGITS = rb"(?<![\w\x80-\xff])(?:" + NUMBER + rb")"
+_WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)?(" + IDENTIFIER + rb")"]))
 # After a name: the index of an element, then components.
 _COMPONENTS = re.compile(rb"\s*(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
 _PLAIN = re.compile(rb"[\w\x80-\xff]+\s*(?:\{[^{}]*\}\s*)?(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")

@@ -38,13 +38,7 @@ def measuring_module(
     load: list[float | None] = [None] * len(q) if payload_kg is None else [float(x) for x in payload_kg]
     order = sorted(range(len(q)), key=lambda i: load[i] or 0.0)
     poses = [
-        {
-            "name": f"j{i + 1:03d}",
-            "label": labels[i],
-            "joints": q[i],
-            "approach": start[i],
-            "payload_kg": load[i],
-        }
+        {"name": f"j{i + 1:03d}", "label": labels[i], "joints": q[i], "approach": start[i], "payload_kg": load[i]}
         for i in order
     ]
     env = environment(template_dir)

@@ -34,14 +34,9 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
         PostprocError: ``REN001`` where the user's template folder does not exist.
     """
     if template_dir is not None and not template_dir.is_dir():
-        raise PostprocError(
-            Diagnostic(
-                "REN001",
-                "error",
-                f"template folder `{template_dir}` does not exist",
-                help="give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2",
-            )
-        )
+        help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
+        text = f"template folder `{template_dir}` does not exist"
+        raise PostprocError(Diagnostic("REN001", "error", text, help=help_))
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),
@@ -81,9 +76,5 @@ def fill(template: Template, values: Mapping[str, object]) -> str:
 def _template_diagnostic(name: str, error: Exception) -> Diagnostic:
     line = getattr(error, "lineno", None)
     where = f" line {line}" if line else ""
-    return Diagnostic(
-        "REN002",
-        "error",
-        f"template `{name}`{where} cannot be rendered: {error}",
-        help="compare it with the shipped template of the same name",
-    )
+    text, help_ = f"template `{name}`{where} cannot be rendered: {error}", "compare it with the shipped template"
+    return Diagnostic("REN002", "error", text, help=f"{help_} of the same name")
