@@ -9,8 +9,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.felt import felt_by_tool
 from postproc.identify.problem import Problem
-from postproc.identify.sensitivity import TOOL
 from postproc.identify.signals import tool_poses
+from postproc.model.sensitivity import TOOL
 
 PLACE = ("x", "y", "z")
 WRIST = ("q5", "q6", "q4")

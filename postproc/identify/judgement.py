@@ -19,11 +19,11 @@ from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
 from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
 from postproc.identify.problem import Problem
 from postproc.identify.selection import columns_of, linear_part
-from postproc.identify.sensitivity import at_least_ordinary
 from postproc.identify.shaped import formed
 from postproc.identify.solve import SETTLED, Terms
 from postproc.identify.suspects import Suspect
 from postproc.model.arm import Model
+from postproc.model.sensitivity import at_least_ordinary
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.identify.channels import fit_channels
 from postproc.identify.fitted import Fit, rms
 from postproc.identify.linear import contiguous_blocks
-from postproc.identify.sensitivity import INSTRUMENT
+from postproc.model.sensitivity import INSTRUMENT
 
 ROWS = 150
 RATIOS = (0.1, 1.0, 10.0, 100.0)

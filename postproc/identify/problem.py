@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.identify.sensitivity import PLACES, Sensitivity, at_least_ordinary, rotation_vectors, sensitivity
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 from postproc.model.equilibrium import Equilibrium, equilibrium
+from postproc.model.sensitivity import PLACES, Sensitivity, at_least_ordinary, rotation_vectors, sensitivity
 from postproc.robot.pose import displace
 
 

@@ -14,10 +14,10 @@ from postproc.identify.formula import Pattern, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns
 from postproc.identify.problem import Problem
-from postproc.identify.sensitivity import BODY, INSTRUMENT, TOOL
 from postproc.identify.sight import Sight
 from postproc.identify.signals import Signal
 from postproc.identify.tried import ODDS, Tried, above
+from postproc.model.sensitivity import BODY, INSTRUMENT, TOOL
 
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""

@@ -13,9 +13,8 @@ from postproc.arrays import Array
 from postproc.effects.base import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.derivatives import effect_derivatives, movable
+from postproc.model.sensitivity import grown_sensitivity
 from postproc.model.states import take
-from postproc.model.tangent import tangent
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
@@ -82,14 +81,13 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
 
 def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> Array:
     """(n, 3, p) of the position by the fitted parameters."""
-    rest = movable(model, state)
-    at = tangent(model, rest)
+    at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(known.parameters)))
     for effect in model.effects:
-        wanted = [k for k, (key, _) in enumerate(known.parameters) if key == effect.key]
-        if wanted and (instrument or displacement_of(effect, rest.state).instrument is None):
-            index = [known.parameters[k][1] for k in wanted]
-            columns[:, :, wanted] = effect_derivatives(model, effect, rest, at, index)[:, :3]
+        wanted = {i: k for k, (key, i) in enumerate(known.parameters) if key == effect.key}
+        if wanted and (instrument or displacement_of(effect, at.state).instrument is None):
+            free = np.isin(np.arange(len(effect.vector())), list(wanted))
+            columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(effect, free)[:, :3]
     return columns
 
 

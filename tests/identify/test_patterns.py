@@ -12,10 +12,10 @@ from postproc.identify.cycles import waves
 from postproc.identify.diagnose import diagnose
 from postproc.identify.formula import Pattern, sharper
 from postproc.identify.patterns import PLACES, Patterns, grown, odds, patterns, switched
-from postproc.identify.sensitivity import BODY
 from postproc.identify.shapes import breaks
 from postproc.identify.signals import Signal, channel_signal
 from postproc.identify.suspects import by_channel, find_suspects, places
+from postproc.model.sensitivity import BODY
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 

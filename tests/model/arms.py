@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.sensitivity import grown_sensitivity
 from postproc.robot.arm import Robot
 from tests.independent import arm as A
 
@@ -25,6 +27,17 @@ def random_arm(seed: int) -> tuple[Robot, A.Arm]:
     limit = np.full(6, 6.0)
     robot = Robot("random", link, axis, -limit, limit, limit, limit, limit, mass, center, inertia)
     return robot, A.Arm("random", link, axis, mass, center, -limit, limit, gyration=gyration)
+
+
+def parameters(model: Model) -> Array:
+    """(p,) parameters of all effects, in the order of the model."""
+    return np.concatenate([e.vector() for e in model.effects])
+
+
+def pose_derivatives(model: Model, state: State) -> Array:
+    """(n, 6, p) change of the seen pose by every parameter, in the order of the model."""
+    at = grown_sensitivity(model, state)
+    return np.concatenate([at.by_parameter(e, np.ones(len(e.vector()), dtype=bool)) for e in model.effects], axis=2)
 
 
 def with_parameters(model: Model, x: Array) -> Model:

@@ -12,7 +12,6 @@ from postproc.cli.output import write_model
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.registry import effect_library
-from postproc.model.derivatives import parameters, pose_derivatives
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, read_model
 from postproc.model.uncertainty import (
@@ -23,7 +22,7 @@ from postproc.model.uncertainty import (
     read_uncertainty,
     uncertainty_table,
 )
-from tests.model.arms import with_parameters
+from tests.model.arms import parameters, pose_derivatives, with_parameters
 
 RNG = np.random.default_rng(29)
 

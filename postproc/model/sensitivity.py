@@ -8,7 +8,7 @@ every effect: its columns by parameter are these columns times the derivative of
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,8 +20,9 @@ from postproc.effects.base import Effect, displacement_of, load_of
 from postproc.effects.contract import Displacement, Load, State
 from postproc.model.arm import Model
 from postproc.model.chain import Directions, directions, point_jacobian, spread
-from postproc.model.equilibrium import Equilibrium
+from postproc.model.equilibrium import Equilibrium, active_bodies, equilibrium
 from postproc.model.loads import loaded_state
+from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import displace
 
@@ -143,6 +144,21 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, 3:, INSTRUMENT + 3 :] = left
     springs = tuple(e for e in model.effects if "load" in e.reads)
     return Sensitivity(J, state, along, column, springs)
+
+
+def grown_sensitivity(model: Model, state: State) -> Sensitivity:
+    """The same with what the deflected arm carries besides, J_theta (I - C K_E)^-1: exact, and slower."""
+    nudged = model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
+    rest = equilibrium(model, state, active_bodies(nudged, state))
+    at, found = sensitivity(model, rest), tangent(model, rest)
+    bodies = found.frame.bodies
+    place = np.empty(bodies.size, dtype=int)
+    place[bodies.joint] = np.arange(6)
+    for b, columns in bodies.columns.items():
+        place[columns] = BODY + 6 * b + np.arange(6)
+    matrix = at.matrix.copy()
+    matrix[:, :, place] = matrix[:, :, place] @ found.give
+    return replace(at, matrix=matrix)
 
 
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:
