@@ -29,6 +29,11 @@ LINKS = LinkCompliance(
 )
 
 
+@pytest.fixture(autouse=True)
+def same_draws_whatever_ran_before() -> None:
+    RNG.bit_generator.state = np.random.default_rng(17).bit_generator.state
+
+
 def loaded(model: Model, n: int = 4):  # type: ignore[no-untyped-def]
     q = RNG.uniform([-2, -0.4, -0.8, -2, 0.4, -2], [2, 0.9, 0.5, 2, 1.6, 2], (n, 6))
     return model.state(
