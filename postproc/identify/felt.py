@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -60,10 +60,13 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
     ]
 
 
-def overturning(state: State) -> Iterator[Pattern]:
+def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern]:
     """Shapes of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
 
     In proportion to it the base tilts on `base_compliance`.
+
+    Args:
+        others: channels by which a footing may soften: water under it, its temperature.
     """
     if state.body_load is None or state.robot is None:
         return
@@ -81,6 +84,10 @@ def overturning(state: State) -> Iterator[Pattern]:
         ):
             form = f"growing with the {text}, to its side"
             yield Pattern(tuple(both), form, law, "leaning", where="base", wide=True)
+        for other in others:
+            form = f"the overturning moment about x and about y times {other.name}"
+            form += f" {other.label}" if other.label != other.name else ""
+            yield Pattern((other, *both), form, lambda c, x, y: [c * x, c * y], "leaning", where="base", wide=True)
 
 
 def _moment(lean: Array, way: float) -> Signal:

@@ -12,6 +12,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.channels import within
 from postproc.identify.signals import Signal, unit, written
+from postproc.identify.wording import joined
 
 Edge = tuple[float, float]
 """Between which values an edge lies."""
@@ -101,12 +102,12 @@ def sharper(pattern: Pattern) -> list[Pattern]:
     return [] if pattern.finer is None else pattern.finer()
 
 
-def side_by_side(one: Pattern, other: Pattern, tries: float) -> Pattern:
-    """Two patterns of one signal, each with a size of its own."""
-    first, second = sorted((one, other), key=lambda p: p.at)
+def side_by_side(some: Sequence[Pattern], tries: float) -> Pattern:
+    """Patterns of one signal, each with a size of its own."""
+    some = sorted(some, key=lambda p: p.at)
 
     def law(x: Any) -> list[Any]:
-        return [first.law(x), second.law(x)]
+        return [p.law(x) for p in some]
 
-    form, at = f"{first.form} and {second.form}", (*first.at, *second.at)
-    return Pattern(one.signals, form, law, one.kind, at, tries=tries, wide=True)
+    form, at = joined([p.form for p in some]), tuple(edge for p in some for edge in p.at)
+    return Pattern(some[0].signals, form, law, some[-1].kind, at, tries=tries, wide=True)

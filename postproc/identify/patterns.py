@@ -160,6 +160,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
         found += (replace(p, where="joint") for p in waves(angle, range(GEAR + 1, TEETH + 1)))
     slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
+    others = [*slow, *(s for column in said.values() for s in column)]
     # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
     near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
@@ -170,8 +171,8 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
-    found += [*_history(signals), *pulls(state, position), *overturning(state)]
-    found += [*around(position, place), *(sight.patterns() if sight is not None else ())]
+    found += [*_history(signals), *pulls(state, position), *overturning(state, others)]
+    found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
     return Patterns([*single, *found], [p for p in single if p.gate], apart)
 

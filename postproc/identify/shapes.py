@@ -244,13 +244,14 @@ def _bumps(signal: Signal, places: int, most: int, fine: int = 0) -> list[Patter
 
 
 def abrupt(signal: Signal) -> list[Pattern]:
-    """Some steps and bumps of a signal, each of which finds those close by."""
+    """The line, some steps and some bumps of a signal; each of these finds those close by."""
     every = edges(signal.values, len(signal.values))
 
     def near(edge: Edge) -> Callable[[], list[Pattern]]:
         return lambda: [_step(signal, e, near(e)) for e in _nearest(every, edge)]
 
-    return [_step(signal, e, near(e)) for e in edges(signal.values, SOME)] + _bumps(signal, SOME, 4, -1)
+    steps = [_step(signal, e, near(e)) for e in edges(signal.values, SOME)]
+    return [line(signal), *steps, *_bumps(signal, SOME, 4, -1)]
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:

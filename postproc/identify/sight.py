@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,8 +60,12 @@ class Sight:
             "scale": self.point,
         }
 
-    def patterns(self) -> Iterator[Pattern]:
-        """Shapes of what it reads, and an error that is the same everywhere."""
+    def patterns(self, slow: Iterable[Signal] = ()) -> Iterator[Pattern]:
+        """Shapes of what it reads, and an error that is the same everywhere.
+
+        Args:
+            slow: channels with which the air between it and the point may bend and stretch what it sees.
+        """
         flat, whole = f"np.hypot({SEEN}[:, 0], {SEEN}[:, 1])", f"np.linalg.norm({SEEN}, axis=1)"
         x, y, z = self.point.T
         level = np.hypot(x, y)
@@ -72,6 +76,10 @@ class Sight:
         distance = Signal(("distance",), np.hypot(level, z), whole, "x", "the instrument's distance")
         for signal in (azimuth(self.point, known, "the instrument's azimuth"), elevation, distance):
             yield from _shapes(signal if known else replace(signal, code=""), "instrument")
+        for air in slow:
+            text = f"{air.label} times {distance.label}"
+            path = distance if known else replace(distance, code="")
+            yield Pattern((air, path), text, lambda x, y: x * y, "product", where="instrument")
         always = Signal(("x", "y", "z"), np.ones(len(x)), "np.ones(len(state))", "", "")
         yield Pattern((always,), "the same everywhere", lambda x: x, "field", where="instrument")
 

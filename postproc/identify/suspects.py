@@ -136,9 +136,9 @@ def _ranks(values: Array) -> Array:
 def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:
     """The strongest suspect of each channel, and other structures.
 
-    First the strongest pattern, then another place that it cannot be told from, then patterns that were found with it
-    taken, before the third dress of the first. What could be chance is left out, what leaves more than twice as much as
-    the first, and what is worth less with further channels than without them: chance has found them.
+    First the strongest pattern, then those that were found with it taken, its second channel, another place that it
+    cannot be told from, and other dresses of the first. What could be chance is left out, what leaves more than twice
+    as much as the first, and what is worth less with further channels than without them: chance has found them.
     """
     if not suspects:
         return []
@@ -157,11 +157,11 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     elsewhere = [s for s in close if s.where != first.where][:1]
     all_ = first.fall / max(first.share, 1e-12)
     mine = {s.channel for s in same}
-    others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside if s.channel not in mine]
+    others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
+    others = [s for s in others if (s.channel, s.where) != (first.channel, first.where)]
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(suspects, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
     dresses = [s for channel, s in best.items() if channel not in mine]
-    early = max(0, 2 - len(same))
-    return [*same[:2], *elsewhere, *dresses[:early], *others, *dresses[early:]][:count]
+    return [*same[:1], *others, *same[1:2], *elsewhere, *dresses][:count]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from math import factorial
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from postproc.arrays import Array
 from postproc.identify.formula import Pattern, sharper, side_by_side, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns, Single, grown, odds, sort, switched
+from postproc.identify.place import Place, taken_off
 from postproc.identify.problem import Problem
-from postproc.identify.seen import Seen, taken_off
 from postproc.identify.shapes import CLOSER, abrupt
 from postproc.identify.signals import Signal
 
@@ -25,9 +26,8 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
-TURNS, FEW = 3, 4
-"""How often two patterns side by side are placed, one after the other; values of a channel that has no such patterns.
-"""
+TURNS, FEW, SIDE_BY_SIDE = 2, 4, 5
+"""How often shapes side by side are placed, one after the other; values of a channel that has none; the most of one."""
 NEARLY = 0.97
 """Share of what is above the noise from which on a second shape has nothing left to tell."""
 ODDS = 16.0
@@ -57,7 +57,7 @@ class Tried:
     every: Patterns
     found: list[Found] = field(default_factory=list)
     moves: dict[str, Array] = field(default_factory=dict)
-    prepared: dict[str, Seen] = field(default_factory=dict)
+    prepared: dict[str, Place] = field(default_factory=dict)
     screened: list[str] = field(default_factory=list)
     anywhere: Array = field(default_factory=lambda: np.zeros(1))
 
@@ -69,7 +69,7 @@ class Tried:
                 self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
             elif where.startswith("body"):
                 # What moves a casting is seen at the joints beside it.
-                use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 4)]
+                use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
                 some = [group.some[k] for k in use]
                 self._best(where, group.values[:, use], group.odds[use], some.__getitem__, MOST)
             else:
@@ -129,12 +129,12 @@ class Tried:
         self.found += best
         return best
 
-    def _seen(self, where: str) -> Seen:
+    def _seen(self, where: str) -> Place:
         if where not in self.prepared:
             place = self.problem.whiten(self.moves[where])
             # Offsets, frame and tool take up what the other places are off everywhere.
             linear = self.linear.extended(place) if where.startswith("body") else self.linear
-            self.prepared[where] = Seen(self.problem, linear, place)
+            self.prepared[where] = Place(self.problem, linear, place)
         return self.prepared[where]
 
     def sharpen(self, most: int = 8) -> None:
@@ -162,8 +162,8 @@ class Tried:
             if not any(other.worth > closest.worth for other in more):
                 del self.found[known:]
         if best.fall < NEARLY * above(self.linear):
-            several = (s for s in best.pattern.signals if len(np.unique(s.values)) > FEW)
-            best = max([best, *(self._twice(best, s) for s in several)], key=lambda f: f.worth)
+            signals = [s for s in best.pattern.signals if len(np.unique(s.values)) > FEW]
+            best = max([best, *(self._several(best.where, s) for s in signals)], key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if best.pattern.where in (None, sort(where)):
@@ -183,17 +183,26 @@ class Tried:
             best = max(best, one, key=lambda f: f.worth)
         return best
 
-    def _twice(self, one: Found, signal: Signal) -> Found:
-        """Two shapes of a signal side by side, each with its own size: two slips, a tooth that lags and leads."""
-        seen, moves = self._seen(one.where), self.moves[one.where]
+    def _several(self, where: str, signal: Signal) -> Found:
+        """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
         coarse = abrupt(signal)
-        pair = [coarse[k] for k in seen.pair(self.problem.whiten(spread(moves, _values(coarse).astype(float))))]
-        for _ in range(2 * TURNS):
-            some = [pair[0], *sharper(pair[0])]
-            beside = seen.linear.extended(self.problem.whiten(spread(moves, pair[1].values)))
-            falls = Seen(self.problem, beside, seen.place).falls(_values(some))
-            pair = [pair[1], some[int(np.argmax(falls))]]
-        return self._wide(one.where, side_by_side(pair[0], pair[1], 0.5 * (CLOSER * len(coarse)) ** 2))
+        some = [coarse[k] for k in self._seen(where).pair(self.problem.whiten(spread(self.moves[where], _all(coarse))))]
+        found: list[Found] = []
+        while True:
+            for _ in range(TURNS * len(some)):
+                some = [*some[1:], self._beside(where, some[1:], [some[0], *sharper(some[0])])]
+            tries = (CLOSER * len(coarse)) ** len(some) / factorial(len(some))
+            found.append(self._wide(where, side_by_side(some, tries)))
+            best = max(found, key=lambda f: f.worth)
+            if best is not found[-1] or best.fall > NEARLY * above(self.linear) or len(some) == SIDE_BY_SIDE:
+                return best
+            some.append(self._beside(where, some, coarse))
+
+    def _beside(self, where: str, taken: Sequence[Pattern], some: list[Pattern]) -> Pattern:
+        """The one of some that takes most off what others leave."""
+        seen = self._seen(where)
+        others = self.problem.whiten(spread(self.moves[where], _all(taken)))
+        return some[int(np.argmax(Place(self.problem, seen.linear.extended(others), seen.place).falls(_values(some))))]
 
     def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
@@ -227,6 +236,10 @@ class Tried:
 def above(linear: Linear) -> float:
     """What is left above the noise, of the whitened sum of squares."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
+
+
+def _all(some: Sequence[Pattern]) -> Array:
+    return np.array([p.values for p in some]).T
 
 
 def _values(some: Sequence[Pattern]) -> Single:

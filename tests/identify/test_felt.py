@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.identify.felt import felt_by_tool, overturning
+from postproc.identify.signals import Signal
 from postproc.robot.catalogue import load_robot
 from tests.independent.arm import irb4600
 
@@ -40,3 +41,17 @@ def test_the_footing_feels_the_moment_about_its_own_place():
     curved = found["growing with the square of the overturning moment about y, to its side"]
     assert curved.values == pytest.approx(push * np.abs(push) / 500.0**2)
     assert curved.where == "base"
+
+
+def test_a_footing_may_soften_with_a_column_of_words():
+    push, wet = np.array([[300.0, -200.0], [-50.0, 500.0], [120.0, 90.0]]), np.array([0.0, 1.0, 1.0])
+    load = np.zeros((3, 1, 6))
+    load[:, 0, :2] = push
+    robot = SimpleNamespace(link=np.eye(4)[None].copy())
+    robot.link[0, 2, 3] = 0.5
+    ground = Signal(("ground",), wet, "wet", "", "wet")
+    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot), [ground])}
+    tilted = found["the overturning moment about x and about y times ground wet"]
+    moment = 0.5 * np.stack([-push[:, 1], push[:, 0]], axis=1) * wet[:, None]
+    assert tilted.values == pytest.approx(moment / np.abs(moment).max())
+    assert tilted.where == "base" and tilted.channels[0] == "ground"

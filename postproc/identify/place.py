@@ -18,7 +18,7 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     return square, square - after
 
 
-class Seen:
+class Place:
     """A place as the data sees it once the fitted parameters are projected out.
 
     A pattern has one value a pose, so that all products are summed over the numbers of a pose first.
