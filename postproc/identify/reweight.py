@@ -62,7 +62,8 @@ def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
     """
     values = weights.values.copy()
     scale = values[:, :3].max(axis=1)
-    share = np.where(scale > 0, scale * (figures.position or 3e-5), 1.0)[:, None]
+    typical = np.sqrt(np.mean(scale[scale > 0] ** -2.0)) if scale.any() else 1.0
+    share = np.where(scale > 0, scale * typical, 1.0)[:, None]
     position = weights.whiten(np.nan_to_num(problem.error)[:, :, None])[:, :3, 0]
     reference = robust_rms(position[values[:, :3] > 0])
     start = 3

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library
@@ -75,6 +76,14 @@ def test_orientations_of_rounded_angles_that_nobody_repeated_weigh_as_positions_
     assert fit.data.rounded and fit.problem.weights.turn is not None
     left = fit.problem.weights.whiten(fit.problem.error[:, :, None])[:, :, 0]
     np.testing.assert_allclose(np.std(left[:, 3:6]), np.std(left[:, :3]), rtol=0.15)
+
+
+def test_orientations_that_repeats_know_weigh_by_that_where_angles_are_rounded():
+    data = cell(seed=5164, noise=0.01, poses=40)[0]
+    turned = Rotation.from_rotvec(np.random.default_rng(5164).normal(0, 3e-5, (len(data), 3))).as_matrix()
+    exact = predict(base_fit(data).model, data.state)[:, :3, :3]
+    fit = base_fit(replace(rounded(data), rotation=turned @ exact, rounded=True))
+    np.testing.assert_allclose(fit.problem.weights.values[:, 3:6], 1 / fit.noise.rotation, rtol=1e-9)
 
 
 def test_significance_is_honest_where_angles_are_rounded():
