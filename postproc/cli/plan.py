@@ -58,7 +58,7 @@ def run(
     if json:
         print_json(plan.as_json())
     elif output is not None:
-        what = "when x_mm, y_mm, z_mm and what else the first table has are filled in, says what is missing"
+        what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(effects))
     return 0
 
