@@ -93,6 +93,11 @@ class Patterns:
         groups = (self.apart if where in READINGS else self.anywhere, self.only(where))
         return (group for group in groups if group.some)
 
+    def sensible(self, pattern: Pattern, where: str) -> bool:
+        """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
+        anywhere = pattern.where is None and (where not in READINGS or self.slow.issuperset(pattern.channels))
+        return anywhere or pattern.where == sort(where)
+
     @cached_property
     def anywhere(self) -> Group:
         """Patterns that make sense at every place."""

@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.identify.formula import Pattern, sharper, side_by_side, spread
 from postproc.identify.linear import Linear
-from postproc.identify.patterns import Patterns, Single, grown, odds, sort, switched
+from postproc.identify.patterns import Patterns, Single, grown, odds, switched
 from postproc.identify.place import Place, taken_off
 from postproc.identify.problem import Problem
 from postproc.identify.shapes import CLOSER, abrupt
@@ -166,7 +166,7 @@ class Tried:
             best = max([best, *(self._several(best.where, s) for s in signals)], key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
-            if best.pattern.where in (None, sort(where)):
+            if self.every.sensible(best.pattern, where):
                 self.add(where, best.pattern)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
@@ -230,7 +230,7 @@ class Tried:
         made = self._made(one.pattern, len(which), switch)
         found = self._best(one.where, values, *made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
-        return [f for f in found if f.worth > one.worth - ODDS]
+        return [f for f in found if f.worth > one.worth - ODDS and self.every.sensible(f.pattern, f.where)]
 
 
 def above(linear: Linear) -> float:

@@ -179,6 +179,15 @@ def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
     assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
 
 
+def test_an_instrument_feels_no_load():
+    every = of_two(load3=np.linspace(-1, 1, 90), temperature=np.cos(np.linspace(0, 9, 90)))
+    load = next(p for p in every.every if p.channels == ("load3",))
+    warm = next(p for p in every.every if p.channels == ("temperature",))
+    ways = [every.sensible(p, where) for p in (load, warm) for where in ("joint 2", "instrument, scale")]
+    assert ways == [True, False, True, True]
+    assert {p.channels for p in every.apart.some} == {("temperature",)}
+
+
 def test_two_slips_are_two_steps():
     """One of them alone tells less than a straight line does."""
     data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
