@@ -75,7 +75,8 @@ def summary(r: Mapping[str, Any]) -> str:
             f" ({r['unproved_statements']} of them also run where they cannot be followed: what remains is not proved)"
         )
     if r["unmeasured_statements"]:
-        unseen = f" ({r['unmeasured_statements']} lines or arcs in no figure: where they begin or end is not known)"
+        what = "line or arc" if r["unmeasured_statements"] == 1 else "lines or arcs"
+        unseen = f", {r['unmeasured_statements']} {what} in no figure: where they begin or end is not known"
     fall = "no line or arc could be measured"
     if r["measured_statements"]:
         before, after = r["max_error_before_mm"], r["max_error_after_mm"]
