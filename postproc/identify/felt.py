@@ -85,8 +85,7 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern
             form = f"growing with the {text}, to its side"
             yield Pattern(tuple(both), form, law, "leaning", where="base", wide=True)
         for other in others:
-            form = f"the overturning moment about x and about y times {other.name}"
-            form += f" {other.label}" if other.label != other.name else ""
+            form = f"the overturning moment about x and about y times {other.whole}"
             yield Pattern((other, *both), form, lambda c, x, y: [c * x, c * y], "leaning", where="base", wide=True)
 
 

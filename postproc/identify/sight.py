@@ -77,7 +77,7 @@ class Sight:
         for signal in (azimuth(self.point, known, "the instrument's azimuth"), elevation, distance):
             yield from _shapes(signal if known else replace(signal, code=""), "instrument")
         for air in slow:
-            text = f"{air.label} times {distance.label}"
+            text = f"{air.whole} times {distance.label}"
             path = distance if known else replace(distance, code="")
             yield Pattern((air, path), text, lambda x, y: x * y, "product", where="instrument")
         always = Signal(("x", "y", "z"), np.ones(len(x)), "np.ones(len(state))", "", "")

@@ -64,6 +64,11 @@ class Signal:
     def name(self) -> str:
         return self.names[0]
 
+    @property
+    def whole(self) -> str:
+        """Its name, with the word that a column of words holds: ``door open``."""
+        return self.name if self.label == self.name else f"{self.name} {self.label}"
+
     @cached_property
     def middle(self) -> float:
         return float(np.median(self.values))
