@@ -9,9 +9,11 @@ import numpy as np
 from postproc.identify.candidate import Candidate
 from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
-from postproc.identify.judgement import MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
+from postproc.identify.judgement import CLOSE, MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
 from postproc.identify.linear import Linear
+from postproc.identify.place import without_a_row
 from postproc.identify.ranking import Search, ranking
+from postproc.identify.selection import columns_of
 from postproc.identify.suspects import Suspect
 from postproc.identify.tried import ODDS
 
@@ -45,14 +47,14 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.
 
     Where a pattern beat a named effect on the way, or nearly and further parts were needed, the search goes on from
-    there once more with the pattern taken, and the whole that is worth more is kept: early on, a pattern may only look
-    better because other effects are missing, and two names together may tell what one pattern tells.
+    there once more with the pattern taken, and stays there where the whole is worth clearly more: early on, a pattern
+    may only look better because other effects are missing, and two names together may tell what one pattern tells.
     """
     named = replace(search, outside=[])
     missing, fork = _select(named, first, [], True)
     if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
         other, _ = _select(fork.search, ranking(fork.search), fork.missing, False)
-        if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing):
+        if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing) + CLOSE:
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
@@ -131,6 +133,8 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     after = refit(before, search.linear(), best)
     if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0, search.outside):
         return None
+    if _lives_on_a_row(search, best):
+        return None
     taken = judged(before, after, best)
     if taken.evidence < 0:
         if taken.evidence == -np.inf:
@@ -138,6 +142,14 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
         return None
     search.fit = after
     return Missing(taken, after.held_out_rms, *confusable(ranked, best, before, after))
+
+
+def _lives_on_a_row(search: Search, best: Candidate) -> bool:
+    """Whether an effect is worth nothing without the row that gains most by it."""
+    linear, columns = search.linear(), columns_of(search.fit.problem, best.effect, best.free)
+    pairs = ((linear.square, best.fall), without_a_row(linear, columns))
+    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in pairs)
+    return best.evidence + min(0.0, less - whole) < 0
 
 
 def _white(fit: Fit) -> bool:

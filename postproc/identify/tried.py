@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.identify.formula import Pattern, sharper, side_by_side, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns, Single, grown, odds, switched
-from postproc.identify.place import Place, taken_off
+from postproc.identify.place import Place, taken_off, without_a_row
 from postproc.identify.problem import Problem
 from postproc.identify.shapes import CLOSER, abrupt
 from postproc.identify.signals import Signal
@@ -109,9 +109,7 @@ class Tried:
     def _without_a_row(self, one: Found) -> Found:
         linear = self._seen(one.where).linear
         columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
-        square, taken = taken_off(linear, columns)
-        most = int(np.argmax(taken))
-        left, fall = float(square.sum() - square[most]), float(taken.sum() - taken[most])
+        left, fall = without_a_row(linear, columns)
         price = odds(one.pattern, self.every.kinds)
         return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 
@@ -186,6 +184,8 @@ class Tried:
     def _several(self, where: str, signal: Signal) -> Found:
         """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
         coarse = abrupt(signal)
+        # More than a pair of a joint's own angle is the free function that the library has.
+        most = 2 if (where,) == tuple(f"joint {name[1:]}" for name in signal.names) else SIDE_BY_SIDE
         some = [coarse[k] for k in self._seen(where).pair(self.problem.whiten(spread(self.moves[where], _all(coarse))))]
         found: list[Found] = []
         while True:
@@ -194,7 +194,7 @@ class Tried:
             tries = (CLOSER * len(coarse)) ** len(some) / factorial(len(some))
             found.append(self._wide(where, side_by_side(some, tries)))
             best = max(found, key=lambda f: f.worth)
-            if best is not found[-1] or best.fall > NEARLY * above(self.linear) or len(some) == SIDE_BY_SIDE:
+            if best is not found[-1] or best.fall > NEARLY * above(self.linear) or len(some) == most:
                 return best
             some.append(self._beside(where, some, coarse))
 
