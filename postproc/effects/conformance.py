@@ -23,7 +23,9 @@ from postproc.effects.trial import Failure, contribution, displaced, locked, rai
 ROWS = 240
 MOST_VARIANTS = 12
 CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
-KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load", "payload_mass"))
+KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load"))
+TABLE = r"(?:[qva]|dir)[1-6](?:_deg\w*)?|payload_\w+|temperature_c|time_s"
+"""Columns of a table that a state holds under other names."""
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
@@ -66,7 +68,7 @@ def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
             yield finding("EFF016", message, cls, member=name, help="say how large it usually is: typical=1e-4")
     for name in _own_channels(cls):
-        if name.lower() in KNOWN or re.fullmatch(r"[qva][1-6]", name.lower()):
+        if name.lower() in KNOWN or re.fullmatch(TABLE, name.lower()):
             message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
             help = (
                 f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'

@@ -62,7 +62,8 @@ class Place:
         i, j = np.triu_indices(k, 1)
         whole = np.block([[gram[i, i], gram[i, j]], [gram[j, i], gram[j, j]]])
         both = np.concatenate([along[i], along[j]], axis=1)
-        whole += 1e-3 * np.einsum("cii->c", whole)[:, None, None] / both.shape[1] * np.eye(both.shape[1])
+        scale = np.einsum("cii->c", whole)  # none where the fitted parameters do all that both could
+        whole += 1e-3 * np.where(scale > 0, scale, 1.0)[:, None, None] / both.shape[1] * np.eye(both.shape[1])
         best = int(np.argmax(np.einsum("ci,ci->c", both, np.linalg.solve(whole, both[:, :, None])[:, :, 0])))
         return int(i[best]), int(j[best])
 

@@ -32,7 +32,7 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
     """
     data, frames = statement.source.data, [*_frames(statement, memory)]
     argument = statement.argument("to")
-    if argument is None or (origin.kind != "expression" and not frames):
+    if argument is None or (origin.kind != "expression" and origin.handed is None and not frames):
         return ()
     terms = [*_words(statement, memory)]
     for written in (data[slice(*argument.span)], *frames):

@@ -76,7 +76,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
         "places": places,
         "moved": ", ".join([f"{p}={p}" for p in places if p[:4] != "body"] + [f"body={{{bodies}}}"] * bool(bodies)),
     }
-    return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values)
+    return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values) + "\n"
 
 
 def _inside(text: str) -> str:

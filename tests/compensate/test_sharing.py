@@ -172,6 +172,12 @@ HOP = """  PROC hop(robtarget m,num up)
     MoveL Offs(m,0,0,up),v100,fine,tT;
   ENDPROC
 """
+WELD = """  PROC weld(robtarget m)
+    q:=m;
+    q.trans:=0.5*m.trans;
+    MoveL m,v100,fine,tT;
+  ENDPROC
+"""
 JIG = """  PROC part()
     MoveL Offs(a,0,0,40),v100,fine,tT\\WObj:=wJ;
     MoveL a,v100,fine,tT\\WObj:=wJ;
@@ -190,6 +196,8 @@ JIG = """  PROC part()
         ),
         # Approaches that follow a parameter, from heights of their own.
         ("hop a,60;\nhop c,120;\nhop d,30;\nhop e,90;", HOP, r"MoveL Offs\(Offs\(m,0,0,up\),.*\*up", 0.03),
+        # A parameter as it is, where what it was handed is read elsewhere, too, and stays.
+        ("weld a;\nweld c;\nweld d;\nweld e;", WELD, r"MoveL Offs\(m,.*\*m\.trans\.[xyz]", 0.1),
         # One routine in a work object that the program moves.
         (
             "FOR k FROM 0 TO 2 DO\nwJ.oframe.trans.y:=k*80;\npart;\nENDFOR",

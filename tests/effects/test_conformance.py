@@ -70,6 +70,7 @@ STEP = 'step_rad: Array = param(unit="rad", shape=(6,), typical=1e-4)\n'
         ("EFF016", 5, body("def displacement(self, state): return 0 * state.q\n"), "`broken` has no parameters"),
         ("EFF016", 8, body('k_rad: float = param(unit="rad", low=-0.5, high=0.5)\ndef displacement(self, state): return self.k_rad * state.q\n'), "the typical size of `k_rad` of `broken` lies beyond its bounds"),
         ("EFF016", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q\n", 'class Broken(Effect, reads=("Q1",)):\n    """Broken."""\n'), "`broken` reads `Q1`, which would be a column"),
+        ("EFF016", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q\n", 'class Broken(Effect, reads=("dir2",)):\n    """Broken."""\n'), "`broken` reads `dir2`, which would be a column"),
         ("EFF016", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q\n", 'class Broken(Effect, reads=("channels",)):\n    """Broken."""\n'), "`broken` reads `channels`"),
         ("EFF005", 9, body(STEP + 'def displacement(self, state): return self.step_rad * state.channels["rail_m"]\n'), "`displacement` of `broken` fails: KeyError"),
         ("EFF014", 5, body(STEP), "`broken` has neither `displacement` nor `load`"),

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from postproc.identify import search as module
+from postproc.identify.forms import schwarz
+from postproc.identify.linear import Linear
 from postproc.identify.ranking import Search
 from postproc.identify.suspects import Suspect
 
@@ -70,8 +72,8 @@ def test_after_the_first_name_that_a_pattern_beats_the_better_goes_first(begin):
         "": {"drift": 200.0, "joint-2": 500.0},
         "drift": {"growth": 30.0, "joint-3": 400.0},
         "joint-2": {"drift": 50.0},
-        "drift joint-3": {"joint total": 3.0},
-        "joint-2 drift": {"joint total": 2.0},
+        "drift joint-3": {"joint total": 30.0},
+        "joint-2 drift": {"joint total": 20.0},
     }
     assert begin(table) == (["drift"], ["joint-3"])
 
@@ -82,11 +84,23 @@ def test_two_names_give_way_to_the_pattern_that_tells_both(begin):
         "": {"balancer": 505.0, "joint-2": 500.0},
         "balancer": {"line": 12.0},
         "balancer line": {"joint total": 1.0},
-        "joint-2": {"joint total": 2.0},
+        "joint-2": {"joint total": 20.0},
     }
     assert begin(table) == ([], ["joint-2"])
     del table["balancer"], table["balancer line"]
     assert begin(table) == (["balancer"], [])
+
+
+def test_a_pattern_that_says_hardly_more_than_names_leaves_them(begin):
+    """A hall that warms up in a wave: castings that grow with its temperature, or a scale that follows time."""
+    table = {
+        "": {"growth": 273.0, "joint-2": 413.0},
+        "growth": {"joint total": 457.3},
+        "joint-2": {"joint total": 457.9},
+    }
+    assert begin(table) == (["growth"], [])
+    table["joint-2"] = {"joint total": 477.9}
+    assert begin(table) == ([], ["joint-2"])
 
 
 def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
@@ -103,3 +117,21 @@ def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
 def test_a_name_that_was_refused_is_asked_again_once_another_is_in(begin):
     table = {"": {"refused": 90.0, "backlash": 50.0}, "backlash": {"joint-1": 20.0}}
     assert begin(table) == (["backlash"], ["joint-1"])
+
+
+@pytest.mark.parametrize(("spread", "alone"), [(True, False), (False, True)])
+def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
+    """The same gain: from 40 poses that follow a law, or from one reading at the pose where the law says most."""
+    rng = np.random.default_rng(5)
+    law, noise = rng.standard_t(3, (40, 3)), 0.5 * rng.standard_normal((40, 3))
+    most = np.argmax((law**2).sum(axis=1))
+    size = np.zeros((40, 1)) + 1.0 if spread else 2.0 * (np.arange(40) == most)[:, None]
+    column, residual = law.reshape(-1, 1), (noise + size * law).ravel()
+    linear = Linear(residual, np.zeros((120, 0)), np.repeat(np.arange(40), 3))
+    fall = float((column[:, 0] @ residual) ** 2 / (column[:, 0] @ column[:, 0]))
+    worth = schwarz(linear.square, fall, 1, linear.freedom, 1.0)
+    assert worth > 5.0
+    search = SimpleNamespace(linear=lambda: linear, fit=SimpleNamespace(problem=None))
+    monkeypatch.setattr(module, "columns_of", lambda problem, effect, free: column)
+    best = SimpleNamespace(effect=None, free=None, evidence=worth, fall=fall, count=1)
+    assert module._lives_on_a_row(search, best) is alone
