@@ -69,6 +69,6 @@ def standing_out(fit: Fit) -> NDArray[np.int_]:
     from scipy.special import chdtrc
 
     used = fit.problem.weights.used
-    square = fit.problem.row_square() / max(fit.variance, 1e-300)
+    square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
     rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
     return np.flatnonzero((rare < RARE) & used.any(axis=1))

@@ -181,9 +181,9 @@ class Problem:
         """The same measurements beside a model with other effects."""
         return Problem(self.model.with_effects(*effects), self.data, self.weights)
 
-    def row_square(self) -> Array:
-        """(n,) sum of the squared whitened errors of each row, whether it is used or set aside."""
+    def squares(self) -> Array:
+        """(n, r) squared whitened errors of each row, whether it is used or set aside."""
         typical = np.where(self.weights.used, self.weights.values, 0.0)
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
-        return np.asarray(np.sum(filled.whiten(np.nan_to_num(self.error)[:, :, None]) ** 2, axis=(1, 2)))
+        return np.asarray(filled.whiten(np.nan_to_num(self.error)[:, :, None])[:, :, 0] ** 2)

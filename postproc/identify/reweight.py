@@ -30,12 +30,13 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
     """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty.
 
-    None where all of them are off as if the same joint had turned: they show what the model lacks.
+    By its position, its orientation or its joint angles: one may be weighed too much before its noise is known. None
+    where all of them are off as if the same joint had turned: they show what the model lacks.
     """
-    square = problem.weighted(weights).row_square()
-    typical = float(np.median(square))
-    far = np.flatnonzero(square > max(100 * typical, 1e-12))
-    return tuple(int(i) for i in far) if len(far) <= max(1, len(square) // 20) and not _turned(problem, far) else ()
+    squares = problem.weighted(weights).squares()
+    kinds = [kind.sum(axis=1) for kind in np.split(squares, (3, 6), axis=1)]
+    far = np.flatnonzero(np.any([kind > max(100 * np.median(kind), 1e-12) for kind in kinds], axis=0))
+    return tuple(int(i) for i in far) if len(far) <= max(1, len(squares) // 20) and not _turned(problem, far) else ()
 
 
 def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
