@@ -18,11 +18,12 @@ def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:
     return square, square - after
 
 
-def without_a_row(linear: Linear, columns: Array) -> tuple[float, float]:
-    """Sum of squares, and what columns take off it, without the row that gains most: one bad reading makes no law."""
+def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Sum of squares and what columns take off it, and both without the row that gains most: one reading is no law."""
     square, taken = taken_off(linear, columns)
     most = int(np.argmax(taken))
-    return float(square.sum() - square[most]), float(taken.sum() - taken[most])
+    whole = float(square.sum()), float(taken.sum())
+    return whole, (whole[0] - float(square[most]), whole[1] - float(taken[most]))
 
 
 class Place:

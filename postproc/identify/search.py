@@ -11,7 +11,7 @@ from postproc.identify.fitted import Fit
 from postproc.identify.forms import schwarz
 from postproc.identify.judgement import CLOSE, MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
 from postproc.identify.linear import Linear
-from postproc.identify.place import without_a_row
+from postproc.identify.place import with_and_without_a_row
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.selection import columns_of
 from postproc.identify.suspects import Suspect
@@ -147,8 +147,8 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
 def _lives_on_a_row(search: Search, best: Candidate) -> bool:
     """Whether an effect is worth nothing without the row that gains most by it."""
     linear, columns = search.linear(), columns_of(search.fit.problem, best.effect, best.free)
-    pairs = ((linear.square, best.fall), without_a_row(linear, columns))
-    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in pairs)
+    both = with_and_without_a_row(linear, columns)
+    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
     return best.evidence + min(0.0, less - whole) < 0
 
 

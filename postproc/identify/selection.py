@@ -91,7 +91,7 @@ def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidat
 
 
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float) -> Candidate:
-    total = linear.square
+    outer, total = linear, linear.square
     beside = np.zeros(len(form.refit), dtype=bool)
     if form.along is not None:
         linear = linear.extended(form.along)
@@ -127,12 +127,16 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
     p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
     p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)
+    worth = whole.evidence
+    if form.along is not None and worth > searched:
+        # What is fitted along tells nothing alone, but with the effect it is a part of it.
+        worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
     return Candidate(
         form.key,
         effect,
         free,
         label,
-        whole.evidence - searched,
+        worth - searched,
         whole.fall + total - before,
         whole.count,
         searched,

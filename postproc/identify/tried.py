@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.identify.formula import Pattern, sharper, side_by_side, spread
 from postproc.identify.linear import Linear
 from postproc.identify.patterns import Patterns, Single, grown, odds, switched
-from postproc.identify.place import Place, taken_off, without_a_row
+from postproc.identify.place import Place, taken_off, with_and_without_a_row
 from postproc.identify.problem import Problem
 from postproc.identify.shapes import CLOSER, abrupt
 from postproc.identify.signals import Signal
@@ -109,7 +109,7 @@ class Tried:
     def _without_a_row(self, one: Found) -> Found:
         linear = self._seen(one.where).linear
         columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
-        left, fall = without_a_row(linear, columns)
+        _, (left, fall) = with_and_without_a_row(linear, columns)
         price = odds(one.pattern, self.every.kinds)
         return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
 

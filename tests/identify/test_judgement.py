@@ -13,6 +13,7 @@ from postproc.effects.contract import State
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.payload_error import PayloadError
+from postproc.effects.thermal_growth import ThermalGrowth
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
 from postproc.identify.add import add_effects
@@ -26,6 +27,7 @@ from postproc.identify.solve import Terms
 from postproc.identify.suspects import Suspect, places
 from postproc.measure.measurements import Measurements
 from tests.identify.cells import base_fit, cell
+from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS, Wrenches, point_load
 from tests.independent.cells import Hidden, column, draw_cell, draw_states, measure
 
@@ -206,3 +208,13 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
         wanted.append(np.sum((y[own] - columns[own] @ x) ** 2))
     assert _by_block(fit, [one]) == pytest.approx(np.array(wanted), rel=1e-3)
     assert _by_block(fit, [one]).sum() < 0.5 * np.nansum((fit.held_out_error * fit.problem.weights.values) ** 2)
+
+
+def test_growth_at_the_reference_counts_once_growth_with_temperature_is_seen():
+    """A hall that is warmer than the reference on the whole: castings are longer at the mean temperature, too."""
+    data, _ = cell(kinds.thermal_growth, seed=903, noise=0.03, poses=160)
+    assert data.state.temperature is not None
+    base = base_fit(data.rows(data.state.temperature > 30.0))
+    found = compose(Screen(base.problem, {ThermalGrowth.key: ThermalGrowth}), base.linear, ThermalGrowth.key)
+    nu, square = base.linear.freedom, base.linear.square
+    assert found.evidence > 0.8 * nu * np.log(square / (square - found.fall))
