@@ -268,3 +268,15 @@ def test_orientations_weigh_by_their_own_scatter_where_rows_state_that_of_positi
     position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3)) * own[:, None]
     fit = base_fit(replace(data, position=position, rotation=rotation, sigma=3e-5 * own))
     np.testing.assert_allclose(fit.problem.weights.values[:, 3:6] * turn[:, None], 1.0, rtol=0.15)
+
+
+def test_a_bad_position_is_set_aside_beside_coarse_orientations():
+    """Before their noise is known, orientations of 0.3 mrad weigh ten times as much as positions of 0.03 mm."""
+    data, _ = cell(seed=640140, poses=80)
+    data = data.rows(np.isin(np.arange(len(data)), np.unique(data.repeats, return_index=True)[1]))
+    g, n = np.random.default_rng(11), len(data)
+    T = predict(base_fit(data).model, data.state)
+    rotation = Rotation.from_rotvec(g.normal(0, 3e-4, (n, 3))).as_matrix() @ T[:, :3, :3]
+    position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3))
+    position[17] += np.array([0.6e-3, -0.5e-3, 0.5e-3])
+    assert base_fit(replace(data, position=position, rotation=rotation)).set_aside == (17,)
