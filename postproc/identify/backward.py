@@ -53,7 +53,9 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
 
 def terms_needed(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
     """What is missing, each with no more terms than it needs beside the patterns that were found after it."""
-    for at, one in enumerate(missing if search.outside else []):
+    if not search.outside:
+        return missing
+    for at, one in enumerate(missing):
         if base.model.effect(one.candidate.key) is not None:
             continue
         without = refit_all(base, search.fit, [m.candidate for m in missing if m is not one], noise)

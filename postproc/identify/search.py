@@ -125,15 +125,15 @@ def _select(
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
     """The effect in the model, everything refitted.
 
-    None where rows that the fit has not seen are not predicted better, or no arm is like that. Where more than noise is
-    left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
-    block. What no arm can be is not asked again, whatever comes beside it.
+    None where a single row asks for it, rows that the fit has not seen are not predicted better, or no arm is like
+    that. Where more than noise is left, what neighbours have in common makes anything significant: then by more than
+    its own scatter from block to block. What no arm can be is not asked again, whatever comes beside it.
     """
+    if _lives_on_a_row(search, best):
+        return None
     before = search.fit
     after = refit(before, search.linear(), best)
     if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0, search.outside):
-        return None
-    if _lives_on_a_row(search, best):
         return None
     taken = judged(before, after, best)
     if taken.evidence < 0:

@@ -19,7 +19,7 @@ SUSPICIOUS_M = 0.010
 HOPELESS_M = 0.050
 """Where nothing else explains so much, the table and the arm do not belong together."""
 CLEARER = 5.0
-"""Another reading of a column is named only where it explains the points this many times better."""
+"""Another reading of columns is named only where it follows the arm this many times better."""
 LENGTHS = ((1e-3, "metres", "m"), (1e3, "micrometres", "um"), (1 / 25.4, "inches", "in"))
 RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0

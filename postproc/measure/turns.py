@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.measure.columns import UNITS
+from postproc.measure.readings import CLEARER
 
 QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
 """Where x, y, z and w stand."""
@@ -17,8 +18,6 @@ USUAL = ("xyz", "ZYX", "ZYZ", "rotvec")
 TRIPLES = ["".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]
 FORMS = (*USUAL, *(form for axes in TRIPLES for form in (axes, axes.upper()) if form not in USUAL))
 """Three numbers, the usual forms first: small letters about fixed axes, capitals about axes that turn along."""
-CLEARER = 5.0
-"""Another form is named only where it follows the arm so many times better."""
 FOLLOWS = np.radians(5.0)
 """No arm turns its flange by so much more than it says."""
 CLEAR_TURN = 2.5
