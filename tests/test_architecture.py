@@ -21,6 +21,8 @@ ROOMS = (
     "motion",
     "compensate",
     "measure",
+    "fit",
+    "patterns",
     "identify",
     "render",
     "convert",

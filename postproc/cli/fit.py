@@ -14,7 +14,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
-    from postproc.identify.fitted import Fit
+    from postproc.fit.fitted import Fit
 
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 
@@ -41,8 +41,8 @@ def run(
     """
     from postproc.effects.loading import load_effect_file
     from postproc.effects.registry import effect_library, find_effect
+    from postproc.fit.fit import fit_model
     from postproc.identify.add import grown
-    from postproc.identify.fit import fit_model
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
 
@@ -76,7 +76,7 @@ def run(
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:
     """Say that a frame was left out where the model misses the points (DAT030), as an error where nothing fits."""
-    from postproc.identify.step import FRAMES
+    from postproc.fit.step import FRAMES
     from postproc.measure.readings import HOPELESS_M
 
     left_out = [f"`{key}`" for key in FRAMES if key not in keys]

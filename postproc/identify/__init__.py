@@ -1,1 +1,1 @@
-"""Fit, compare, diagnose, and the design of the next measurement."""
+"""Compare, diagnose, add, predict, and the design of the next measurement."""

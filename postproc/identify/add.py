@@ -11,15 +11,15 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.record import fit_json, recorded_model
+from postproc.fit.rounding import rounded
+from postproc.fit.solve import Terms
+from postproc.fit.step import FRAMES
 from postproc.identify.candidate import Screen
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
-from postproc.identify.record import fit_json, recorded_model
-from postproc.identify.rounding import rounded
 from postproc.identify.selection import compose
-from postproc.identify.solve import Terms
-from postproc.identify.step import FRAMES
 from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import schwarz
 from postproc.identify.candidate import Candidate
-from postproc.identify.fitted import Fit
-from postproc.identify.forms import schwarz
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all

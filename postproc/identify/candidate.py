@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.identify.fitted import Fit
+from postproc.fit.fitted import Fit
+from postproc.fit.problem import Problem
+from postproc.fit.step import Masks
 from postproc.identify.forms import Form, Forms, forms_of, is_sum
-from postproc.identify.problem import Problem
-from postproc.identify.step import Masks
 
 
 @dataclass(frozen=True)

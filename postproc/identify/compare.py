@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.fit import evaluate
-from postproc.identify.fitted import Fit, distances, rms
+from postproc.fit.fit import evaluate
+from postproc.fit.fitted import Fit, distances, rms
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.identify.fitted import Fit
-from postproc.identify.forms import schwarz
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import schwarz
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing, patterns_left
-from postproc.identify.suspects import Suspect
+from postproc.patterns.suspects import Suspect
 
 MENDS = 0.1
 """A named effect beside a pattern must explain at least this share of all that stands above the noise.

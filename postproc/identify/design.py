@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
+from postproc.fit.fitted import Fit
+from postproc.fit.problem import Problem
+from postproc.fit.step import FRAMES, Name
 from postproc.identify.candidate import Screen
-from postproc.identify.fitted import Fit
 from postproc.identify.forms import ordinary
-from postproc.identify.problem import Problem
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
-from postproc.identify.step import FRAMES, Name
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:

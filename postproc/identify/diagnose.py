@@ -11,24 +11,24 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
+from postproc.fit.channels import channels
+from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward, terms_needed
 from postproc.identify.candidate import Candidate
-from postproc.identify.channels import channels
 from postproc.identify.contest import contested
-from postproc.identify.findings import MANY, data_findings, larger_noise, standing_out
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
 from postproc.identify.lines import lines_or_map
-from postproc.identify.patterns import patterns
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
-from postproc.identify.rounding import rounded
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
-from postproc.identify.sight import Sight
-from postproc.identify.suspects import Suspect, by_channel
 from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
+from postproc.patterns.patterns import patterns
+from postproc.patterns.sight import Sight
+from postproc.patterns.suspects import Suspect, by_channel
 
 Verdict = Literal["complete", "missing", "unknown"]
 HIDDEN = ("outlier",)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Variant
 from postproc.effects.similarity import ordinary_sizes
-from postproc.identify.linear import Linear
-from postproc.identify.problem import Problem
+from postproc.fit.linear import Linear, schwarz
+from postproc.fit.problem import Problem
 from postproc.model.arm import Model
 
 
@@ -270,17 +270,6 @@ def laplace(linear: Linear, rest: float, gram: Array, x: Array, wide: Array, amp
         gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
         worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
     return worth
-
-
-def schwarz(before: float, fall: float, count: int, freedom: float, tried: float) -> float:
-    """Nu log(S / (S - fall)) - m log(nu) - 2 log(tried).
-
-    The same for parameters whose ordinary size nobody knows, Schwarz (1978).
-    """
-    if count == 0 or freedom - count < 1:
-        return -np.inf
-    after = max(before - fall, 1e-12 * before)
-    return float(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried))
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:

@@ -12,18 +12,18 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import Linear, basis_of, contiguous_blocks, hold_out, schwarz
+from postproc.fit.problem import Problem
+from postproc.fit.solve import SETTLED, Terms
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
-from postproc.identify.forms import DIM, WIDE, laplace, ordinary, schwarz
-from postproc.identify.linear import Linear, basis_of, contiguous_blocks, hold_out
-from postproc.identify.problem import Problem
+from postproc.identify.forms import DIM, WIDE, laplace, ordinary
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
-from postproc.identify.solve import SETTLED, Terms
-from postproc.identify.suspects import Suspect
 from postproc.model.arm import Model
 from postproc.model.sensitivity import at_least_ordinary
+from postproc.patterns.suspects import Suspect
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.effects.transmission_error import GEAR, TransmissionError
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best, predicts_better
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
 from postproc.identify.selection import compose
-from postproc.identify.solve import Terms
 
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3

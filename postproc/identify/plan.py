@@ -12,13 +12,13 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library, find_effect
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.problem import Problem, make_weights
+from postproc.fit.record import parameter_name
+from postproc.fit.step import Name
+from postproc.fit.wording import held_text
 from postproc.identify.design import separate, sharpen
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
-from postproc.identify.problem import Problem, make_weights
-from postproc.identify.record import parameter_name
-from postproc.identify.step import Name
-from postproc.identify.wording import held_text
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict

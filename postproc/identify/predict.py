@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.identify.channels import shown
+from postproc.fit.channels import shown
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict

@@ -8,15 +8,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from postproc.effects.base import Effect
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import Linear
+from postproc.fit.solve import ROUGHLY
 from postproc.identify.candidate import Candidate, Screen, Stock
-from postproc.identify.fitted import Fit
 from postproc.identify.judgement import fitted_best
-from postproc.identify.linear import Linear
-from postproc.identify.patterns import Patterns
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
-from postproc.identify.solve import ROUGHLY
-from postproc.identify.suspects import Suspect, find_suspects
+from postproc.patterns.patterns import Patterns
+from postproc.patterns.suspects import Suspect, find_suspects
 
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from postproc.fit.fit import fit_model
+from postproc.fit.fitted import Fit
+from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.fit import fit_model
-from postproc.identify.fitted import Fit
 from postproc.identify.judgement import refit
 from postproc.identify.selection import grown
-from postproc.identify.solve import Terms
 
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""

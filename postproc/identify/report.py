@@ -1,4 +1,4 @@
-"""Results as JSON, and as text: sentences first, tables after them."""
+"""A diagnosis as JSON, and as text: sentences first, tables after them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from postproc.fit.record import parameters_json, structure_json
+from postproc.fit.report import held_lines
+from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
-from postproc.identify.fitted import Fit
-from postproc.identify.record import cautions, parameters_json, structure_json
 from postproc.identify.verdict import doubts, headline, title
-from postproc.identify.wording import FEW, FREE, held_text, joined, p_text, place, values_lines
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis
-    from postproc.identify.suspects import Suspect
+    from postproc.patterns.suspects import Suspect
 
 
 TELLING = 0.05
@@ -103,7 +103,7 @@ def diagnosis_text(d: Diagnosis) -> str:
     if d.blind:
         lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
-    return "\n".join([*lines, *_held(d.final)])
+    return "\n".join([*lines, *held_lines(d.final)])
 
 
 def _followed(suspects: Iterable[Suspect]) -> Iterator[str]:
@@ -131,27 +131,3 @@ def _ladder(d: Diagnosis) -> list[str]:
     lines = ["held-out error, mm per axis:"]
     lines += [f"  {name:36s} {1e3 * error:8.3f}   {where}".rstrip() for name, error, where in rungs]
     return [*lines, f"  {'noise':36s} {floor:>8s}"]
-
-
-def _held(fit: Fit) -> list[str]:
-    lines = [f"Not determined by this data and held: {held_text(fit, fit.held)}"] if fit.held else []
-    lines += [f"Stopped at a bound: {held_text(fit, fit.at_bound)}"] if fit.at_bound else []
-    return ["", *lines] if lines else []
-
-
-def fit_text(fit: Fit) -> str:
-    """A fit in sentences, then its parameters with their standard deviations."""
-    noise = "unknown" if fit.scatter.position is None else f"{1e3 * fit.scatter.position:.3f} mm ({fit.noise.origin})"
-    lines = [
-        f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit "
-        f"has not seen; the noise is {noise}.",
-        "",
-    ]
-    for effect in fit.model.effects:
-        values = values_lines(fit, effect.key, 4 * FEW)
-        lines += [f"{effect.key}:", *(f"  {text}" for text in values)] if values else []
-    lines += _held(fit)
-    for i in fit.set_aside:
-        lines.append(f"R{fit.data.name(i)[1:]} was left out: it lies far from everything else.")
-    lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit)]
-    return "\n".join(lines)

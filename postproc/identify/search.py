@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import Linear, schwarz
 from postproc.identify.candidate import Candidate
-from postproc.identify.fitted import Fit
-from postproc.identify.forms import schwarz
 from postproc.identify.judgement import CLOSE, MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
-from postproc.identify.linear import Linear
-from postproc.identify.place import with_and_without_a_row
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.selection import columns_of
-from postproc.identify.suspects import Suspect
-from postproc.identify.tried import ODDS
+from postproc.patterns.place import with_and_without_a_row
+from postproc.patterns.suspects import Suspect
+from postproc.patterns.tried import ODDS
 
 MOST = 6
 """Effects that are added one after another at most."""

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
+from postproc.fit.linear import Linear, f_test
+from postproc.fit.problem import Problem
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import Form, Forms, Gain, forms_nearby, gain, gains, make_form, ordinary
-from postproc.identify.linear import Linear, f_test
-from postproc.identify.problem import Problem
 
 UNLIKELY = {
     "bearing_tilt": 6.0,

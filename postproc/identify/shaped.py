@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, displacement_of, load_of
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.linear import Linear, f_test
+from postproc.fit.problem import Problem, Weights
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import laplace
-from postproc.identify.linear import Linear, f_test
-from postproc.identify.problem import Problem, Weights
 from postproc.identify.selection import corrected
 from postproc.model.sensitivity import flat, flat_load
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.identify.channels import fit_channels, unit_of
-from postproc.identify.fitted import Fit
+from postproc.fit.channels import fit_channels, unit_of
+from postproc.fit.fitted import Fit
 
 FEWEST, MOST, IN_EACH = 12, 48, 30
 """Bins of a channel, and the rows wanted in each: long records show finer patterns."""

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from postproc.identify.fitted import Fit
-from postproc.identify.wording import joined, place
+from postproc.fit.fitted import Fit
+from postproc.fit.wording import joined, place
 
 if TYPE_CHECKING:
     from postproc.arrays import Array
     from postproc.identify.diagnose import Diagnosis
     from postproc.identify.search import Missing
-    from postproc.identify.suspects import Suspect
+    from postproc.patterns.suspects import Suspect
 
 LITTLE = 0.02
 """Share of the error by which a significant effect lowers it, and no user will notice."""

@@ -13,10 +13,10 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
-from postproc.identify.sight import SEEN, WAYS, Sight
-from postproc.identify.signals import channels_read
-from postproc.identify.suspects import Suspect
 from postproc.identify.verdict import suspect_size
+from postproc.patterns.sight import SEEN, WAYS, Sight
+from postproc.patterns.signals import channels_read
+from postproc.patterns.suspects import Suspect
 from postproc.render.templates import environment, fill, load_template
 
 _PLACE = re.compile(rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (shifted|turned|{'|'.join(WAYS)}))?")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from postproc.fit.wording import FREE
 from postproc.identify.compare import Comparison
-from postproc.identify.wording import FREE
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table

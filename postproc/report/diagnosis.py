@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from postproc.fit.wording import FREE, p_text, place
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import doubts, headline
-from postproc.identify.wording import FREE, p_text, place
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table

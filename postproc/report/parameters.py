@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from postproc.identify.fitted import Fit
-from postproc.identify.wording import FEW, fitted_values, with_sigma
+from postproc.fit.fitted import Fit
+from postproc.fit.wording import FEW, fitted_values, with_sigma
 from postproc.report.page import table
 
 

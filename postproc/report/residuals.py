@@ -7,12 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.identify.channels import fit_channels, unit_of
+from postproc.fit.channels import fit_channels, unit_of
+from postproc.fit.fitted import Fit, distances
 from postproc.identify.compare import WORST
-from postproc.identify.fitted import Fit, distances
-from postproc.identify.suspects import Suspect
 from postproc.identify.trends import Trend, joint_inverse, residual_trends
 from postproc.identify.verdict import suspect_size
+from postproc.patterns.suspects import Suspect
 from postproc.report.charts import Bins, Mark, scatter
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.fit.fitted import Fit
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.identify.fitted import Fit
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.model.uncertainty import predict_sigma

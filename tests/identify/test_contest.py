@@ -10,7 +10,7 @@ import pytest
 
 from postproc.identify import contest
 from postproc.identify.ranking import Search
-from postproc.identify.suspects import Suspect
+from postproc.patterns.suspects import Suspect
 
 
 def suspect(channel, where, evidence=10.0):

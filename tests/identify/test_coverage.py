@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.identify.fit import fit_model
-from postproc.identify.record import cautions, fit_json
-from postproc.identify.solve import Terms
+from postproc.fit.fit import fit_model
+from postproc.fit.record import cautions, fit_json
+from postproc.fit.solve import Terms
 from postproc.measure.measurements import Measurements
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error

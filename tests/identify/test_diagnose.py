@@ -11,14 +11,14 @@ import pytest
 
 from postproc.effects.base import Effect, param
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
+from postproc.fit.fit import fit_model
+from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
-from postproc.identify.fit import fit_model
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
-from postproc.identify.solve import Terms
 from postproc.identify.trends import joint_errors
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds

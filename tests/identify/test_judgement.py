@@ -16,16 +16,16 @@ from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_growth import ThermalGrowth
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
+from postproc.fit.fit import fit_model
+from postproc.fit.linear import contiguous_blocks
+from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
-from postproc.identify.fit import fit_model
 from postproc.identify.judgement import _by_block, confusable, impossible, judged, predicts_better, refit
-from postproc.identify.linear import contiguous_blocks
 from postproc.identify.selection import compose
-from postproc.identify.solve import Terms
-from postproc.identify.suspects import Suspect, places
 from postproc.measure.measurements import Measurements
+from postproc.patterns.suspects import Suspect, places
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS, Wrenches, point_load

@@ -8,15 +8,15 @@ import pytest
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
+from postproc.fit.fit import fit_model
 from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
-from postproc.identify.fit import fit_model
 from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
 from postproc.identify.search import Missing
-from postproc.identify.suspects import Suspect
+from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 

@@ -8,11 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc.fit.linear import Linear, schwarz
 from postproc.identify import search as module
-from postproc.identify.forms import schwarz
-from postproc.identify.linear import Linear
 from postproc.identify.ranking import Search
-from postproc.identify.suspects import Suspect
+from postproc.patterns.suspects import Suspect
 
 
 @dataclass

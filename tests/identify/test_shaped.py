@@ -10,9 +10,9 @@ import pytest
 
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
+from postproc.fit.linear import Linear
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
-from postproc.identify.linear import Linear
 from postproc.identify.selection import compose
 from postproc.identify.shaped import Glimpse, formed, glimpse, shaped
 from postproc.model.equilibrium import predict

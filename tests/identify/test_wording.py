@@ -16,13 +16,13 @@ from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
-from postproc.identify.fit import fit_model
-from postproc.identify.record import fit_json, parameters_json
+from postproc.fit.fit import fit_model
+from postproc.fit.record import fit_json, parameters_json
+from postproc.fit.solve import Terms
+from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.report import _followed
 from postproc.identify.search import Missing
-from postproc.identify.solve import Terms
 from postproc.identify.verdict import doubts
-from postproc.identify.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from tests.identify.cells import base_fit, cell
 
 

@@ -16,15 +16,15 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.identify.formula import Pattern, sharper
-from postproc.identify.levels import of_words, words
-from postproc.identify.patterns import patterns, switched
-from postproc.identify.signals import channel_signal, channels_read
+from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.levels import of_words, words
+from postproc.patterns.patterns import patterns, switched
+from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
-from tests.identify.test_patterns import best, closest
 from tests.independent import unknown_effects as unknown
+from tests.patterns.test_patterns import best, closest
 
 Channels = dict[str, np.ndarray]
 

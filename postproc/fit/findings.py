@@ -1,0 +1,74 @@
+"""Findings about the data that a fit brings to light: rows that stand out, a stated noise that repeats contradict."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.diagnostics import Diagnostic
+from postproc.fit.fitted import Fit
+from postproc.measure.repeat import Noise, estimate_noise
+
+RARE = 1e-3
+"""Chance that any row of clean data stands out as much."""
+DOUBTFUL = 0.01
+"""Chance that repeats scatter as much beyond a noise that was stated rightly."""
+MANY = 1e6
+"""Degrees of freedom of a noise that was stated."""
+TOO_LOUD, FEW = 5.0, 20
+"""No noise is so many times what a fit with so many numbers to spare leaves."""
+
+
+def data_findings(fit: Fit) -> list[Diagnostic]:
+    """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
+    from scipy.special import fdtrc
+
+    found = too_loud(fit)
+    own, stated = larger_noise(fit), fit.noise
+    if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
+        message = (
+            f"the repeats scatter by {1e3 * (own.position or 0):.3f} mm per axis, more than the stated noise "
+            f"of {1e3 * (stated.position or 0):.3f} mm"
+        )
+        found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
+    size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
+    for i in fit.set_aside:
+        message = (
+            f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
+        )
+        help_ = "measure the row again; if it repeats, it shows something that the model lacks"
+        found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
+    for i in standing_out(fit)[:10].tolist():
+        message = f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, more than noise explains"
+        help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
+        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(i), help_))
+    return found
+
+
+def too_loud(fit: Fit) -> list[Diagnostic]:
+    """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
+    stated = fit.noise.position or 0.0
+    if fit.noise.origin not in ("user", "sigma_mm") or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
+        return []
+    message = f"the stated noise of {1e3 * stated:.3f} mm cannot be: the fit leaves {1e3 * fit.rms:.3f} mm per axis"
+    return [Diagnostic("DAT027", "warning", message, fit.data.source, help="is it in micrometres? It counts in mm")]
+
+
+def larger_noise(fit: Fit) -> Noise:
+    """The noise of a fit, or that of the repeats where these scatter more than was stated."""
+    own = estimate_noise(fit.data, error=fit.problem.error[:, :3])
+    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.scatter
+
+
+def _ratio(own: Noise, stated: Noise) -> float:
+    return ((own.position or 0.0) / max(stated.position or 0.0, 1e-300)) ** 2
+
+
+def standing_out(fit: Fit) -> NDArray[np.int_]:
+    """Rows in use that lie farther off than noise explains (chi-square, corrected for their number)."""
+    from scipy.special import chdtrc
+
+    used = fit.problem.weights.used
+    square = fit.problem.squares().sum(axis=1) / max(fit.variance, 1e-300)
+    rare = chdtrc(np.maximum(used.sum(axis=1), 1), square) * len(square)
+    return np.flatnonzero((rare < RARE) & used.any(axis=1))

@@ -1,0 +1,119 @@
+"""Least squares of all parameters of a model on measured poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.effects.base import Effect
+from postproc.effects.instrument_frame import InstrumentFrame
+from postproc.effects.tool_frame import ToolFrame
+from postproc.fit.fitted import Fit
+from postproc.fit.problem import Problem, make_weights
+from postproc.fit.reweight import far_off
+from postproc.fit.rounding import blurred, rounded
+from postproc.fit.smooth import choose_smoothness
+from postproc.fit.solve import ROUGHLY, Terms, solve
+from postproc.fit.start import start_frames
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import estimate_noise
+from postproc.model.arm import Model
+
+FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
+LAST = ("link_geometry",)
+"""Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
+PLAIN = Terms()
+
+
+def fit_model(
+    model: Model,
+    data: Measurements,
+    effects: Sequence[Effect] = (),
+    *,
+    noise: float | None = None,
+    terms: Terms = PLAIN,
+) -> Fit:
+    """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
+
+    Args:
+        effects: further effects; one with the key of an effect of the model replaces it.
+        noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
+
+    Raises:
+        PostprocError: DAT020, fewer measured numbers than parameters.
+    """
+    fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
+    if data.rounded is not None or fit.problem.weights.turn is None:
+        return fit
+    told = replace(fit.data, rounded=rounded(fit))
+    if not told.rounded:
+        return _fitted(model, told, effects, noise, terms)
+    return replace(fit, problem=Problem(fit.model, told, fit.problem.weights))
+
+
+def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
+    new = {e.key: e for e in effects}
+    every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
+    every.sort(key=_place)
+    figures = estimate_noise(data, noise)
+    problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
+    problem, figures = blurred(problem, figures)
+    every = list(problem.model.effects)  # with the frames of sessions that saw the arm from elsewhere
+    masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
+    terms = replace(terms, free=masks)
+    fresh = frozenset(e.key for e in effects)
+    rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]
+    if not rough:
+        return solve(problem, figures, terms, fresh)
+    # The choice of smoothness needs a place to stand on, not the very minimum: the free functions as they are.
+    still = {key: np.zeros(len(masks[key]), dtype=bool) for key in rough}
+    fit = solve(problem, figures, replace(terms, free={**masks, **still}, closely=max(terms.closely, ROUGHLY)), fresh)
+    smooth = {key: choose_smoothness(fit, key) for key in rough}
+    finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
+    masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}
+    strength = {**terms.strength, **{key: s.strength for key, s in smooth.items()}}
+    return solve(fit.problem.at(finer), figures, replace(terms, free=masks, strength=strength))
+
+
+def _place(effect: Effect) -> int:
+    if effect.roughness() is not None:
+        return 100
+    return FIRST.index(effect.key) if effect.key in FIRST else 99 if effect.key in LAST else 50
+
+
+def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
+    """A model beside measurements with nothing fitted but frames that the model lacks.
+
+    An instrument frame or a tool of the model's own is kept as it is.
+    """
+    data = data.rows(data.usable)
+    figures = estimate_noise(data, noise)
+    lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
+    if not lacking or data.tool_known:
+        lacking = [e for e in lacking if e.key == "instrument_frame"]
+    whole = model.with_effects(*lacking, *model.effects)
+    problem = start_frames(Problem(whole, data, make_weights(data, figures)))
+    whole, session = problem.model, problem.model.effect("session")
+    if session is not None and session is not model.effect("session"):
+        lacking.append(session)
+    nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
+    masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
+    if lacking:
+        return solve(problem, figures, Terms(masks, robust=True))
+    none = np.zeros((len(problem.residual), 0))
+    return Fit(problem, masks, (), (), none, np.zeros(0), figures, far_off(problem, problem.weights))
+
+
+def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
+    """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
+    if effect.key == "joint_error_map" or type(effect).structures():
+        return np.asarray(effect.amplitudes() | True)
+    chosen = np.zeros(len(effect.vector()), dtype=bool)
+    for form in type(effect).variants(problem.sensitivity.state, effect):
+        if len(form.refit) == len(chosen):
+            chosen |= form.refit
+    return chosen

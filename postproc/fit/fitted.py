@@ -1,0 +1,277 @@
+"""A fitted model, and what the data says about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.fit.linear import (
+    Linear,
+    basis_of,
+    contiguous_blocks,
+    hold_out,
+    independent_share,
+    schwarz,
+    serial_share,
+)
+from postproc.fit.problem import Problem
+from postproc.fit.step import Masks
+from postproc.measure.measurements import Measurements
+from postproc.measure.repeat import Noise, estimate_noise
+from postproc.measure.trajectory import is_record
+from postproc.model.arm import Model
+
+if TYPE_CHECKING:
+    from postproc.fit.leftover import Leftover
+
+QUIETER = 0.8
+"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
+SURE = 100.0
+"""Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model and what the data says about it.
+
+    Args:
+        problem: the fitted model beside the measurements.
+        free: parameters that were fitted, by effect: masks over ``effect.vector()``.
+        held: parameters that the data cannot determine, as (effect, index).
+        at_bound: parameters that stopped at a bound.
+        columns: (N, p) whitened derivatives by the free parameters that were fitted, in the order of ``parameters``.
+        penalty: (p,) weights of the smoothness penalty, 0 where there is none.
+        noise: of the instrument. set_aside: rows (of ``problem.data``) so far off that they were left out of the fit.
+        strength: of the smoothness penalty by effect.
+    """
+
+    problem: Problem
+    free: Masks
+    held: tuple[tuple[str, int], ...]
+    at_bound: tuple[tuple[str, int], ...]
+    columns: Array
+    penalty: Array
+    noise: Noise
+    set_aside: tuple[int, ...] = ()
+    strength: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def model(self) -> Model:
+        return self.problem.model
+
+    @property
+    def data(self) -> Measurements:
+        return self.problem.data
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[str, int], ...]:
+        """(effect, index in its vector) of every column."""
+        out = set(self.held) | set(self.at_bound)
+        every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
+        return tuple(p for p in every if p not in out)
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The fit as a linear problem: residual and a basis of its columns, in as many numbers as are independent."""
+        return replace(self._linear, serial=self.serial)
+
+    @cached_property
+    def _linear(self) -> Linear:
+        """The same for rows that know nothing of each other.
+
+        Penalised shares are put back into the residual, y = r + A x, so that y - U U^T y is the residual again.
+        """
+        soft = np.flatnonzero(self.penalty)
+        y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
+        turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
+        share = independent_share(self.problem.residual, turns, self.problem.row)
+        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, min(share, self.told))
+
+    @cached_property
+    def serial(self) -> float:
+        """Share of the rows that count as independent.
+
+        Neighbours in a record of the moving arm resemble each other. What a missing delay or lost motion leaves is no
+        noise, however smooth it is: where both together earn their parameters (Schwarz 1978), the record is looked at
+        without them.
+        """
+        state = self.data.state
+        if state.v is None or state.time is None or not is_record(state):
+            # Poses one by one: what drifts from each to the next is missing physics, not noise.
+            return 1.0
+        plain, order = self._linear, np.argsort(state.time, kind="stable")
+
+        def share(linear: Linear) -> float:
+            errors = np.full(self.problem.weights.values.shape, np.nan)
+            errors[self.problem.weights.used] = linear.rest
+            return serial_share(errors[order])
+
+        moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
+        turns = np.tile(self.problem.sensitivity.matrix[:, :, :6], moved.shape[1] // 6)
+        # What stopped at a bound did so for the same reason.
+        stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
+        without = plain.extended(np.hstack([self.problem.whiten(turns * moved[:, None, :]), *stopped]))
+        new = share(without)
+        count = without.parameters - plain.parameters
+        freedom = new * len(plain.residual) - count
+        earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
+        return new if earned else share(plain)
+
+    def _stopped(self, effect: Effect) -> Array:
+        mask = np.zeros(len(effect.vector()), dtype=bool)
+        mask[[i for key, i in self.at_bound if key == effect.key]] = True
+        return self.problem.columns(effect, mask)
+
+    def _vector(self) -> Array:
+        values = {e.key: e.vector() for e in self.model.effects}
+        return np.array([values[key][i] for key, i in self.parameters])
+
+    @cached_property
+    def told(self) -> float:
+        """Share of the measured numbers that tell something new: repeats have rounded angles in common.
+
+        Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
+        """
+        turn = self.problem.weights.turn
+        if turn is None:
+            return 1.0
+        each = np.bincount(self.data.repeats)[self.data.repeats]
+        return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / turn.shape[1]) / each))
+
+    @cached_property
+    def freedom(self) -> float:
+        """Measured numbers minus fitted parameters (the effective number, where a penalty holds them)."""
+        return self.told * len(self.problem.residual) - self.linear.parameters
+
+    @cached_property
+    def variance(self) -> float:
+        """Residual variance over the stated one, sum of squares over the degrees of freedom."""
+        return float(self.problem.residual @ self.problem.residual) / max(self.freedom, 1.0)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
+
+        What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
+        them count as m / (1 + (m - 1) s).
+        """
+        each = np.bincount(self.data.repeats)
+        share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
+        apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
+        length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
+        scale = np.where(length > 0, length, 1.0)
+        A = self.columns / scale
+        inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
+        return np.asarray(self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
+
+    @cached_property
+    def intervals(self) -> dict[str, Array]:
+        """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
+        from scipy.special import stdtrit
+
+        width = stdtrit(max(self.freedom, 1.0), 0.975) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        result = {e.key: np.full(len(e.vector()), np.nan) for e in self.model.effects}
+        for (key, i), w in zip(self.parameters, width, strict=True):
+            result[key][i] = w
+        return result
+
+    @cached_property
+    def rms(self) -> float:
+        """Position error per axis of the rows in the fit [m]."""
+        return rms(self.position_error)
+
+    @cached_property
+    def position_error(self) -> Array:
+        """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
+        error = self.problem.error[:, :3].copy()
+        error[list(self.set_aside)] = np.nan
+        return error
+
+    @cached_property
+    def held_out_error(self) -> Array:
+        """(n, 3) position error of every row as the other blocks predict it [m].
+
+        Ten contiguous blocks, repeats together.
+        """
+        blocks = contiguous_blocks(self.data.repeats)
+        linear = self.linear
+        out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
+        return self.problem.weights.measured(out)[:, :3]
+
+    @cached_property
+    def held_out_rms(self) -> float:
+        return rms(self.held_out_error)
+
+    @cached_property
+    def scatter(self) -> Noise:
+        """The noise by what the model leaves: repeats of another time or temperature differ by what it tells."""
+        left = estimate_noise(self.data, error=self.problem.error[:, :3])
+        known, quiet = self.noise.position, left.position
+        if self.noise.origin != "repeats" or self.noise.rounding or not (known and quiet) or quiet > QUIETER * known:
+            return self.noise
+        return left
+
+    @cached_property
+    def leftover(self) -> Leftover:
+        """How much of the residual is noise, and how far free functions of the channels would bring it."""
+        from postproc.fit.leftover import leftover
+
+        return leftover(self)
+
+    @cached_property
+    def unexplained(self) -> float:
+        """Standard deviation per axis [m] of what the model leaves of the true pose.
+
+        The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
+        follows no channel where the noise is not known.
+        """
+        own, noise = self._square, self.scatter.position
+        if noise is None:
+            return float(np.sqrt(own * (1 - self.leftover.noise)))
+        from scipy.special import fdtrc
+
+        dof = self.scatter.dof if np.isfinite(self.scatter.dof) else 1e6
+        if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
+            return 0.0
+        return float(np.sqrt(own - noise**2))
+
+    @cached_property
+    def _square(self) -> float:
+        """Residual variance of a position [m^2] per axis and degree of freedom."""
+        error = self.problem.error[:, :3][self.problem.weights.used[:, :3]]
+        return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
+
+    def recorded(self) -> Model:
+        """The fitted model with its table [fit], ready to be written."""
+        from postproc.fit.record import recorded_model
+
+        return recorded_model(self)
+
+    def as_json(self) -> dict[str, Any]:
+        from postproc.fit.record import fit_json
+
+        return fit_json(self)
+
+    def text(self) -> str:
+        from postproc.fit.report import fit_text
+
+        return fit_text(self)
+
+
+def distances(error: Array) -> Array:
+    """(n,) length of (n, 3) errors along the coordinates that were measured; NaN where none was."""
+    seen = np.isfinite(error)
+    length = np.linalg.norm(np.where(seen, error, 0.0), axis=1)
+    return np.asarray(np.where(seen.any(axis=1), length, np.nan))
+
+
+def rms(error: Array) -> float:
+    """Root mean square of all finite numbers, per axis."""
+    good = error[np.isfinite(error)]
+    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0

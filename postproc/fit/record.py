@@ -1,0 +1,153 @@
+"""What a fit writes into the model file, and its JSON."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from postproc import __version__
+from postproc.diagnostics import Diagnostic
+from postproc.fit.findings import too_loud
+from postproc.fit.fitted import Fit
+from postproc.model.arm import Model
+from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
+
+SCARCE = 3.0
+"""So many times the error on a fit's own rows that on others may be before poses are too few."""
+
+
+def recorded_model(fit: Fit) -> Model:
+    """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
+    data = fit.data
+    known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained)
+    table: dict[str, Any] = {
+        "rows": int(len(data) - len(fit.set_aside)),
+        "rms_mm": _mm(fit.rms),
+        "held_out_rms_mm": _mm(fit.held_out_rms),
+        "not_identifiable": not_identifiable(fit),
+        "version": __version__,
+        **uncertainty_table(fit.model, known),
+        "range": range_table(data.state),
+    }
+    if fit.scatter.position is not None:
+        table["noise_mm"] = _mm(fit.scatter.position)
+        table["noise_from"] = fit.scatter.origin
+    if data.sources:
+        names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
+        hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
+        table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
+    return replace(fit.model, fit=table)
+
+
+def cautions(fit: Fit) -> list[Diagnostic]:
+    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026 and DAT027."""
+    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit)]
+
+
+def _unread(fit: Fit) -> list[Diagnostic]:
+    """DAT021 where an effect of the model reads a channel that was not measured: nothing of it can be fitted."""
+    found = []
+    for effect in fit.model.effects:
+        missing = effect.missing(fit.problem.sensitivity.state)
+        if missing:
+            message = f"`{effect.key}` reads {', '.join(missing)}: the measurements have no such column, it is held"
+            help_ = "measure with that channel, or leave the effect out"
+            found.append(Diagnostic("DAT021", "warning", message, fit.data.source, help=help_))
+    return found
+
+
+def _scarce(fit: Fit) -> list[Diagnostic]:
+    """DAT016 where the fit is far better on its own rows than on others: it took on what it cannot know."""
+    poses = int(fit.data.repeats.max()) + 1
+    if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
+        return []
+    message = (
+        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {_mm(fit.rms):.3f} mm on "
+        f"rows of the fit, {_mm(fit.held_out_rms):.3f} mm on rows that it has not seen"
+    )
+    help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
+    return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
+
+
+def _unphysical(fit: Fit) -> list[Diagnostic]:
+    """DAT026 where the fit makes joints yield against their load, by more than the interval."""
+    effect = fit.model.effect("joint_compliance")
+    if effect is None:
+        return []
+    x, width = effect.vector().copy(), fit.intervals[effect.key]
+    for j in (i for key, i in fit.at_bound if key == effect.key):
+        # What stopped at a bound is judged by where it would have gone.
+        alone = np.arange(len(x)) == j
+        column = fit.linear.project(fit.problem.slopes(effect, alone))
+        told = float(np.sum(column**2))
+        x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
+        width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
+    joints = [str(j + 1) for j in np.flatnonzero(x + np.nan_to_num(width, nan=np.inf) < 0)]
+    if not joints:
+        return []
+    which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
+    message = f"the fitted compliance of {which} is negative: no gear yields against its load"
+    help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
+    return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]
+
+
+def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
+    """``postproc/fit/1``."""
+    return {
+        "schema": "postproc/fit/1",
+        "rms_mm": _mm(fit.rms),
+        "rms_3d_mm": _mm(fit.rms * np.sqrt(3)),
+        "held_out_rms_mm": _mm(fit.held_out_rms),
+        "noise_mm": None if fit.scatter.position is None else _mm(fit.scatter.position),
+        "noise_from": fit.noise.origin,
+        "rows": len(fit.data),
+        "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
+        **(
+            {"set_aside_files": [fit.data.sources[fit.data.file[i]].path for i in fit.set_aside]}
+            if fit.data.file
+            else {}
+        ),
+        "before": before,
+        "parameters": {e.key: parameters_json(fit, e.key) for e in fit.model.effects},
+        "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
+        "not_identifiable": not_identifiable(fit),
+        "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
+        "unexplained_mm": _mm(fit.unexplained),
+        "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
+    }
+
+
+def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
+    """[value, standard deviation] of every parameter of an effect; no deviation where it was not fitted."""
+    effect = fit.model.effect(key)
+    if effect is None:
+        return {}
+    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
+    known = [float(sigma[key, i]) if (key, i) in sigma else None for i in range(len(effect.vector()))]
+    pairs = iter(zip(effect.vector().tolist(), known, strict=True))
+    return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
+
+
+def structure_json(fit: Fit, key: str) -> dict[str, Any]:
+    """What was searched and not fitted of an effect: the joint, the harmonic order, the law."""
+    effect = fit.model.effect(key)
+    return {} if effect is None else {k: v for k, v in effect.to_file().items() if k in effect.structures()}
+
+
+def not_identifiable(fit: Fit) -> list[str]:
+    """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
+    return [parameter_name(fit, key, i) for key, i in fit.held]
+
+
+def parameter_name(fit: Fit, key: str, index: int) -> str:
+    """A parameter as model files and documents call it, ``joint_offset.offset_rad[1]``."""
+    effect = fit.model.effect(key)
+    assert effect is not None
+    return f"{key}.{effect.names()[index]}"
+
+
+def _mm(value: float) -> float:
+    return round(float(value) * 1e3, 6)

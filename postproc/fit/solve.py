@@ -1,0 +1,132 @@
+"""The iteration of a fit: steps along a slope that is renewed where the model bends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.fit.fitted import Fit
+from postproc.fit.problem import Problem
+from postproc.fit.reweight import reweighted
+from postproc.fit.step import FRAMES, Masks, Name, Slope, slope
+from postproc.measure.repeat import Noise
+
+SWEEPS = 40
+ROUNDS = 6
+"""Sweeps in which weights follow the residual; twice as many for robust fits."""
+BENT = 0.02
+"""Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
+FAITHFUL = 5e-3
+"""The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
+SETTLED = 1e-7
+ROUGHLY = 1e-4
+"""The same for a fit that only has to be compared with others."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What a fit moves, and on which terms.
+
+    Args:
+        free: which entries of an effect's vector are fitted; all that its variants free where an effect is not named.
+        strength: of the smoothness penalty by effect; the likeliest, with the resolution of the free function, where
+            it is not given.
+        robust: Huber weights for all rows; rows far off are set aside in any case and named.
+        closely: share of the sum of squares below which a step is none.
+    """
+
+    free: Masks = field(default_factory=dict)
+    strength: Mapping[str, float] = field(default_factory=dict)
+    robust: bool = False
+    closely: float = SETTLED
+
+
+def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
+    """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
+
+    One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
+    where a slope that still holds there foretells nothing.
+
+    Args:
+        noise: of the instrument. terms: with masks for all effects.
+        fresh: effects that no fit has seen: what the data cannot determine of them stands at null.
+
+    Raises:
+        PostprocError: DAT020, fewer measured numbers than parameters.
+    """
+    base = problem.weights
+    aside: tuple[int, ...] = ()
+    stopped: set[Name] = set()
+    at: Slope | None = None
+    place, good = problem, False
+    for sweep in range(SWEEPS):
+        if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
+            weights, aside = reweighted(problem, base, noise, terms.robust)
+            if not np.allclose(weights.values, problem.weights.values, rtol=1e-3, atol=0.0):
+                problem = problem.weighted(weights)
+                at, good = None if at is None else at.reweighted(weights), False
+        if at is None:
+            at, place, good = slope(problem, terms.free, set(), terms.strength), problem, True
+            # Coefficients of a free function are told by its smoothness where the data is silent.
+            _enough(problem, int(np.sum(at.penalty == 0.0)))
+            problem, fresh = _null_where_held(problem, at.held, fresh), frozenset()
+            if problem is not place:
+                at = None
+                continue
+        step, stopped = at.step(problem)
+        now = at.cost(problem)
+        little = terms.closely * now + 1e-12
+        further, after = problem, now
+        if now - at.foretold(problem, step) > little:
+            further, after = _advance(problem, at, step, now, 10 if good else 2)
+        settled = now - after <= little
+        if settled and good:
+            break
+        bends = np.inf if further is problem else at.bends(problem, further)
+        good = good and bends < FAITHFUL and at.still_holds(problem, further)
+        problem = further
+        if not good and (settled or bends > BENT):
+            at = None
+    # Screening looks for directions beside these columns: they must be those of the very place.
+    if at is None or place is not problem or stopped:
+        at = slope(problem, terms.free, stopped, terms.strength)
+    bound = tuple(sorted(stopped))
+    strength = dict(terms.strength)
+    return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)
+
+
+def _null_where_held(problem: Problem, held: Sequence[Name], fresh: frozenset[str]) -> Problem:
+    """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
+    effects = []
+    for effect in problem.model.effects:
+        x, null, amplitude = effect.vector().copy(), effect.null_vector(), effect.amplitudes()
+        index = [i for key, i in held if key == effect.key and amplitude[i]]
+        x[index] = null[index]
+        known = effect.key not in fresh or effect.key in FRAMES or effect.roughness() is not None
+        effects.append(effect if known or (x == effect.vector()).all() else effect.with_vector(x))
+    changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
+    return problem.at(effects) if changed else problem
+
+
+def _enough(problem: Problem, fitted: int) -> None:
+    if len(problem.residual) <= fitted:
+        message = f"{len(problem.residual)} measured numbers cannot determine {fitted} parameters"
+        help_ = "measure more poses, or fit fewer effects"
+        raise PostprocError(Diagnostic("DAT020", "error", message, problem.data.source, help=help_))
+
+
+def _advance(problem: Problem, at: Slope, step: Array, now: float, tries: int) -> tuple[Problem, float]:
+    """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls."""
+    for k in range(tries):
+        trial = at.moved(problem, step / 2**k)
+        try:
+            cost = at.cost(trial)
+        except PostprocError:
+            continue
+        if cost <= now * (1 + 1e-9):
+            return trial, cost
+    return problem, now

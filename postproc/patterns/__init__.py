@@ -1,0 +1,1 @@
+"""Patterns of the channels without a physical name: what a residual follows, and where."""

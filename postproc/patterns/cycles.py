@@ -1,0 +1,161 @@
+"""Shapes that come again: waves, saw teeth, folded waves and pulses, by the turn of a joint or in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.channels import shown
+from postproc.patterns.formula import Edge, Pattern
+from postproc.patterns.signals import Signal
+
+LOW, GEAR, TEETH = (1, 2, 3), 12, 128
+"""Orders of what tilts, bends or hangs; the highest of most gears; of pole pairs, teeth and marks on one turn."""
+SWAYS = 12
+"""Most periods in time over the whole measurement."""
+THIRDS, QUARTERS = np.pi / 3 * np.arange(3), np.pi / 4 * np.arange(4)
+"""Phases of a wave: the other half turn is the same wave with the other sign."""
+EIGHTHS = np.pi / 8 * np.arange(8)
+DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
+"""Share of a period that a pulse takes; what is longer is a pulse the other way."""
+
+
+def waves(signal: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
+    """Waves of an angle; their shape is that of a saw tooth or a pulse where it turns out so."""
+    for order in orders:
+        for phase in QUARTERS if order <= GEAR else THIRDS:
+            yield _wave(signal, order, phase)
+
+
+def sways(signal: Signal) -> Iterator[Pattern]:
+    """Waves of what is no angle: of at most so many periods over the whole, and more than two values a period."""
+    whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(np.unique(signal.values))))
+    for k in range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ():
+        for phase in QUARTERS:
+            yield _wave(signal, np.pi * k / whole, phase)
+
+
+def neighbours(values: Array, order: float) -> Array:
+    """Orders beside one that a range of values tells apart: 2 pi / range."""
+    apart = 2 * np.pi / max(float(np.ptp(values)), 1e-300)
+    near = order + apart * np.linspace(-0.5, 0.5, 11)
+    return np.asarray(near[near > 0.4 * apart])
+
+
+def _close(values: Array, order: float) -> list[float]:
+    """Orders closer by; a gear or a disc has a whole number of teeth."""
+    near = order + (neighbours(values, order) - order) / 4
+    return [*near.tolist(), *np.arange(np.ceil(near[0]), near[-1] + 1e-9).tolist()]
+
+
+def _wave(signal: Signal, order: float, phase: float) -> Pattern:
+    def finer() -> list[Pattern]:
+        near = neighbours(signal.values, order)
+        return [_shaped(_wave(signal, k, p), signal, k) for k in near for p in EIGHTHS]
+
+    verb = "swaying" if signal.name == "time" else "wave"
+    kind = "sway" if not _turns(signal) else "wave" if order <= GEAR else "fine wave"
+    form = f"{verb} {_each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
+    return Pattern((signal,), form, lambda x: np.cos(order * x - phase), kind, finer=finer)
+
+
+def crest(signal: Signal, order: float, phase: float) -> str:
+    """Where a wave is highest."""
+    return f"with a crest near {shown(signal.unit, _again(signal, order, phase / (2 * np.pi))[0])}"
+
+
+def _each(signal: Signal, order: float) -> str:
+    return (
+        f"{order:.3g} times a turn" if _turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
+    )
+
+
+def _turns(signal: Signal) -> bool:
+    return signal.unit.rstrip("123456") == "q"
+
+
+def _shaped(wave: Pattern, signal: Signal, order: float) -> Pattern:
+    """A wave that may turn out to be another shape of its period."""
+
+    def finer() -> list[Pattern]:
+        phases = np.linspace(0.0, 1.0, 36, endpoint=False)
+        fine = [replace(_wave(signal, order, np.pi * p), finer=None) for p in phases]
+        fine += [p for start in phases for p in _folds(signal, order, start)]
+        if order * np.ptp(signal.values) > 4 * np.pi:
+            # What does not come twice is a step, or acts in a window.
+            fine += [_tooth(signal, order, p) for p in phases]
+            fine += [_pulse(signal, order, p, duty) for p in phases for duty in DUTIES]
+        return fine
+
+    return replace(wave, finer=finer)
+
+
+def _cycle(x: Any, order: float, start: float) -> Any:
+    return (order / (2 * np.pi) * x - start) % 1.0
+
+
+def _again(signal: Signal, order: float, share: float) -> Edge:
+    """The place next to the middle of the values at which a share of a period is over."""
+    period = 2 * np.pi / order
+    place = (share + round(signal.middle / period - share)) * period
+    return place, place
+
+
+def _tooth(signal: Signal, order: float, start: float) -> Pattern:
+    """What an encoder does that repeats on each of its marks; a jump in the wrong place costs most."""
+
+    def finer() -> list[Pattern]:
+        starts = start + np.linspace(-0.05, 0.05, 21)
+        return [replace(_tooth(signal, k, s), finer=None) for k in _close(signal.values, order) for s in starts]
+
+    def law(x: Any) -> Any:
+        return 2 * _cycle(x, order, start) - 1
+
+    form = f"saw tooth {_each(signal, order)}{signal.of}, with a jump near {{}}"
+    return Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
+
+
+def _folds(signal: Signal, order: float, start: float) -> Iterator[Pattern]:
+    """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
+    phase = 2 * np.pi * start
+
+    def folded(x: Any) -> Any:
+        return np.abs(np.cos(0.5 * (order * x - phase)))
+
+    def halved(x: Any) -> Any:
+        return np.maximum(np.cos(order * x - phase), 0.0)
+
+    def triangular(x: Any) -> Any:
+        return np.abs(2 * _cycle(x, order, start) - 1)
+
+    def finer() -> list[Pattern]:
+        near = [(k, s) for k in _close(signal.values, order) for s in start + np.linspace(-0.02, 0.02, 9)]
+        return [replace(p, finer=None) for k, s in near for p in _folds(signal, k, s)]
+
+    for word, law in (("folded", folded), ("halved", halved), ("triangular", triangular)):
+        form = f"{word} wave {_each(signal, order)}{signal.of}, highest near {{}}"
+        yield Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
+
+
+def _pulse(signal: Signal, order: float, start: float, duty: float) -> Pattern:
+    """On for a share of each period."""
+
+    def finer() -> list[Pattern]:
+        move = np.linspace(-0.03, 0.03, 9)
+        return [
+            replace(_pulse(signal, k, start + a, duty - a + b), finer=None)
+            for k in _close(signal.values, order)
+            for a in move
+            for b in move
+            if duty - a + b > 0.02
+        ]
+
+    on, _ = _again(signal, order, start)
+    off = on + duty * 2 * np.pi / order
+    at = (on, on), (off, off)
+    form = f"pulses {_each(signal, order)}{signal.of}, one from {{}} to {{}}"
+    return Pattern((signal,), form, lambda x: _cycle(x, order, start) < duty, "wave", at, finer=finer)

@@ -1,0 +1,124 @@
+"""Patterns of what the tool and the footing feel: they lie loosely in their seats, or lift off them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.effects.geometry import distal_point, point_acceleration
+from postproc.fit.channels import varies
+from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.shapes import of_signal
+from postproc.patterns.signals import TOOL, Signal, tool_poses
+
+MOMENT = ("load2", "q1", "x", "y")
+"""Channels that the overturning moment follows."""
+WAYS = 4
+"""Horizontal axes about which the footing is asked, half a turn apart in all."""
+
+
+def pulls(state: State, position: Array) -> Iterator[Pattern]:
+    """Shapes of gravity, acceleration .. along the axes of the tool: it may lie loosely in its seat."""
+    for what, names, felt, code in felt_by_tool(state, position):
+        for k, axis in enumerate("xyz"):
+            if varies(felt[:, k]):
+                label = f"{what} along {axis} of the tool"
+                signal = Signal(names, felt[:, k], code.replace("AXIS", str(k)), what, label)
+                for some in of_signal(signal):
+                    # In proportion, it pulls on hoses and joints as well.
+                    line = some.kind == "line"
+                    yield replace(some, form=label if line else some.form, where=None if line else "tool", gate=())
+
+
+def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ...], Array, str]]:
+    """Name, channels, (n, 3) components in the axes of the tool of what it feels, and the text of one.
+
+    Gravity, its acceleration, the weight of the payload with its inertia, and the process force.
+    """
+    assert state.T_base_body is not None
+    turn = tool_poses(state)[:, :3, :3]
+    wrist, axis = ("q5", "q6", "q4", "q3", "q2"), f"({TOOL})[:, :3, AXIS]"
+    free, gravity = np.broadcast_to(state.gravity, (len(turn), 3)), f"({axis} @ state.gravity)"
+    pulls: list[tuple[str, tuple[str, ...], Array, str]] = [("gravity", wrist, free, gravity)]
+    if state.a is not None and state.v is not None and state.robot is not None:
+        a = point_acceleration(state.robot, np.asarray(state.T_base_body), state.v, state.a, 6, position)
+        pulls.append(("acceleration", ("a1", "a2", "a3", "a4", "a5"), a, ""))
+        free, gravity = free - a, ""
+    if state.payload_mass is not None and varies(state.payload_mass):
+        code = f"(state.payload_mass * {gravity})" if gravity else ""
+        weight = state.payload_mass[:, None] * free
+        pulls.append(("payload's weight", ("payload", "q5", "q6", "q4"), weight, code))
+    if state.wrench is not None:
+        code = f"({axis} * state.wrench[:, :3]).sum(axis=1)"
+        pulls.append(("process force", ("fx", "fy", "fz", "q5", "q6"), np.asarray(state.wrench)[:, :3], code))
+    return [
+        (what, names, np.einsum("nji,nj->ni", turn, pull), code) for what, names, pull, code in pulls if varies(pull)
+    ]
+
+
+def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern]:
+    """Shapes of the moment with which the arm leans on its footing: anchors that lift or rock, legs that stiffen.
+
+    In proportion to it the base tilts on `base_compliance`.
+
+    Args:
+        others: channels by which a footing may soften: water under it, its temperature.
+    """
+    if state.body_load is None or state.robot is None:
+        return
+    force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
+    lean = moment + np.cross(distal_point(state.robot, 0), force)
+    for way in np.pi / WAYS * np.arange(WAYS):
+        yield from _leaning(lean, float(way))
+    both = [_moment(lean, 0.0), _moment(lean, np.pi / 2)]
+    if all(varies(s.values) for s in both):
+        # Legs and anchors at two sides each, or a footing that is alike all around.
+        for text, law in (
+            ("square of the overturning moment about x and about y", lambda x, y: [x * np.abs(x), y * np.abs(y)]),
+            ("square of the overturning moment", lambda x, y: [a * np.sqrt(x**2 + y**2) for a in (x, y)]),
+            ("cube of the overturning moment about x and about y", lambda x, y: [x**3, y**3]),
+        ):
+            form = f"growing with the {text}, to its side"
+            yield Pattern(tuple(both), form, law, "leaning", where="base", wide=True)
+        for other in others:
+            form = f"the overturning moment about x and about y times {other.whole}"
+            yield Pattern((other, *both), form, lambda c, x, y: [c * x, c * y], "leaning", where="base", wide=True)
+
+
+def _moment(lean: Array, way: float) -> Signal:
+    """The moment (n, 3) about a horizontal axis."""
+    along = np.array([np.cos(way), np.sin(way), 0.0])
+    code = (
+        "((state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
+        f" @ {np.round(along, 4).tolist()})"
+    )
+    axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
+    return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}")
+
+
+def _leaning(lean: Array, way: float) -> Iterator[Pattern]:
+    """Shapes of the moment (n, 3) about a horizontal axis."""
+    for shape in _shapes(_moment(lean, way)):
+
+        def turned(form: str = _plain(shape)) -> list[Pattern]:
+            near = way + np.pi / (8 * WAYS) * np.arange(-4, 5)
+            signals = (_moment(lean, float(w)) for w in near)
+            some = [next((p for p in _shapes(s) if _plain(p) == form), None) for s in signals]
+            # The place of an edge moves with the axis: both at once.
+            every = [q for p in some if p is not None for q in (p, *sharper(p))]
+            return [replace(p, where="base", gate=(), finer=None) for p in every]
+
+        yield replace(shape, kind="leaning", where="base", gate=(), finer=turned)
+
+
+def _shapes(signal: Signal) -> list[Pattern]:
+    return [p for p in of_signal(signal) if p.kind not in ("line", "window")] if varies(signal.values) else []
+
+
+def _plain(shape: Pattern) -> str:
+    """What a shape is called, whatever it is a shape of."""
+    return shape.form.replace(shape.signals[0].label, "")

@@ -1,0 +1,113 @@
+"""A pattern: a formula of signals, with its sentence, its values and its text over a state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.channels import within
+from postproc.fit.wording import joined
+from postproc.patterns.signals import Signal, unit, written
+
+Edge = tuple[float, float]
+"""Between which values an edge lies."""
+Law = Callable[..., Any]
+"""A formula that takes signals, as values or as text."""
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A function of signals without physical unit: its sentence, its values and its text over a state.
+
+    Args:
+        signals: what it is a function of; form: what it looks like, such as ``step near {}``, with a place for each of
+            its edges; law: the formula.
+        kind: patterns of one kind are as likely as those of any other, however many there are.
+        at: its edges, knots, .., of the last signal.
+        where: the only place at which it makes sense, None for all.
+        finer: makes the same with its edge, knot, period or phase at many finer places.
+        gate: how it is said of something else that acts only there, only elsewhere, and there the other way round.
+        factors: makes what it is a product of, each with the channel that may switch it.
+        tries: how many times as many as of its kind were tried.
+        label: what it is called as part of a longer sentence.
+        wide: whether the law gives a list of functions, each with a size of its own: a shift for each level.
+    """
+
+    signals: tuple[Signal, ...]
+    form: str
+    law: Law = field(repr=False, compare=False)
+    kind: str = ""
+    at: tuple[Edge, ...] = ()
+    where: str | None = None
+    finer: Callable[[], list[Pattern]] | None = field(default=None, repr=False, compare=False)
+    gate: tuple[str, ...] = ()
+    factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
+    tries: float = 1.0
+    label: str = ""
+    wide: bool = False
+
+    @cached_property
+    def values(self) -> Array:
+        """(n,), or (n, k) of a wide one, by their largest size."""
+        return unit(self._raw())
+
+    def _raw(self) -> Array:
+        found = self.law(*(s.values for s in self.signals))
+        return np.stack(found, axis=1).astype(float) if self.wide else np.asarray(found, dtype=float)
+
+    @cached_property
+    def channels(self) -> tuple[str, ...]:
+        """The first one of every signal, then the others."""
+        most = max(len(s.names) for s in self.signals)
+        return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """What gives its values, as expressions of a state; none where a state does not tell them."""
+        found, largest = written(self.law, self.signals), float(np.abs(self._raw()).max())
+        every = () if found is None else found if self.wide else [found]
+        return tuple(part.text if abs(largest - 1) < 1e-3 else (part / largest).text for part in every)
+
+    @property
+    def text(self) -> str:
+        return self.told()
+
+    @property
+    def named(self) -> str:
+        """As part of a longer sentence."""
+        return self.label or (self.text if len(self.channels) > 1 else f"{self.text} of {self.signals[0].name}")
+
+    def told(self, alike: Sequence[Pattern] = ()) -> str:
+        """What it looks like, its edges no closer than patterns that do the same have theirs."""
+        if not self.at:
+            return self.form
+        every = np.array([p.at for p in (self, *alike) if p.form == self.form]).reshape(-1, len(self.at), 2)
+        channel = self.signals[-1].unit
+        spans = (within(channel, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
+        return self.form.format(*spans)
+
+
+def spread(moves: Array, values: Array) -> Array:
+    """(n, r, m k) moves (n, r, m) by values (n,) or (n, k)."""
+    return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
+
+
+def sharper(pattern: Pattern) -> list[Pattern]:
+    """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
+    return [] if pattern.finer is None else pattern.finer()
+
+
+def side_by_side(some: Sequence[Pattern], tries: float) -> Pattern:
+    """Patterns of one signal, each with a size of its own."""
+    some = sorted(some, key=lambda p: p.at)
+
+    def law(x: Any) -> list[Any]:
+        return [p.law(x) for p in some]
+
+    form, at = joined([p.form for p in some]), tuple(edge for p in some for edge in p.at)
+    return Pattern(some[0].signals, form, law, some[-1].kind, at, tries=tries, wide=True)

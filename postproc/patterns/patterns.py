@@ -1,0 +1,241 @@
+"""Free patterns of channels, one by one, two together and as the tool feels them, without a physical name."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.patterns.cycles import GEAR, LOW, TEETH, sways, waves
+from postproc.patterns.felt import overturning, pulls
+from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.levels import of_few, of_words, words
+from postproc.patterns.pairs import of_two, swelling
+from postproc.patterns.shapes import breaks, of_channel, of_signal
+from postproc.patterns.sight import WAYS, Sight, around
+from postproc.patterns.signals import Signal, added, channel_signal, place_code
+
+FEW, FEW_SHARE = 6, 0.05
+"""Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
+PLACES = 22
+"""Joints, base, tool, instrument, what it reads, and four bodies that turn or shift."""
+READINGS = frozenset(f"instrument, {reading}" for reading in WAYS)
+ROOMS = {None: PLACES, "joint": 6, "instrument": 6}
+"""How many places there are of each sort, of any other one."""
+Single = NDArray[np.float32]
+SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
+"""What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Patterns that are tried together."""
+
+    some: list[Pattern]
+    kinds: Mapping[str, int]
+
+    @cached_property
+    def values(self) -> Single:
+        """(n, P), in single precision: screening many takes half the time."""
+        return np.array([p.values for p in self.some], dtype=np.float32).T
+
+    @cached_property
+    def odds(self) -> Array:
+        """(P,) how many patterns at places stand beside each."""
+        return np.array([odds(p, self.kinds) for p in self.some], dtype=float)
+
+
+def sort(where: str) -> str:
+    """Joints are one sort of places, and so is all that an instrument may be off by."""
+    return where.partition(",")[0].rstrip(" 123456")
+
+
+def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
+    """How many patterns at places stand beside one.
+
+    Every kind is as likely, in it every one of its kind, and of those every place where it makes sense.
+
+    Args:
+        kinds: how many patterns there are of each kind.
+    """
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * ROOMS.get(pattern.where, 1)
+
+
+@dataclass(frozen=True)
+class Patterns:
+    """Patterns that are tried, and what may switch one of them on.
+
+    Args:
+        every: of one channel or two; gates: shapes of one channel that may stand for "only where"; slow: channels that
+            are not the arm's.
+    """
+
+    every: Sequence[Pattern]
+    gates: Sequence[Pattern] = ()
+    slow: frozenset[str] = frozenset()
+    known: dict[str, Group] = field(default_factory=dict)
+
+    @cached_property
+    def kinds(self) -> Mapping[str, int]:
+        """How many patterns there are of each kind."""
+        return Counter(p.kind for p in self.every)
+
+    def groups(self, where: str) -> Iterator[Group]:
+        """Patterns at a place: the arm does not change what an instrument makes of its readings."""
+        groups = (self.apart if where in READINGS else self.anywhere, self.only(where))
+        return (group for group in groups if group.some)
+
+    def sensible(self, pattern: Pattern, where: str) -> bool:
+        """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
+        anywhere = pattern.where is None and (where not in READINGS or self.slow.issuperset(pattern.channels))
+        return anywhere or pattern.where == sort(where)
+
+    @cached_property
+    def anywhere(self) -> Group:
+        """Patterns that make sense at every place."""
+        return Group([p for p in self.every if p.where is None and not p.wide], self.kinds)
+
+    @cached_property
+    def apart(self) -> Group:
+        """Those that do not follow the arm."""
+        return Group([p for p in self.anywhere.some if self.slow.issuperset(p.channels)], self.kinds)
+
+    def only(self, where: str) -> Group:
+        """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
+        if where not in self.known:
+            some = [p for p in self.every if p.where in (where, sort(where)) and not p.wide]
+            self.known[where] = Group(some, self.kinds)
+        return self.known[where]
+
+    @cached_property
+    def wide(self) -> list[Pattern]:
+        """Patterns with several sizes."""
+        return [p for p in self.every if p.wide]
+
+    @cached_property
+    def switches(self) -> list[tuple[Pattern, int, Array]]:
+        """Gates, what they do there, and (n,) values."""
+        every = ((g, side, SIDES[side](g.values)) for g in self.gates for side in range(len(g.gate)))
+        return [switch for switch in every if _seen_both_ways(switch[0].values)]
+
+    @cached_property
+    def switching(self) -> NDArray[np.str_]:
+        """(G,) channels of the switches."""
+        return np.array([gate.channels[0] for gate, _, _ in self.switches])
+
+    @cached_property
+    def switched(self) -> Single:
+        """(n, G) values of the switches."""
+        return np.array([values for _, _, values in self.switches], dtype=np.float32).T
+
+
+def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
+    """All patterns of the channels of measured rows, and of where gravity and acceleration pull the tool.
+
+    Args:
+        channels: (n,) values by name; position: (n, 3) of the tool in base axes [m]; sight: the same
+            as the instrument sees it.
+    """
+    place = place_code(state, position)
+    signals = {name: channel_signal(name, values, place) for name, values in channels.items()}
+    said = words(signals)
+    signals = {name: s for name, s in signals.items() if name.partition("=")[0] not in said}
+    # A row's number stands for a time that nobody wrote down: it has shapes, and leads nothing else.
+    number = [signals.pop("row")] if "row" in signals else []
+    single = [p for signal in signals.values() for p in of_channel(signal)]
+    single += [p for column in said.values() for p in of_words(column)]
+    single += [replace(p, gate=()) for signal in number for p in of_signal(signal)]
+    found: list[Pattern] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
+    for signal in signals.values():
+        # In time, or along a rail or a turntable of the table's own.
+        found += sways(signal) if signal.name == "time" or "channels[" in signal.code else ()
+    for first, second in combinations(signals.values(), 2):
+        found += of_two(first, second)
+    angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
+    for angle in angles:
+        found += waves(angle, range(1, GEAR + 1))
+        # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
+        found += (replace(p, where="joint") for p in waves(angle, range(GEAR + 1, TEETH + 1)))
+    slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
+    others = [*slow, *(s for column in said.values() for s in column)]
+    # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
+    sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
+    near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
+    for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
+        close = turn.label in near or len(turn.names) > 2
+        found += [*waves(turn, LOW), *(p for p in breaks(turn) if close or p.kind == "kink")]
+        found += [p for size in (slow if close else ()) for p in swelling(turn, size, LOW)]
+    if {"x", "y"} <= set(signals):
+        form = "grows with the square of the distance from joint 1"
+        found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
+    found += [*_history(signals), *pulls(state, position), *overturning(state, others)]
+    found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
+    apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
+    return Patterns([*single, *found], [p for p in single if p.gate], apart)
+
+
+def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, int]]]:
+    """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; factors and switches."""
+    some: list[tuple[Pattern, int]] = []
+    values = []
+    for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
+        names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
+        use = np.flatnonzero(np.isin(every.switching, list(names)))
+        values.append(every.switched[:, use] * np.asarray(factor.values, dtype=np.float32)[:, None])
+        some += [(factor, int(k)) for k in use]
+    return np.hstack(values), some
+
+
+def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
+    """A pattern that acts only where a gate is open."""
+
+    def through(gate: Pattern) -> Pattern:
+        def law(*signals: Any) -> Any:
+            return pattern.law(*signals[:-1]) * SIDES[side](gate.law(signals[-1]))
+
+        return Pattern(
+            (*pattern.signals, *gate.signals), f"{pattern.named} {gate.gate[side]}", law, at=gate.at, finer=finer(gate)
+        )
+
+    def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
+        if gate.finer is None:
+            return None
+        return lambda: [through(g) for g in sharper(gate) if len(g.gate) > side and _seen_both_ways(g.values)]
+
+    return through(gate)
+
+
+def _seen_both_ways(gate: Array) -> bool:
+    """Whether more than a few rows have a gate open, and more than a few have it shut: chance makes one of any few."""
+    few = max(FEW, FEW_SHARE * len(gate))
+    return bool(min(np.count_nonzero(gate > 0.5), np.count_nonzero(gate < 0.5)) >= few)
+
+
+def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
+    """Where the arm stood in the row before, and what it bore: what hangs behind knows no other approach side."""
+    angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
+    if not angles:
+        return
+    whole = np.stack(angles, axis=1)
+    moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
+    last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
+    for name, signal in signals.items():
+        before = signal.values[np.maximum(last - 1, 0)]
+        way = replace(signal, values=signal.values[last] - before, code="")
+        yield Pattern((way,), "whether it rose or fell since the row before", np.sign, "way")
+        yield Pattern((way,), "by how much it rose since the row before", lambda x: x, "way")
+        yield Pattern((way,), "by how much it rose or fell since the row before", np.abs, "way")
+        if name == "payload" or name[0] == "q":
+            then = replace(signal, values=before, code="", label=f"{name} in the row before")
+            cycles = waves(then, LOW) if name[0] == "q" else ()
+            shapes = (p for p in of_signal(then) if p.kind in ("line", "level", "curve", "step"))
+            for pattern in (*shapes, *cycles):
+                yield replace(pattern, kind="before", gate=())

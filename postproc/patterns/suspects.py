@@ -1,0 +1,167 @@
+"""What the remaining structure follows when no effect of the library explains it: patterns at places of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.linear import Linear
+from postproc.fit.problem import Problem
+from postproc.model.sensitivity import BODY, INSTRUMENT, TOOL
+from postproc.patterns.fields import fields
+from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.patterns import Patterns
+from postproc.patterns.sight import Sight
+from postproc.patterns.signals import Signal
+from postproc.patterns.tried import ODDS, Tried, above
+
+TOGETHER = 0.97
+"""Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A place of the arm that moves with a pattern of a channel.
+
+    Args:
+        channel, where, pattern: for people; share: of the whitened sum of squares above the noise that it explains.
+        fall: of the whitened sum of squares; evidence: worth after counting all patterns that were tried and the odds
+            of having no name.
+        place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
+        channels: all that the pattern follows, this one among them.
+        codes: what gives the values, as expressions of a state; empty where a state does not tell them.
+    """
+
+    channel: str
+    where: str
+    pattern: str
+    share: float
+    fall: float
+    evidence: float
+    place: Array
+    values: Array
+    channels: tuple[str, ...] = ()
+    codes: tuple[str, ...] = ()
+
+    def columns(self, problem: Problem) -> Array:
+        """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside.
+
+        With what the place is off everywhere, which offsets, frame and tool take up but at the end of a body.
+        """
+        moved = problem.whiten(spread(self.place, self.values))
+        return np.hstack([moved, problem.whiten(self.place)]) if self.where.startswith("body") else moved
+
+    def as_json(self) -> dict[str, Any]:
+        return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
+
+
+def places(problem: Problem) -> dict[str, Array]:
+    """(n, r, m) derivative of the prediction by a move at each place.
+
+    Joints and base (turn), instrument (translation, turn about the base, or what it reads), tool (translation), the far
+    end of each arm body (turn or shift). The last two bodies are a few centimetres long: the tool and the joints beside
+    them do what they do.
+    """
+    J = problem.sensitivity.matrix
+    found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
+    found["base"] = J[:, :, BODY + 3 : BODY + 6]
+    found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
+    found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
+    found["tool"] = J[:, :, TOOL : TOOL + 3]
+    for reading, moves in Sight.of(problem.rest).moves().items():
+        found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
+    for b in range(1, 5):
+        found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
+        found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
+    return {name: columns for name, columns in found.items() if columns.any()}
+
+
+def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Suspect]:
+    """The patterns that would bring the residual down most, strongest first.
+
+    With the fitted parameters projected out.
+    """
+    tried = Tried(problem, linear, every)
+    for where, moves in places(problem).items():
+        tried.moves[where] = moves
+        tried.screen(where)
+    smooth = list(fields(problem))
+    for where, names, text, moves in smooth:
+        tried.moves[where] = moves
+        # One of so many, and all together are one kind of patterns.
+        everywhere = Signal(names, np.ones(len(problem.error)), "", "", text)
+        tried.add(where, Pattern((everywhere,), text, lambda x: x, "field", where=where, tries=len(smooth)))
+    tried.sharpen()
+    all_, result = above(linear), list[Suspect]()
+    for found in tried.best():
+        share, one = min(1.0, found.fall / all_), found.pattern
+        first = Suspect(
+            one.channels[0],
+            found.where,
+            one.told(found.alike),
+            share,
+            found.fall,
+            found.worth,
+            tried.moves[found.where],
+            one.values,
+            one.channels,
+            one.codes,
+        )
+        result += [replace(first, channel=c) for c in one.channels]
+    return [*result[:1], *_together(result[:1], every), *result[1:]]
+
+
+def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
+    """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
+    lines = {p.channels[0]: _ranks(p.values) for p in every.every if p.kind == "line"}
+    return [
+        replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
+        for s in first
+        if len(s.channels) == 1 and s.channel in lines
+        for name, ranks in lines.items()
+        if name != s.channel and abs(np.corrcoef(ranks, lines[s.channel])[0, 1]) > TOGETHER
+    ]
+
+
+def _ranks(values: Array) -> Array:
+    """(n,) mean rank of each value."""
+    _, index, count = np.unique(values, return_inverse=True, return_counts=True)
+    return np.asarray((np.cumsum(count) - 0.5 * count)[index])
+
+
+def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:
+    """The strongest suspect of each channel, and other structures.
+
+    First the strongest pattern, then those that were found with it taken, its second channel, another place that it
+    cannot be told from, and other dresses of the first. What could be chance is left out, what leaves more than twice
+    as much as the first, and what is worth less with further channels than without them: chance has found them.
+    """
+    if not suspects:
+        return []
+    first = suspects[0]
+    suspects = [
+        s
+        for s in suspects
+        if s.evidence > first.evidence - ODDS or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
+    ]
+    plain: dict[frozenset[str], float] = {}
+    for s in suspects:
+        plain.setdefault(frozenset(s.channels), s.evidence)
+    suspects = [s for s in suspects if not any(c < set(s.channels) and plain[c] > s.evidence for c in plain)]
+    same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
+    close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
+    elsewhere = [s for s in close if s.where != first.where][:1]
+    all_ = first.fall / max(first.share, 1e-12)
+    mine = {s.channel for s in same}
+    others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
+    others = [s for s in others if (s.channel, s.where) != (first.channel, first.where)]
+    # What else the same place follows comes before other places.
+    best: dict[str, Suspect] = {}
+    for suspect in sorted(suspects, key=lambda s: s.where != first.where):
+        best.setdefault(suspect.channel, suspect)
+    dresses = [s for channel, s in best.items() if channel not in mine]
+    return [*same[:1], *others, *same[1:2], *elsewhere, *dresses][:count]

@@ -1,0 +1,254 @@
+"""Patterns tried at places of the arm: what each takes off the residual, at the price of all that were tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from math import factorial
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.linear import Linear
+from postproc.fit.problem import Problem
+from postproc.patterns.formula import Pattern, sharper, side_by_side, spread
+from postproc.patterns.patterns import Patterns, Single, grown, odds, switched
+from postproc.patterns.place import Place, taken_off, with_and_without_a_row
+from postproc.patterns.shapes import CLOSER, abrupt
+from postproc.patterns.signals import Signal
+
+MOST = 40
+"""Patterns at one place that are kept, and that are told in the end."""
+FINE = 400
+"""Edges of a pattern that are told at most."""
+SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
+"""As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, and what acts in a
+third of the rows than the same in all."""
+ALIKE = 4.0
+"""Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
+TURNS, FEW, SIDE_BY_SIDE = 2, 4, 5
+"""How often shapes side by side are placed, one after the other; values of a channel that has none; the most of one."""
+NEARLY = 0.97
+"""Share of what is above the noise from which on a second shape has nothing left to tell."""
+ODDS = 16.0
+"""A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
+
+
+Made = Callable[[int], Pattern]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A pattern at a place; alike: those that the data cannot tell from it."""
+
+    worth: float
+    fall: float
+    where: str
+    pattern: Pattern
+    alike: tuple[Pattern, ...] = ()
+
+
+@dataclass
+class Tried:
+    """Patterns that were tried at places, best first; anywhere: the most that each took off at one."""
+
+    problem: Problem
+    linear: Linear
+    every: Patterns
+    found: list[Found] = field(default_factory=list)
+    moves: dict[str, Array] = field(default_factory=dict)
+    prepared: dict[str, Place] = field(default_factory=dict)
+    screened: list[str] = field(default_factory=list)
+    anywhere: Array = field(default_factory=lambda: np.zeros(1))
+
+    def screen(self, where: str) -> None:
+        """The best patterns at a place, each with the price of all that were tried."""
+        self.screened.append(where)
+        for group in self.every.groups(where):
+            if group is not self.every.anywhere:
+                self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
+            elif where.startswith("body"):
+                # What moves a casting is seen at the joints beside it.
+                use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
+                some = [group.some[k] for k in use]
+                self._best(where, group.values[:, use], group.odds[use], some.__getitem__, MOST)
+            else:
+                falls = self._seen(where).falls(group.values)
+                self.anywhere = np.maximum(self.anywhere, falls)
+                self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
+        for pattern in self.every.wide:
+            if pattern.where in (None, where):
+                self._wide(where, pattern)
+
+    def _wide(self, where: str, pattern: Pattern) -> Found:
+        """A pattern with several sizes."""
+        linear = self._seen(where).linear
+        columns = self.problem.whiten(spread(self.moves[where], pattern.values))
+        fall = float(taken_off(linear, columns)[1].sum())
+        price = odds(pattern, self.every.kinds)
+        worth = float(_worth(linear.square, fall, columns.shape[1], linear.freedom, price))
+        self.found.append(Found(worth, fall, where, pattern))
+        return self.found[-1]
+
+    def add(self, where: str, pattern: Pattern) -> None:
+        """A single pattern at a place."""
+        if pattern.wide:
+            self._wide(where, pattern)
+        else:
+            self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
+
+    def best(self) -> list[Found]:
+        """The best pattern of the same channels at each place, strongest first.
+
+        One bad reading makes no law: without the row that gains most there must be something left to say.
+        """
+        once = {(f.where, f.pattern.channels): f for f in sorted(self.found, key=lambda f: f.worth)}
+        found = sorted(once.values(), key=lambda f: -f.worth)[:MOST]
+        return sorted((self._without_a_row(f) if f.worth > 0 else f for f in found), key=lambda f: -f.worth)
+
+    def _without_a_row(self, one: Found) -> Found:
+        linear = self._seen(one.where).linear
+        columns = self.problem.whiten(spread(self.moves[one.where], one.pattern.values))
+        _, (left, fall) = with_and_without_a_row(linear, columns)
+        price = odds(one.pattern, self.every.kinds)
+        return replace(one, worth=min(one.worth, float(_worth(left, fall, columns.shape[1], linear.freedom, price))))
+
+    def _best(self, where: str, values: Single, price: Array | float, made: Made, top: int) -> list[Found]:
+        return self._ranked(where, self._seen(where).falls(values), price, made, top)
+
+    def _ranked(self, where: str, falls: Array, price: Array | float, made: Made, top: int) -> list[Found]:
+        linear, count = self._seen(where).linear, self._seen(where).count
+        worth = _worth(linear.square, falls, count, linear.freedom, price)
+        order = np.argpartition(-worth, top)[:top] if len(worth) > top else np.arange(len(worth))
+        best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
+        if top == 1:
+            near = np.flatnonzero(worth > best[0].worth - ALIKE)
+            best[0] = replace(best[0], alike=tuple(made(int(k)) for k in near[:FINE]))
+        self.found += best
+        return best
+
+    def _seen(self, where: str) -> Place:
+        if where not in self.prepared:
+            place = self.problem.whiten(self.moves[where])
+            # Offsets, frame and tool take up what the other places are off everywhere.
+            linear = self.linear.extended(place) if where.startswith("body") else self.linear
+            self.prepared[where] = Place(self.problem, linear, place)
+        return self.prepared[where]
+
+    def sharpen(self, most: int = 8) -> None:
+        """The best patterns closer, and where another channel switches them, as far as that may make them the best.
+
+        Each at the place where it tells most; what turns out best is tried everywhere.
+        """
+        done: set[tuple[tuple[str, ...], str]] = set()
+        ranked = sorted(self.found, key=lambda f: -f.worth)
+        best, plain = ranked[0], ranked[0].worth
+        for one in ranked:
+            kind = (tuple(s.label for s in one.pattern.signals), one.pattern.kind)
+            least = max(0.0, plain - ODDS)
+            if len(done) == most or self._could(one, NARROWER) < least:
+                break
+            if kind in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
+                continue
+            done.add(kind)
+            closest = self._closest(one)
+            plain = max(plain, closest.worth)
+            best = max(best, closest, key=lambda f: f.worth)
+            known = len(self.found)
+            more = [self._closest(other) for other in self._switched(closest, max(0.0, best.worth))]
+            best = max(best, *more, key=lambda f: f.worth) if more else best
+            if not any(other.worth > closest.worth for other in more):
+                del self.found[known:]
+        if best.fall < NEARLY * above(self.linear):
+            signals = [s for s in best.pattern.signals if len(np.unique(s.values)) > FEW]
+            best = max([best, *(self._several(best.where, s) for s in signals)], key=lambda f: f.worth)
+        # A pattern is no more at home in what moves every direction in its own way.
+        for where in self.screened:
+            if self.every.sensible(best.pattern, where):
+                self.add(where, best.pattern)
+
+    def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
+        """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
+        seen = self._seen(one.where)
+        most = min(times * one.fall, 0.99 * seen.linear.square)
+        price = tries * odds(one.pattern, self.every.kinds)
+        return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
+
+    def _closest(self, one: Found) -> Found:
+        best = one
+        while near := sharper(one.pattern):
+            one = self._best(one.where, _values(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
+            best = max(best, one, key=lambda f: f.worth)
+        return best
+
+    def _several(self, where: str, signal: Signal) -> Found:
+        """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
+        coarse = abrupt(signal)
+        # More than a pair of a joint's own angle is the free function that the library has.
+        most = 2 if (where,) == tuple(f"joint {name[1:]}" for name in signal.names) else SIDE_BY_SIDE
+        some = [coarse[k] for k in self._seen(where).pair(self.problem.whiten(spread(self.moves[where], _all(coarse))))]
+        found: list[Found] = []
+        while True:
+            for _ in range(TURNS * len(some)):
+                some = [*some[1:], self._beside(where, some[1:], [some[0], *sharper(some[0])])]
+            tries = (CLOSER * len(coarse)) ** len(some) / factorial(len(some))
+            found.append(self._wide(where, side_by_side(some, tries)))
+            best = max(found, key=lambda f: f.worth)
+            if best is not found[-1] or best.fall > NEARLY * above(self.linear) or len(some) == most:
+                return best
+            some.append(self._beside(where, some, coarse))
+
+    def _beside(self, where: str, taken: Sequence[Pattern], some: list[Pattern]) -> Pattern:
+        """The one of some that takes most off what others leave."""
+        seen = self._seen(where)
+        others = self.problem.whiten(spread(self.moves[where], _all(taken)))
+        return some[int(np.argmax(Place(self.problem, seen.linear.extended(others), seen.place).falls(_values(some))))]
+
+    def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
+        """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
+        tries = times * pattern.tries
+        price = times * odds(pattern, self.every.kinds)
+        return price, lambda k: replace(made(k), kind=pattern.kind, tries=tries)
+
+    def _switched(self, one: Found, least: float) -> list[Found]:
+        """The pattern, or a factor of it, where another channel switches it on: at the price of all switches.
+
+        None where that cannot be worth so much.
+        """
+        count = len(self.every.switches)
+        if not count or one.pattern.kind == "field" or one.pattern.wide or self._could(one, SWITCHED, count) < least:
+            return []
+        values, which = grown(one.pattern, self.every)
+        if not which:
+            return []
+
+        def switch(k: int) -> Pattern:
+            factor, at = which[k]
+            gate, side, _ = self.every.switches[at]
+            return replace(switched(factor, gate, side), where=one.pattern.where)
+
+        made = self._made(one.pattern, len(which), switch)
+        found = self._best(one.where, values, *made, 1)
+        # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
+        return [f for f in found if f.worth > one.worth - ODDS and self.every.sensible(f.pattern, f.where)]
+
+
+def above(linear: Linear) -> float:
+    """What is left above the noise, of the whitened sum of squares."""
+    return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
+
+
+def _all(some: Sequence[Pattern]) -> Array:
+    return np.array([p.values for p in some]).T
+
+
+def _values(some: Sequence[Pattern]) -> Single:
+    return np.array([p.values for p in some], dtype=np.float32).T
+
+
+def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
+    """Nu log(S / (S - fall)) - m log(nu) - 2 log(tried) for many patterns, less the odds of having no name."""
+    after = np.maximum(before - np.asarray(fall), 1e-12 * before)
+    if freedom - count < 1:
+        return np.full(np.shape(fall), -np.inf)
+    return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)

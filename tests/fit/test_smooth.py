@@ -1,0 +1,124 @@
+"""How fine a free function is: chosen on rows that the fit has not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from postproc.effects.joint_error_map import JointErrorMap
+from postproc.fit.fit import fit_model
+from postproc.fit.linear import Linear, basis_of
+from postproc.fit.smooth import likeliest
+from postproc.fit.solve import Terms
+from tests.identify.cells import base_fit, cell, true_error
+from tests.independent.cells import Hidden
+
+
+def broadband(g: np.random.Generator, arm: object) -> Hidden:
+    """Every joint has its own errors of orders 1 to 40, 200 microradians in all."""
+    k = np.arange(1, 41)
+    size = 2e-4 / np.sqrt(k * np.sum(1 / k))
+    phase = g.uniform(0, 2 * np.pi, (6, len(k)))
+    return Hidden(
+        "broadband",
+        "joint_error_map",
+        channels=(),
+        joint=lambda s, tau: np.sum(np.sqrt(2) * size * np.sin(k * s.q[:, :, None] + phase), axis=2),
+    )
+
+
+def few(g: np.random.Generator, arm: object) -> Hidden:
+    """Every joint has three smooth waves."""
+    k = np.arange(1, 4)
+    size = g.normal(0, 1e-4, (2, 6, len(k)))
+    return Hidden(
+        "few",
+        "joint_error_map",
+        channels=(),
+        joint=lambda s, tau: np.sum(
+            size[0] * np.sin(k * s.q[:, :, None]) + size[1] * np.cos(k * s.q[:, :, None]), axis=2
+        ),
+    )
+
+
+def everywhere(order: int) -> JointErrorMap:
+    return JointErrorMap(joint=(1, 2, 3, 4, 5, 6), order=order)
+
+
+def held_at(base, order: int, true) -> float:
+    """True error of a map of a stated order, with the strength that suits it."""
+
+    class Stated(JointErrorMap, key="joint_error_map"):
+        def resolutions(self, state):
+            return ((self,),)
+
+    return true_error(fit_model(base.model, base.data, [Stated(joint=(1, 2, 3, 4, 5, 6), order=order)]), true)
+
+
+@pytest.mark.parametrize("poses", [150, 300])
+def test_broadband_errors_get_more_coefficients_than_rows_could_determine(poses):
+    data, true = cell(broadband, seed=951, poses=poses, noise=0.02)
+    base = base_fit(data)
+    fit = fit_model(base.model, data, [everywhere(8)])
+    found = fit.model.effect("joint_error_map")
+    assert found.order >= 25
+    assert 12 * found.order > poses
+    assert true_error(fit, true) < 0.8 * held_at(base, 8, true)
+
+
+def test_smooth_errors_get_few():
+    data, true = cell(few, seed=952, poses=150, noise=0.02)
+    fit = fit_model(base_fit(data).model, data, [everywhere(25)])
+    assert fit.model.effect("joint_error_map").order <= 8
+    assert true_error(fit, true) < 0.015e-3
+
+
+def test_a_map_on_three_joints_is_tried_on_all_that_move():
+    data, _ = cell(broadband, seed=951, poses=150, noise=0.02)
+    wide = JointErrorMap(joint=(1, 2, 3), order=8).resolutions(data.state)
+    assert {e.joint for forms in wide for e in forms} == {(1, 2, 3), (1, 2, 3, 4, 5, 6)}
+    narrow = JointErrorMap(joint=(2,), order=8).resolutions(data.state)
+    assert {e.joint for forms in narrow for e in forms} == {(2,)}
+    assert max(e.order for forms in narrow for e in forms) <= 25
+
+
+def test_a_model_with_more_coefficients_than_numbers_is_fitted_again_on_its_own_data():
+    data, true = cell(broadband, seed=5, noise=0.02, poses=60)
+    more = everywhere(25)
+    assert len(more.vector()) > 3 * len(data)
+    fit = fit_model(base_fit(data).model, data, [more], terms=Terms(strength={"joint_error_map": 1.0}))
+    assert fit.freedom > 0 and true_error(fit, true) < true_error(base_fit(data), true)
+
+
+def test_a_free_function_beside_an_effect_of_which_nothing_is_fitted():
+    data, _ = cell(seed=731, poses=60)
+    base = base_fit(data)
+    none = {**base.free, "joint_compliance": np.zeros(6, dtype=bool)}
+    fit = fit_model(base.model, data, [JointErrorMap(joint=(2,), order=8)], terms=Terms(none))
+    assert not any(key == "joint_compliance" for key, _ in fit.parameters)
+
+
+def test_the_chosen_strength_is_the_likeliest():
+    """Against the density of M y itself: y in coordinates that the fitted parameters cannot reach, one Gaussian."""
+    data, _ = cell(few, seed=953, poses=60, noise=0.02)
+    fit = base_fit(data)
+    q = data.state.q
+    form = JointErrorMap(joint=(2, 3), order=4, fall=2.0)
+    null = np.linalg.svd(fit.columns)[0][:, fit.columns.shape[1] :]
+    y = null.T @ fit.problem.residual
+    waves = np.array([f(k * q[:, j]) for f in (np.sin, np.cos) for j in (1, 2) for k in range(1, 5)])
+    size = np.tile(1e-4 / np.arange(1, 5.0), 4)
+    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:3])
+    Z = null.T @ np.stack(
+        [J[:, i // 4 % 2] * np.repeat(wave, 3) * s for i, (wave, s) in enumerate(zip(waves, size, strict=True))], axis=1
+    )
+
+    def likelihood(strength: float) -> float:
+        K = np.eye(len(y)) + Z @ Z.T / strength**2
+        return -0.5 * (len(y) * np.log(y @ np.linalg.solve(K, y)) + np.linalg.slogdet(K)[1])
+
+    known = Linear(fit.problem.residual, basis_of(fit.columns, fit.penalty), fit.problem.row)
+    found = likeliest(known, fit.problem, form)
+    best = max(np.geomspace(1e-3, 1e3, 601), key=likelihood)
+    assert found.strength == pytest.approx(best, rel=0.07)
+    assert found.likelihood == pytest.approx(likelihood(found.strength), abs=1e-3)

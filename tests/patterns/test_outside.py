@@ -1,0 +1,161 @@
+"""What no library has: no named effect stands beside it, and its joint or body and its channel are told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from postproc.identify.diagnose import diagnose
+from postproc.patterns.formula import sharper
+from postproc.patterns.shapes import of_channel
+from postproc.patterns.signals import channel_signal
+from postproc.patterns.suspects import Suspect, by_channel
+from tests.identify.cells import base_fit, cell
+from tests.independent import library_effects as library
+from tests.independent.cells import Hidden, column
+
+
+def marked_encoder(g, arm) -> Hidden:
+    """Interpolation of an encoder: a saw tooth on each of ten marks a turn."""
+    return Hidden(
+        "marked_encoder",
+        "unknown",
+        channels=("q4",),
+        joint=lambda s, tau: column(3, 3e-4 * (np.mod(10 * s.q[:, 3] / (2 * np.pi) + 0.3, 1.0) - 0.5)),
+    )
+
+
+def gap_when_cold(g, arm) -> Hidden:
+    """Lost motion of joint 2 that closes when the gear is warm."""
+    return Hidden(
+        "gap_when_cold",
+        "unknown",
+        channels=("dir2", "temperature"),
+        joint=lambda s, tau: column(1, -1.5e-4 * s.approach[:, 1] * (s.temperature < np.median(s.temperature))),
+    )
+
+
+def worn_sector(g, arm) -> Hidden:
+    """Lost motion of joint 3, but only where its gear is worn."""
+    return Hidden(
+        "worn_sector",
+        "unknown",
+        channels=("dir3", "q3"),
+        joint=lambda s, tau: column(2, -2e-4 * s.approach[:, 2] * ((s.q[:, 2] > -0.7) & (s.q[:, 2] < 0.2))),
+    )
+
+
+def square_wave(g, arm) -> Hidden:
+    """Joint 3 jumps to and fro four times a turn."""
+    return Hidden(
+        "square_wave",
+        "unknown",
+        channels=("q3",),
+        joint=lambda s, tau: column(2, 1e-4 * np.sign(np.sin(4 * s.q[:, 2]))),
+    )
+
+
+def loose_casting(g, arm) -> Hidden:
+    """The forearm's housing gives way sideways where joint 3 passes -10 deg."""
+
+    def body(s, frames, wrench):
+        xi = np.zeros((len(s), 7, 6))
+        xi[:, 3, 3:] = np.outer(s.q[:, 2] > np.radians(-10.0), [1e-4, 0.0, 2e-4])
+        return xi
+
+    return Hidden("loose_casting", "unknown", channels=("q3",), body=body)
+
+
+@pytest.mark.parametrize(
+    ("kind", "channels", "where"),
+    [
+        (marked_encoder, {"q4"}, "joint 4"),
+        (gap_when_cold, {"dir2", "temperature"}, "joint 2"),
+        (loose_casting, {"q3"}, "body 3"),
+        (worn_sector, {"dir3", "q3"}, "joint 3"),
+    ],
+)
+def test_a_name_that_explains_half_of_it_does_not_stand_beside_a_pattern(kind, channels, where):
+    data, _ = cell(kind, seed=431, noise=0.02, poses=90)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown" and found.missing == ()
+    assert found.suspects[0].channel in channels and found.suspects[0].where == where
+
+
+def test_a_name_stays_beside_a_pattern_of_another_channel():
+    data, _ = cell(library.thermal_joint_drift, square_wave, seed=431, noise=0.02, poses=90)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown" and [m.candidate.key for m in found.missing] == ["thermal_joint_drift"]
+    assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
+
+
+def test_one_bad_reading_is_no_law():
+    """A row 15 standard deviations off is named as a row; nothing is said to step, bend or be loose for its sake."""
+    data, _ = cell(seed=432, noise=0.03, poses=70)
+    position = data.position.copy()
+    position[11] += np.array([0.3e-3, -0.25e-3, 0.25e-3])
+    found = diagnose(base_fit(data).model, replace(data, position=position))
+    assert (found.verdict, found.suspects) == ("complete", ())
+    assert any(d.code in ("DAT013", "DAT025") and "row 12 " in d.message for d in found.diagnostics)
+
+
+def test_a_place_that_explains_as_much_is_told_too():
+    """A shift of the tool across its axis and a turn of joint 6 are the same for positions alone."""
+    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
+    at = [("joint 6", 90.0), ("joint 6", 80.0), ("tool", 78.0), ("base", 30.0)]
+    ranked = [Suspect("dir1", where, "proportional", 0.9, worth, worth, nothing, way) for where, worth in at]
+    assert [s.where for s in by_channel(ranked)] == ["joint 6", "tool"]
+
+
+def test_a_second_structure_comes_before_other_dresses_of_the_first():
+    nothing = np.zeros((1, 3, 1))
+
+    def suspect(channel, worth, way, *channels):
+        text, every = "proportional", channels or (channel,)
+        return Suspect(channel, "joint 2", text, worth / 100, worth, worth, nothing, way, every)
+
+    first, dress, second = np.ones(1), np.zeros(1), np.full(1, 2.0)
+    ranked = [suspect("load2", 70.0, first), suspect("time", 50.0, dress), suspect("x", 45.0, dress)]
+    shown = by_channel([*ranked, suspect("z", 35.0, dress)], [suspect("q5", 20.0, second, "q5", "q6")])
+    assert [s.channel for s in shown] == ["load2", "q5", "time", "x"]
+    assert shown[1].share == pytest.approx(0.2)
+    more = Suspect("q1", "joint 2", "wave", 0.6, 60.0, 60.0, nothing, dress, ("load2", "q1"))
+    assert "q1" not in {s.channel for s in by_channel([ranked[0], more])}
+
+
+def best(patterns, truth):
+    return max(patterns, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "first"),
+    [
+        (lambda q: 1.0 * ((q > 0.02) & (q < 1.11)), "only"),
+        (lambda q: np.exp(-0.5 * ((q + 0.4) / 0.07) ** 2), "bump"),
+        (lambda q: np.maximum(-0.6 - q, 0.0), "growing"),
+    ],
+)
+def test_shapes_are_met_after_sharpening_twice(law, first):
+    q = np.random.default_rng(5).uniform(-1.5, 1.6, 240)
+    truth = law(q)
+    shape = best(of_channel(channel_signal("q1", q)), truth)
+    for _ in range(2):
+        shape = best([shape, *sharper(shape)], truth)
+    assert shape.text.split(" ")[0] == first
+    assert abs(np.corrcoef(shape.values, truth)[0, 1]) > 0.98
+
+
+def test_a_threshold_of_speed_is_one_of_its_size():
+    v = np.random.default_rng(6).normal(0.0, 0.6, 200)
+    found = best(of_channel(channel_signal("v4", v)), (np.abs(v) > 0.5).astype(float))
+    assert found.text.startswith("step near 2") and found.text.endswith("of |v4|")
+
+
+def test_two_named_effects_are_not_traded_for_patterns():
+    """Both leave structure of one joint each without the other: what is independent is counted where nothing is left."""
+    data, _ = cell(library.backlash, library.arm_load, seed=77, noise=0.03, poses=80)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "missing"
+    assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}

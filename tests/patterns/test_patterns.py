@@ -1,0 +1,362 @@
+"""Free patterns: what no library has is called unknown, at the right place, and no named effect stands in for it."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from postproc.effects.contract import State
+from postproc.identify.diagnose import diagnose
+from postproc.model.sensitivity import BODY
+from postproc.patterns.cycles import waves
+from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.patterns import PLACES, Patterns, grown, odds, patterns, switched
+from postproc.patterns.shapes import breaks
+from postproc.patterns.signals import Signal, channel_signal
+from postproc.patterns.suspects import by_channel, find_suspects, places
+from tests.identify.cells import base_fit, cell
+from tests.independent import unknown_effects as kinds
+
+
+@pytest.mark.parametrize(
+    ("kind", "channels", "where"),
+    [
+        (kinds.refraction, {"x", "y"}, "instrument"),
+        (kinds.floor_sway, {"time"}, "instrument"),
+        (kinds.elbow_wave, {"q2", "q3"}, "joint 2"),
+        (kinds.encoder, {"azimuth"}, "instrument, azimuth"),
+    ],
+)
+def test_what_no_library_has_is_unknown_with_its_channel_and_place(kind, channels, where):
+    data, _ = cell(kind, seed=311, noise=0.02, poses=70)
+    found = diagnose(base_fit(data).model, data)
+    assert found.verdict == "unknown" and not found.missing
+    assert found.suspects[0].channel in channels and found.suspects[0].where == where
+
+
+def state(q):
+    T = np.tile(np.eye(4), (len(q), 7, 1, 1))
+    return State(q=q, T_flange_tcp=np.eye(4), T_base_body=T)
+
+
+def test_no_step_where_nothing_was_measured():
+    side = np.where(np.arange(200) % 2, 1.0, -1.0)
+    q5 = side * np.linspace(0.3, 1.8, 200)
+    steps = [
+        p for p in patterns({"q5": q5}, state(np.zeros((200, 6))), np.zeros((200, 3))).every if p.form == "step near {}"
+    ]
+    assert len(steps) > 10
+    for step in [*steps, *(p for p in sharper(steps[0]) if p.form == "step near {}")]:
+        split = (q5[step.values > 0].min(), q5[step.values == 0].max())
+        assert split[0] - split[1] < 0.2
+
+
+def test_a_sway_is_found_at_its_own_period_and_phase():
+    time = np.linspace(0.0, 7200.0, 150)
+    truth = np.sin(2 * np.pi * time / 1630.0 + 0.9)
+    coarse = [
+        p
+        for p in patterns({"time": time}, state(np.zeros((150, 6))), np.zeros((150, 3))).every
+        if p.text.startswith("swaying")
+    ]
+
+    fine = best(sharper(best(coarse, truth)), truth)
+    assert abs(np.corrcoef(fine.values, truth)[0, 1]) > 0.9
+    assert 1500 < float(fine.text.split()[5]) < 1760
+
+
+def plain(name, values, kind):
+    return Pattern((Signal((name,), values, "", name, name),), kind, lambda x: x, kind)
+
+
+def best(some, truth):
+    return max(some, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
+
+
+def closest(pattern, truth):
+    found = [pattern]
+    while pattern.finer is not None:
+        pattern = best(sharper(pattern), truth)
+        found.append(pattern)
+    return best(found, truth)
+
+
+def of_two(**channels):
+    n = len(next(iter(channels.values())))
+    return patterns(channels, state(np.zeros((n, 6))), np.zeros((n, 3)))
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q, d, t: d * ((q > -0.3) & (q < 0.9)), "dir5 only where q5 is between -1"),
+        (lambda q, d, t: d * (np.abs(q - 0.3) > 0.6), "dir5 only where q5 is not between -1"),
+        (lambda q, d, t: d * (t > 24.0), "dir5 only where temperature is above 2"),
+        (lambda q, d, t: d * np.sign(t - 22.5), "dir5 the other way where temperature is above 2"),
+    ],
+)
+def test_what_another_channel_switches_is_told_with_its_edge(law, said):
+    """A pattern that tells half of it leads to where it acts."""
+    g = np.random.default_rng(8)
+    q5, dir5, temperature = g.uniform(-1.6, 1.7, 240), g.choice([-1.0, 1.0], 240), g.uniform(20.0, 28.0, 240)
+    truth = law(q5, dir5, temperature)
+    every = of_two(q5=q5, dir5=dir5, temperature=temperature)
+    one = closest(best(every.every, truth), truth)
+    values, which = grown(one, every)
+    gates = [switched(factor, *every.switches[k][:2]) for factor, k in which]
+    for gate, column in zip(gates[::40], values.T[::40], strict=True):
+        assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-9
+    found = best([one, closest(best(gates, truth), truth)], truth)
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.95
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q: np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
+        (lambda q: np.sign(q) * np.maximum(np.abs(q) - 1.0, 0), "growing above 5"),
+        (lambda q: np.tanh(3 * (q - 0.4)), "rising about 2"),
+        (lambda q: np.maximum(q - 0.7, 0) ** 2, "growing above 39"),
+        (lambda q: np.exp(-0.5 * ((q - 0.9) / 0.15) ** 2), "bump near 51"),
+    ],
+)
+def test_stops_on_both_sides_and_what_levels_off(law, said):
+    q = np.random.default_rng(12).uniform(-2.0, 2.1, 220)
+    found = closest(best(of_two(q5=q).every, law(q)), law(q))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.997
+
+
+def test_a_column_of_the_table_may_come_again():
+    rail = np.random.default_rng(15).uniform(0.0, 5.0, 150)
+    truth = np.sin(2 * np.pi * rail / 1.3 + 0.5)
+    found = closest(best(of_two(rail_m=rail).every, truth), truth)
+    assert found.text.startswith("wave with a period of ") and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
+    assert float(found.text.split()[5].rstrip(",")) == pytest.approx(1.3, rel=0.02)
+
+
+def test_a_column_of_words_has_a_value_for_each_of_them():
+    word = np.arange(60) % 3
+    every = of_two(**{f"smr={w}": (word == k).astype(float) for k, w in enumerate("abc")}).every
+    assert {p.text for p in every if p.channels == ("smr",)} == {
+        "where smr is a", "where smr is b", "where smr is c", "another value at each of a, b and c",
+    }  # fmt: skip
+    truth = np.array([0.3, -1.0, 2.0])[word]
+    [each] = (p for p in every if p.wide)
+    inside = np.column_stack([np.ones(60), each.values])
+    assert inside @ np.linalg.lstsq(inside, truth, rcond=None)[0] == pytest.approx(truth)
+    some = of_two(**{f"smr={w}": (word == k).astype(float) for k, w in enumerate("ab")}).every
+    assert "where smr is empty" in {p.text for p in some}
+    # Of two words, one tells all.
+    assert len([p for p in of_two(**{"on=yes": word == 0, "on=no": word > 0}).every if p.channels == ("on",)]) == 1
+
+
+def test_what_rose_since_the_row_before_is_told_of_every_channel():
+    warm = np.random.default_rng(16).uniform(20.0, 30.0, 90)
+    truth = np.sign(np.diff(warm, prepend=warm[0]))
+    found = best(of_two(q1=np.linspace(-1, 1, 90), temperature=warm).every, truth)
+    assert found.text == "whether it rose or fell since the row before" and found.channels == ("temperature",)
+
+
+def test_an_instrument_turns_about_its_own_origin():
+    data, _ = cell(kinds.elbow_wave, seed=311, noise=0.02, poses=40)
+    problem = base_fit(data).problem
+    seen = data.position - problem.error[:, :3]
+    for k, axis in enumerate(np.eye(3)):
+        assert places(problem)["instrument, turned"][:, :3, k] == pytest.approx(np.cross(axis, seen), abs=5e-3)
+
+
+def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
+    """The instrument sinks with the heaviest payload: nothing bends in every direction."""
+    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
+    fit = base_fit(data)
+    heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
+    sunk = places(fit.problem)["instrument"] @ [0.0, 0.0, 1e-4]
+    y = fit.problem.whiten((sunk * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")]))
+    assert found[0].where == "instrument" and found[0].evidence > 0
+    assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
+
+
+def test_an_instrument_feels_no_load():
+    every = of_two(load3=np.linspace(-1, 1, 90), temperature=np.cos(np.linspace(0, 9, 90)))
+    load = next(p for p in every.every if p.channels == ("load3",))
+    warm = next(p for p in every.every if p.channels == ("temperature",))
+    ways = [every.sensible(p, where) for p in (load, warm) for where in ("joint 2", "instrument, scale")]
+    assert ways == [True, False, True, True]
+    assert {p.channels for p in every.apart.some} == {("temperature",)}
+
+
+def test_two_slips_are_two_steps():
+    """One of them alone tells less than a straight line does."""
+    data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
+    fit = base_fit(data)
+    time, row = np.linspace(0.0, 7200.0, len(data)), fit.problem.row
+    slipped = 1.0 * (time > 2100) + 1.0 * (time > 5200)
+    moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * slipped[row]
+    y = moved + np.random.default_rng(1).normal(size=len(row))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
+    assert (found[0].channel, found[0].where) == ("time", "joint 4")
+    places = [float(x) for x in re.findall(r"step near (\d+)", found[0].pattern)]
+    assert places == pytest.approx([2100, 5200], abs=60)
+    assert (found[0].share > 0.97 and found[0].evidence > 2 * found[1].evidence) or found[1].where != "joint 4"
+
+
+def test_what_the_arm_did_before_is_told():
+    """Rows that are repeated keep the row before the first of them."""
+    g = np.random.default_rng(13)
+    q6 = np.repeat(g.uniform(-2.6, 2.6, 120), 2)
+    before = np.repeat(np.concatenate([q6[:1], q6[:-2:2]]), 2)
+    wave = closest(best(of_two(q6=q6).every, np.sin(2 * before)), np.sin(2 * before))
+    assert wave.text.startswith("wave 2 times a turn of q6 in the row before") and wave.kind == "before"
+    rose = best(of_two(q6=q6).every, np.sign(q6 - before))
+    assert rose.text == "whether it rose or fell since the row before"
+
+
+def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
+    g = np.random.default_rng(14)
+    turned = Rotation.random(150, random_state=3).as_matrix()
+    T = np.tile(np.eye(4), (150, 7, 1, 1))
+    T[:, 6, :3, :3] = turned
+    at = State(q=g.uniform(-1, 1, (150, 6)), T_flange_tcp=np.eye(4), T_base_body=T)
+    truth = 1.0 * (turned[:, 2, 1] * -9.80665 > 2.0)  # gravity along y of the flange
+    every = patterns({}, at, np.zeros((150, 3)))
+    found = closest(best(every.only("tool").some, truth), truth)
+    assert found.text.startswith("step near ") and found.text.endswith("m/s^2 of gravity along y of the tool")
+    assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda q: np.sin(5 * q + 0.4), "wave 5 times"),
+        (lambda q: np.sin(31 * q + 0.4), "wave 31 times"),
+        (lambda q: np.maximum(np.sin(7 * q + 2), 0), "halved wave 7"),
+        (lambda q: np.abs(np.sin(2 * q)), "folded wave 4"),
+        (lambda q: np.sign(np.sin(4 * q + 0.5)), "pulses 4"),
+        (lambda q: 1.0 * (np.mod(5 * q / (2 * np.pi) - 0.2, 1) < 0.22), "pulses 5"),
+        (lambda q: np.mod(10 * q / (2 * np.pi) + 0.3, 1.0), "saw tooth 10"),
+        (lambda q: np.abs(np.mod(12.7 * q / (2 * np.pi) + 0.3, 1.0) - 0.5), "triangular wave 12.7"),
+    ],
+)
+def test_what_comes_again_is_told_with_its_period(law, said):
+    q = np.random.default_rng(9).uniform(-2.6, 2.7, 260)
+    found = closest(best(of_two(q4=q).every, law(q)), law(q))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.96
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda x: np.exp(-x / 400), "settling within 4"),
+        (lambda x: np.sqrt(x), "growing with the root of picks"),
+        (lambda x: 1.0 * (np.abs(x - 700) < 25), "only between "),
+        (lambda x: np.exp(-0.5 * ((x - 700) / 30) ** 2), "bump near "),
+    ],
+)
+def test_what_a_column_of_the_table_does_is_told(law, said):
+    picks = np.random.default_rng(19).uniform(0, 3000, 200)
+    found = closest(best(of_two(picks=picks).every, law(picks)), law(picks))
+    assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(picks))[0, 1]) > 0.99
+
+
+def test_what_only_a_few_rows_show_is_no_switch():
+    q = np.linspace(-1, 1, 100)
+    every = of_two(dir1=np.sign(np.cos(40 * q)), q2=q)
+    side = next(p for p in every.every if p.kind == "line" and p.channels == ("dir1",))
+    finer = [p for gate, way, _ in every.switches[::7] for p in sharper(switched(side, gate, way))]
+    assert len(finer) > 100
+    changed = [np.count_nonzero(np.abs(p.values - side.values) > 0.5) for p in finer]
+    assert min(changed) >= 6
+
+
+def test_pulses_are_told_by_the_ends_of_one():
+    q = np.random.default_rng(10).uniform(-1.5, 1.5, 400)
+    truth = 1.0 * (np.mod(q - 0.31, 0.9) < 0.25)
+    low, high = closest(best(of_two(q2=q).every, truth), truth).at
+    assert np.mod(low[0] - 0.31 + 0.1, 0.9) - 0.1 == pytest.approx(0.0, abs=0.02)
+    assert high[1] - low[0] == pytest.approx(0.25, abs=0.03)
+
+
+def test_an_edge_is_told_as_closely_as_the_rows_lie():
+    """No closer than the rows on both sides of it, and those edges that do as well."""
+    q = np.radians([-40.0, -20.0, -15.0, 15.0, 19.0, 45.0, 50.0])
+    steps = [p for p in breaks(channel_signal("q1", np.linspace(-1, 1, 300))) if p.kind == "step"]
+    assert steps[3].told().startswith("step near -") and " ± " in steps[3].told()
+    edge = replace(steps[0], at=((q[3], q[4]),))
+    assert edge.told() == "step near 17.0 ± 2.0 deg"
+    assert edge.told([replace(edge, at=((q[4], q[5]),))]) == "step near 30 ± 15 deg"
+    assert replace(edge, at=((q[2], q[3]),)).told() == "step near 0 ± 15 deg"
+
+
+def test_a_kind_of_which_there_are_few_is_cheap():
+    """Every kind is as likely, and in it every one of its kind: the odds of all patterns together are one."""
+    every = of_two(q1=np.linspace(-1, 1, 90), load1=np.cos(np.linspace(0, 9, 90)))
+    at = {None: PLACES, "joint": 6}
+    each = [odds(p, every.kinds) for p in every.every]
+    assert sum(at.get(p.where, 1) / o for p, o in zip(every.every, each, strict=True)) == pytest.approx(1.0)
+    line = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "line")
+    product = next(o for p, o in zip(every.every, each, strict=True) if p.kind == "swelling wave")
+    assert product > 5 * line
+
+
+def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
+    data, _ = cell(kinds.elbow_wave, seed=311, noise=0.02, poses=40)
+    fit = base_fit(data)
+    side = np.where(np.arange(len(data)) % 2 == 0, 1.0, -1.0)
+    turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 3e-4 * side[fit.problem.row]
+    y = turned + np.random.default_rng(1).normal(size=len(turned))
+    still = replace(plain("q2", side, "side"), finer=list)
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([still]))
+    assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
+
+
+def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere():
+    """The end of body 4 sits elsewhere by the side of a load, and by as much everywhere: the constant tells nothing."""
+    data, _ = cell(kinds.elbow_wave, seed=312, noise=0.02, poses=60)
+    fit = base_fit(data)
+    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, BODY + 24 : BODY + 27])
+    side = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0)
+    row = fit.problem.row
+    y = (
+        J @ [3e-4, -2e-4, 2e-4]
+        + (J * side[row, None]) @ [4e-4, 3e-4, -3e-4]
+        + np.random.default_rng(1).normal(size=len(row))
+    )
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")]))
+    assert found[0].where == "body 4, shifted"
+    after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
+    assert after.square < 1.3 * len(y)
+
+
+def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
+    """A hall that warms up all the time: temperature or time, this data cannot say."""
+    data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
+    fit = base_fit(data)
+    time, row = np.linspace(0.0, 7200.0, len(data)), fit.problem.row
+    warm, other = 20.0 + np.sqrt(time), np.random.default_rng(2).normal(size=len(data))
+    turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * ((warm - 20.0) / 50.0)[row]
+    y = turned + np.random.default_rng(1).normal(size=len(row))
+    lines = [plain(n, v, "line") for n, v in (("temperature", warm), ("time", time), ("x", other))]
+    shown = by_channel(find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns(lines)))
+    assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
+    assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}
+
+
+def test_pulses_are_on_between_the_edges_that_they_name():
+    angle = np.linspace(-3.0, 3.0, 500)
+    wave = next(iter(waves(channel_signal("q2", angle), [5.0])))
+    pulses = [p for k in sharper(wave) for p in sharper(k) if p.form.startswith("pulses 5 times")]
+    assert len(pulses) > 100
+    for pulse in pulses[::9]:
+        (on, _), (off, _) = pulse.at
+        inside = np.mod(angle - on, 2 * np.pi / 5) < off - on
+        assert np.mean((pulse.values > 0.5) == inside) > 0.99
+
+
+def test_friction_grows_with_the_size_of_the_load_and_turns_with_the_side():
+    side, load = np.tile([1.0, -1.0, 1.0], 20), np.linspace(-400.0, 300.0, 60)
+    found = {p.form: p.values for p in of_two(dir3=side, load3=load).every}
+    values = found["side of dir3 times size of load3"]
+    assert np.corrcoef(values, side * np.abs(load))[0, 1] > 0.999
