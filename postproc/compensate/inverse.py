@@ -13,7 +13,6 @@ from postproc.model.chain import deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, tcp
 from postproc.model.equilibrium import active_bodies, carries_load, unsettled
 from postproc.model.loads import loaded_state
-from postproc.model.states import take
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
 from postproc.robot.pose import invert, pose_error
@@ -60,7 +59,7 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     state = state.with_(robot=model.robot, gravity=model.gravity)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
-    done = [_command(model, take(state, b), desired[b], tolerance) for b in _batches(len(state))]
+    done = [_command(model, state.rows(b), desired[b], tolerance) for b in _batches(len(state))]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
     return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
 
@@ -74,7 +73,7 @@ def _command(model: Model, state: State, desired: Array, tolerance: float) -> tu
     q, residual = _sweeps(model, state, desired, tolerance, PATIENCE)
     slow = np.flatnonzero(residual > tolerance)
     if len(slow):
-        q[slow], residual[slow] = _sweeps(model, take(state, slow), desired[slow], tolerance, SWEEPS)
+        q[slow], residual[slow] = _sweeps(model, state.rows(slow), desired[slow], tolerance, SWEEPS)
     return q, residual
 
 

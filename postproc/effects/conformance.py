@@ -6,7 +6,6 @@ An effect is tried on the arm and the states of `example_state`, with only the c
 from __future__ import annotations
 
 import pickle
-import re
 from collections.abc import Iterator
 from dataclasses import fields, replace
 
@@ -14,23 +13,19 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
-from postproc.effects.base import FILLED_BY_MODEL, Effect, State, Variant
+from postproc.effects.base import Effect, State, Variant
+from postproc.effects.declaration import declaration, own_channels
 from postproc.effects.example import example_state
 from postproc.effects.findings import describe, finding
-from postproc.effects.parameters import unit_suffix
-from postproc.effects.trial import Failure, contribution, displaced, locked, raised, rows_of, sensitivity
+from postproc.effects.trial import Failure, contribution, displaced, locked, raised, sensitivity
 
 ROWS = 240
 MOST_VARIANTS = 12
-CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
-KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load"))
-TABLE = r"(?:[qva]|dir)[1-6](?:_deg\w*)?|payload_\w+|temperature_c|time_s"
-"""Columns of a table that a state holds under other names."""
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     """Everything wrong with an effect; an empty list means that every command can use it."""
-    found = list(_declaration(cls))
+    found = list(declaration(cls))
     if has_errors(found):
         return found
     state = _declared_channels(cls, example_state(ROWS))
@@ -46,44 +41,10 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     return found
 
 
-def _declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
-    if not cls.title:
-        help = "say what it is, its equation, its source and its usual size"
-        yield finding("EFF006", f"`{cls.__name__}` has no docstring", cls, help=help)
-    for name, meta in cls.parameters().items():
-        if not meta.unit:
-            help = f'write `{name}: ... = param(unit="rad", ...)`, or unit="1" for a pure number'
-            yield finding("EFF002", f"the parameter `{name}` of `{cls.key}` has no unit", cls, member=name, help=help)
-        elif not name.endswith(unit_suffix(meta.unit)):
-            help = f"rename it to `{name}{unit_suffix(meta.unit)}`"
-            message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
-            yield finding("EFF017", message, cls, member=name, help=help, warn=True)
-        low, high, null = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null))
-        if np.any(low > null) or np.any(null > high) or not np.all(np.asarray(meta.typical) > 0.0):
-            message = (
-                f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
-            )
-            yield finding("EFF016", message, cls, member=name, help="write low <= null <= high and typical > 0")
-        elif meta.amplitude and np.any(np.asarray(meta.typical) > np.maximum(high - null, null - low)):
-            message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
-            yield finding("EFF016", message, cls, member=name, help="say how large it usually is: typical=1e-4")
-    for name in _own_channels(cls):
-        if name.lower() in KNOWN or re.fullmatch(TABLE, name.lower()):
-            message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
-            help = (
-                f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'
-            )
-            yield finding("EFF016", message, cls, help=help)
-    if not cls.parameters():
-        yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
-    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
-        yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help="write one of the two")
-
-
 def _declared_channels(cls: type[Effect], state: State) -> State:
     """The state with nothing but q and what the effect reads, all arrays locked."""
     along = np.arccos(np.linspace(-1.0, 1.0, ROWS))
-    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(_own_channels(cls))}
+    extra = {name: np.cos((k + 1) * along) for k, name in enumerate(own_channels(cls))}
     keep = {
         "payload": ("payload_mass", "payload_center"),
         "load": ("joint_load", "body_load"),
@@ -95,10 +56,6 @@ def _declared_channels(cls: type[Effect], state: State) -> State:
     dropped = {f.name: None for f in fields(state) if f.name not in wanted}
     known = {n: x for n, x in state.channels.items() if n in cls.reads}
     return locked(replace(state, channels={**known, **extra}, **dropped))  # type: ignore[arg-type]
-
-
-def _own_channels(cls: type[Effect]) -> tuple[str, ...]:
-    return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))
 
 
 def _shapes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
@@ -123,7 +80,7 @@ def _null(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 def _rows(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     effect, some = _sized(cls.null()), np.array([7, 3, 100])
-    whole, part = contribution(effect, state)[some], contribution(effect, rows_of(state, some))
+    whole, part = contribution(effect, state)[some], contribution(effect, locked(state.rows(some)))
     if not np.allclose(whole, part, rtol=1e-9, atol=1e-15):
         help = "compute each row from its own channels: no means, sorting or differences between rows"
         yield finding(
@@ -138,7 +95,7 @@ def _repeats(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
-    few = rows_of(state, np.arange(40))
+    few = locked(state.rows(np.arange(40)))
     effect = _sized(cls.null())
     columns, step = effect.basis(few), effect.scale()
     if columns is not None:
@@ -178,7 +135,7 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
             dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
             help = "remove the parameter, or check the channel and the index that it acts on"
             # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
-            levels = bool(_own_channels(cls)) or "payload" in cls.reads
+            levels = bool(own_channels(cls)) or "payload" in cls.reads
             excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels
             message = f"{dead} of `{cls.key}` changes nothing on a rich set of poses"
             yield finding("EFF014", message, cls, help=help, warn=excused)

@@ -7,12 +7,16 @@ Every effect vanishes at the null value of its parameters.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
+
+CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange_tcp"})
+"""Fields of a state that are not one value for each row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,17 @@ class State:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def rows(self, index: Any) -> State:
+        """The states of some rows (slice, mask or indices); constants and one tool for all stay as they are."""
+        picked: dict[str, Any] = {}
+        for name in (f.name for f in fields(self) if f.name not in CONSTANT):
+            value = getattr(self, name)
+            if value is not None:
+                picked[name] = np.asarray(value)[index]
+        if self.T_flange_tcp.ndim == 3:
+            picked["T_flange_tcp"] = self.T_flange_tcp[index]
+        return self.with_(**picked, channels={name: np.asarray(value)[index] for name, value in self.channels.items()})
 
     def with_(self, **changes: object) -> State:
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import body_poses
 
 
 def example_arm() -> Robot:
@@ -49,9 +49,7 @@ def example_state(n: int = 240, seed: int = 1) -> State:
 def with_loads(state: State, robot: Robot) -> State:
     """Body poses, and the loads of links, payload and wrench on joints and bodies, by plain statics of the chain."""
     n = len(state)
-    T = np.tile(np.eye(4), (n, 7, 1, 1))
-    for b in range(1, 7):
-        T[:, b] = T[:, b - 1] @ robot.link[b - 1] @ _rotation(robot.axis[b - 1], state.q[:, b - 1])
+    T = body_poses(robot, state.q)
     tip = T[:, 6] @ robot.link[6]
     joint, body = np.zeros((n, 6)), np.zeros((n, 7, 6))
     assert state.wrench is not None and state.payload_mass is not None and state.payload_center is not None
@@ -71,12 +69,3 @@ def with_loads(state: State, robot: Robot) -> State:
             about = moment - np.cross(T[:, b, :3, 3], force)
             joint[:, b - 1] = np.sum(about * (T[:, b, :3, :3] @ robot.axis[b - 1]), axis=1)
     return replace(state, T_base_body=T, joint_load=joint, body_load=body)
-
-
-def _rotation(axis: Array, angle: Array) -> Array:
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    T = np.tile(np.eye(4), (len(angle), 1, 1))
-    sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
-    T[:, :3, :3] = np.eye(3) + sine * cross + versine * (cross @ cross)
-    return T

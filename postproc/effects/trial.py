@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import TypeVar
 
 import numpy as np
@@ -108,16 +108,6 @@ def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnos
         help = f"a state has {', '.join(f.name for f in fields(State))}"
     what = f"`{member}` of `{cls.key}`" if member else f"`{cls.key}`"
     return finding("EFF005", f"{what} fails: {describe(error)}", cls, line=line, help=help)
-
-
-def rows_of(state: State, rows: Rows) -> State:
-    """Some rows of a state, with every channel."""
-    changes = {
-        f.name: getattr(state, f.name)[rows]
-        for f in fields(state)
-        if isinstance(getattr(state, f.name), np.ndarray) and f.name not in ("T_flange_tcp", "gravity")
-    }
-    return locked(replace(state, channels={k: x[rows] for k, x in state.channels.items()}, **changes))
 
 
 def locked(state: State) -> State:

@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.fit.channels import fit_channels
 from postproc.fit.fitted import Fit, rms
 from postproc.fit.linear import contiguous_blocks
-from postproc.model.sensitivity import INSTRUMENT
+from postproc.model.places import INSTRUMENT
 
 ROWS = 150
 RATIOS = (0.1, 1.0, 10.0, 100.0)

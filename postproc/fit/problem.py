@@ -15,8 +15,9 @@ from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 from postproc.model.equilibrium import Equilibrium, equilibrium
-from postproc.model.sensitivity import PLACES, Sensitivity, at_least_ordinary, rotation_vectors, sensitivity
-from postproc.robot.pose import displace
+from postproc.model.places import PLACES
+from postproc.model.sensitivity import Sensitivity, sensitivity
+from postproc.robot.pose import displace, rotation_vectors
 
 
 @dataclass(frozen=True)
@@ -187,3 +188,15 @@ class Problem:
         scale = typical.max(axis=0, initial=0.0)
         filled = Weights(np.where(typical > 0, typical, scale), self.weights.turn)
         return np.asarray(filled.whiten(np.nan_to_num(self.error)[:, :, None])[:, :, 0] ** 2)
+
+
+def at_least_ordinary(model: Model, spring: Effect) -> Effect:
+    """A joint compliance that a missing load has pushed towards zero would hide that load.
+
+    Half the stated one is taken; where none is stated, a fifth of the typical one of the fitted joints.
+    """
+    if spring.key != "joint_compliance":
+        return spring
+    x, stated = spring.vector(), model.robot.joint_compliance
+    fitted = float(np.median(x[x > 0])) if (x > 0).any() else 0.0
+    return spring.with_vector(np.maximum(x, 0.2 * fitted if stated is None else 0.5 * stated))

@@ -11,8 +11,9 @@ from postproc.arrays import Array
 from postproc.fit.fit import evaluate
 from postproc.fit.fitted import Fit, distances, rms
 from postproc.identify.trends import Trend, residual_trends
+from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Iso9283, Noise, estimate_noise, iso9283
+from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 
 WORST = 10

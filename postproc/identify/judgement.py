@@ -15,14 +15,13 @@ from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear, basis_of, contiguous_blocks, hold_out, schwarz
-from postproc.fit.problem import Problem
+from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.forms import DIM, WIDE, laplace, ordinary
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
 from postproc.model.arm import Model
-from postproc.model.sensitivity import at_least_ordinary
 from postproc.patterns.suspects import Suspect
 
 SIGNIFICANT = 5e-3

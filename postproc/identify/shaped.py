@@ -16,7 +16,7 @@ from postproc.fit.problem import Problem, Weights
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import laplace
 from postproc.identify.selection import corrected
-from postproc.model.sensitivity import flat, flat_load
+from postproc.model.places import flat, flat_load
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""

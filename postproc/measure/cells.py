@@ -12,16 +12,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
-from postproc.measure.columns import is_unit, stated_unit
 from postproc.measure.layout import ColumnMap
+from postproc.measure.numbers import EMPTY, as_number, find_decimal, holds_numbers
+from postproc.measure.units import is_unit, stated_unit
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
-GROUPED = {
-    ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
-    ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
-}
-"""Numbers with marks between thousands, by the decimal sign; 1,193 alone may be either and is not one of them."""
-EMPTY = frozenset({"", "nan", "na", "n/a", "null", "none", "-", "#n/a"})
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
 SAMPLE = 20
@@ -127,7 +122,7 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
         raise _no_table("there are no rows in this file", source, help_)
     separator = layout.separator or _find_separator([line for _, line in numbered[:SAMPLE]], layout.header)
     split = [(number, [cell.strip() for cell in _split(line, separator)]) for number, line in numbered]
-    decimal = layout.decimal or _find_decimal([cell for _, cells in split[:SAMPLE] for cell in cells])
+    decimal = layout.decimal or find_decimal([cell for _, cells in split[:SAMPLE] for cell in cells])
     if layout.header:
         header, units, body = _heading(split, decimal, source, diagnostics)
     else:
@@ -172,7 +167,7 @@ def _heading(
 
     Lines before it are a title, and said so; a line below it that holds units alone belongs to it.
     """
-    numbers = (i for i, (_, cells) in enumerate(split[:SAMPLE]) if _holds_numbers(cells, decimal))
+    numbers = (i for i, (_, cells) in enumerate(split[:SAMPLE]) if holds_numbers(cells, decimal))
     first = next(numbers, min(len(split) - 1, SAMPLE))
     if first == 0:
         help_ = "add a header row (pose_id,q1_deg,...), or a column map with `header = false`"
@@ -187,24 +182,10 @@ def _heading(
     units = [stated_unit(name) for name in header]
     below = split[at + 1][1]
     told = [cell for cell in below if cell.strip("[]()").lower() not in EMPTY]
-    if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or _holds_numbers(below, decimal):
+    if len(below) != len(header) or 2 * sum(map(is_unit, told)) <= len(told) or holds_numbers(below, decimal):
         return header, units, split[at + 1 :]
     units = [stated_unit(f"[{cell.strip('[]()')}]") or unit for cell, unit in zip(below, units, strict=True)]
     return header, units, split[at + 2 :]
-
-
-def _holds_numbers(cells: Sequence[str], decimal: str) -> bool:
-    filled = [cell for cell in cells if cell.lower() not in EMPTY]
-    return 2 * sum(_is_number(cell, decimal) for cell in filled) >= max(len(filled), 1)
-
-
-def as_number(cell: str, decimal: str) -> str:
-    """A number as Python reads it: with a decimal point, without marks between thousands (1'234.5, 1.234,5)."""
-    mark = "," if decimal == "." else "."
-    if GROUPED[decimal].fullmatch(cell):
-        cell = re.sub(f"['\u2019 \u00a0{mark}]", "", cell)
-    cell = cell.replace("\u2212", "-")
-    return cell.replace(",", ".") if decimal == "," else cell
 
 
 def _find_separator(sample: Sequence[str], header: bool) -> str:
@@ -212,15 +193,6 @@ def _find_separator(sample: Sequence[str], header: bool) -> str:
     lines = [re.sub(r"(?<=\d),(?=\d)", "", line) if header else line for line in sample]
     best = max((",", ";", "\t"), key=lambda mark: max(line.count(mark) for line in lines))
     return best if any(best in line for line in lines) else "whitespace"
-
-
-def _find_decimal(cells: Sequence[str]) -> str:
-    """The sign that stands last in most numbers."""
-    numbers = [
-        cell for cell in cells if re.fullmatch(r"[-+\d.,'\u2019\u2212 \u00a0eE]*\d[.,]\d+(?:[eE][-+]?\d+)?", cell)
-    ]
-    commas = sum(cell.rfind(",") > cell.rfind(".") for cell in numbers)
-    return "," if 2 * commas > len(numbers) else "."
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -232,14 +204,6 @@ def _split(line: str, separator: str) -> list[str]:
         return next(csv.reader([line], delimiter=separator))
     except csv.Error:  # a cell of more than 131072 letters
         return line.split(separator)
-
-
-def _is_number(cell: str, decimal: str) -> bool:
-    try:
-        float(as_number(cell, decimal))
-    except ValueError:
-        return False
-    return True
 
 
 def _start(source: Source, line: int) -> Span:

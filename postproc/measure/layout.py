@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
-from postproc.measure.columns import UNITS, MappedColumn
+from postproc.measure.columns import MappedColumn
+from postproc.measure.units import UNITS
 
 SETTINGS = ("separator", "decimal", "comment", "header")
 ORIENTATIONS = ("orientation", "cmd_orientation")

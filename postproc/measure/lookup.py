@@ -10,11 +10,13 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.measure import columns as names
-from postproc.measure.cells import EMPTY, Cells
-from postproc.measure.columns import UNITS, MappedColumn, unit_of
+from postproc.measure.cells import Cells
+from postproc.measure.columns import MappedColumn, unit_of
 from postproc.measure.layout import ColumnMap
+from postproc.measure.numbers import EMPTY
 from postproc.measure.times import seconds
 from postproc.measure.turns import QUATERNIONS, Turns
+from postproc.measure.units import UNITS, fitting
 
 UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
@@ -70,7 +72,7 @@ class Table:
         if at < 0:
             raise self._no_such(wanted.name, name)
         stated, standard = self.cells.units[at], unit_of(name)
-        known = names.fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
+        known = fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
         if stated and not known and not wanted.unit and name not in names.TEXT:
             message = f"column `{self.cells.header[at]}` states the unit `{stated}`; `{name}` is read in {standard}"
             self.say("DAT015", "warning", message, "give the unit in a column map")

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.effects.contract import State
-from postproc.model.states import take
 
 FEWEST = 8
 """Rows whose angles may all be round by chance."""
@@ -88,7 +87,7 @@ class Measurements:
         picked = np.arange(len(self))[np.asarray(index)]
         return replace(
             self,
-            state=take(self.state, picked),
+            state=self.state.rows(picked),
             position=self.position[picked],
             rotation=None if self.rotation is None else self.rotation[picked],
             joint=None if self.joint is None else self.joint[picked],

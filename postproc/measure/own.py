@@ -10,6 +10,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.measure import columns as names
 from postproc.measure.lookup import Table
+from postproc.measure.units import fitting
 
 MOST_LEVELS = 12
 """A column of more different words holds names or remarks."""
@@ -37,7 +38,7 @@ def own_channels(table: Table) -> dict[str, Array]:
         near = names.nearest(name)
         if near is not None and near not in table.place:
             table.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
-        if names.fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
+        if fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
             what = f"column `{name}` holds masses, and no payload is read from it"
             table.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
         values = cells.numbers(name, [])

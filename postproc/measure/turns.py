@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.measure.columns import UNITS
 from postproc.measure.readings import CLEARER
+from postproc.measure.units import UNITS
 
 QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
 """Where x, y, z and w stand."""

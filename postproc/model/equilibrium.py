@@ -14,7 +14,6 @@ from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain
 from postproc.model.deflection import REACH, Deflection, deflect, distance, moved_by, moves, tcp
 from postproc.model.loads import loaded_state
-from postproc.model.states import take
 from postproc.robot.pose import displace
 
 SETTLED = 1e-10  # [m]; rotations count at the arm's reach
@@ -110,7 +109,7 @@ def predict(model: Model, state: State) -> Array:
     # Batches that stay in the processor's cache are faster, and a long program needs little memory.
     for start in range(0, len(state), BATCH):
         rows = slice(start, start + BATCH)
-        rest = equilibrium(model, take(state, rows))
+        rest = equilibrium(model, state.rows(rows))
         instrument = rest.deflection.instrument
         result[rows] = rest.T_base_tcp if instrument is None else displace(instrument) @ rest.T_base_tcp
     return result
@@ -126,7 +125,7 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
 
     Asked of one state, once for every body, with a load on that body that is not a number: where it shows, it is read.
     """
-    probe = take(state, np.zeros(8, dtype=int))
+    probe = state.rows(np.zeros(8, dtype=int))
     body_load = np.zeros((8, 7, 6))
     body_load[ALL_BODIES, ALL_BODIES] = np.nan
     chain = deflected_chain(model.robot, probe.q, {}, False)

@@ -1,8 +1,7 @@
 """How the measured pose answers to every place where an effect can move the arm, and to every parameter of an effect.
 
-Places are joints (6), far ends of bodies (7 x 6), tool (6) and instrument (6): 60 columns a pose. One such matrix
-    serves
-every effect: its columns by parameter are these columns times the derivative of its displacement.
+One matrix a pose serves every effect: its columns by parameter are these columns times the derivative of its
+displacement.
 """
 
 from __future__ import annotations
@@ -13,20 +12,18 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, displacement_of, load_of
-from postproc.effects.contract import Displacement, Load, State
-from postproc.model.arm import Model
-from postproc.model.chain import Directions, directions, point_jacobian, spread
+from postproc.effects.contract import State
+from postproc.model.arm import ALL_BODIES, Model
+from postproc.model.chain import Directions, deflected_chain, directions, point_jacobian, spread
 from postproc.model.equilibrium import Equilibrium, active_bodies, equilibrium
 from postproc.model.loads import loaded_state
+from postproc.model.places import BODY, INSTRUMENT, PLACES, TOOL, flat, flat_load
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
-from postproc.robot.pose import displace
-
-JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
+from postproc.robot.pose import displace, left_jacobian
 
 
 @dataclass(frozen=True)
@@ -123,9 +120,10 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
     state = loaded_state(model, rest.state, rest.deflection, True)
     n = len(state)
-    along = directions(
-        model.robot, rest.chain if rest.chain.tip is not None else _with_ends(model, rest), tuple(range(7))
-    )
+    chain = rest.chain
+    if chain.tip is None:
+        chain = deflected_chain(model.robot, chain.q, rest.deflection.body, True)
+    along = directions(model.robot, chain, ALL_BODIES)
     column = np.empty(48, dtype=int)
     column[model.elastic.joint] = np.arange(6)
     column[model.elastic.spring.ravel()] = np.arange(6, 48)
@@ -133,12 +131,12 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, :, column] = point_jacobian(along, rest.T_base_tcp[:, :3, 3])
     R_tool = rest.chain.T_base_flange[:, :3, :3] @ state.T_flange_tcp[..., :3, :3]
     J[:, :3, TOOL : TOOL + 3] = R_tool
-    J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turning(rest.deflection.tool, n)
+    J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turned(rest.deflection.tool, n)
     T = _instrument(rest, n)
     R = T[:, :3, :3]
     J[:, :3, :INSTRUMENT] = R @ J[:, :3, :INSTRUMENT]
     J[:, 3:, :INSTRUMENT] = R @ J[:, 3:, :INSTRUMENT]
-    left = _turning(rest.deflection.instrument, n)
+    left = _turned(rest.deflection.instrument, n)
     J[:, :3, INSTRUMENT : INSTRUMENT + 3] = np.eye(3)
     J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
@@ -161,74 +159,12 @@ def grown_sensitivity(model: Model, state: State) -> Sensitivity:
     return replace(at, matrix=matrix)
 
 
-def at_least_ordinary(model: Model, spring: Effect) -> Effect:
-    """A joint compliance that a missing load has pushed towards zero would hide that load.
-
-    Half the stated one is taken; where none is stated, a fifth of the typical one of the fitted joints.
-    """
-    if spring.key != "joint_compliance":
-        return spring
-    x, stated = spring.vector(), model.robot.joint_compliance
-    fitted = float(np.median(x[x > 0])) if (x > 0).any() else 0.0
-    return spring.with_vector(np.maximum(x, 0.2 * fitted if stated is None else 0.5 * stated))
-
-
-def flat(displacement: Displacement, n: int) -> Array:
-    """(n, 60) a displacement by place."""
-    result = np.zeros((n, PLACES))
-    if displacement.joint is not None:
-        result[:, JOINT:BODY] = displacement.joint
-    for body, xi in displacement.body.items():
-        result[:, BODY + 6 * body : BODY + 6 * body + 6] += xi
-    if displacement.tool is not None:
-        result[:, TOOL:INSTRUMENT] = displacement.tool
-    if displacement.instrument is not None:
-        result[:, INSTRUMENT:] = displacement.instrument
-    return result
-
-
-def flat_load(load: Load | None, n: int) -> Array:
-    """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
-    result = np.zeros((n, 54))
-    if load is not None and load.joint is not None:
-        result[:, :6] = load.joint
-    for body, wrench in ({} if load is None else load.body).items():
-        result[:, 6 + 6 * body : 12 + 6 * body] = wrench
-    return result
-
-
-def _with_ends(model: Model, rest: Equilibrium):  # type: ignore[no-untyped-def]
-    from postproc.model.chain import deflected_chain
-
-    return deflected_chain(model.robot, rest.chain.q, rest.deflection.body, True)
-
-
 def _instrument(rest: Equilibrium, n: int) -> Array:
     T = np.eye(4) if rest.deflection.instrument is None else displace(rest.deflection.instrument)
     return np.asarray(np.broadcast_to(T, (n, 4, 4)))
 
 
-def _turning(displacement: Array | None, n: int) -> Array:
-    """(n, 3, 3) left Jacobian of the rotation vector: what a change of it turns, in the axes before the rotation.
-
-    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any
-    angle.
-    """
+def _turned(displacement: Array | None, n: int) -> Array:
+    """(n, 3, 3) what a change of a displacement's rotation vector turns, in the axes before the rotation."""
     vector = np.zeros(3) if displacement is None else np.asarray(displacement)[..., 3:]
-    vector = np.broadcast_to(vector, (n, 3))
-    t = np.linalg.norm(vector, axis=1)[:, None, None]
-    S = skew(vector)
-    small = t < 1e-5
-    safe = np.where(small, 1.0, t)
-    a = np.where(small, 0.5, (1 - np.cos(safe)) / safe**2)
-    b = np.where(small, 1 / 6, (safe - np.sin(safe)) / safe**3)
-    return np.asarray(np.eye(3) + a * S + b * (S @ S))
-
-
-def rotation_vectors(R: Array) -> Array:
-    """(n, 3) rotation vectors of (n, 3, 3) rotations; NaN rows stay NaN."""
-    result = np.full((len(R), 3), np.nan)
-    good = np.isfinite(R).all(axis=(1, 2))
-    if good.any():
-        result[good] = Rotation.from_matrix(R[good]).as_rotvec()
-    return result
+    return left_jacobian(np.broadcast_to(vector, (n, 3)))

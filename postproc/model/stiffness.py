@@ -10,7 +10,6 @@ from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
 from postproc.model.equilibrium import Equilibrium, equilibrium
 from postproc.model.loads import payload_point
-from postproc.model.states import take
 from postproc.model.tangent import Frame, tangent
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
@@ -58,7 +57,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
     singular poses. Infinite for a rigid model.
     """
     if len(state) > BATCH:
-        parts = [take(state, slice(i, i + BATCH)) for i in range(0, len(state), BATCH)]
+        parts = [state.rows(slice(i, i + BATCH)) for i in range(0, len(state), BATCH)]
         return np.concatenate([natural_frequencies(model, part) for part in parts])
     rest = equilibrium(model, state)
     at = tangent(model, rest)

@@ -14,7 +14,6 @@ from postproc.effects.base import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.sensitivity import grown_sensitivity
-from postproc.model.states import take
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
 MARGIN = 0.02  # of a channel's measured span: a program may go so far beyond without a word
@@ -74,7 +73,7 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     result = np.empty((len(state), 3, 3))
     for start in range(0, len(state), BATCH):
         rows = slice(start, start + BATCH)
-        D = _derivatives(model, take(state, rows), known, instrument)
+        D = _derivatives(model, state.rows(rows), known, instrument)
         result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
     return result
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
-from postproc.model.sensitivity import TOOL
+from postproc.model.places import TOOL
 from postproc.patterns.felt import felt_by_tool
 from postproc.patterns.signals import tool_poses
 

@@ -11,7 +11,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.model.sensitivity import BODY, INSTRUMENT, TOOL
+from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.patterns import Patterns

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Span
-from postproc.measure.cells import Cells, as_number, read_cells
+from postproc.measure.cells import Cells, read_cells
 from postproc.measure.layout import ColumnMap
+from postproc.measure.numbers import as_number
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.robot.kinematics import skew
 
 
 def transform(translation: Array, rotation: Array | None = None) -> Array:
@@ -44,3 +45,27 @@ def pose_error(T: Array, T_wanted: Array) -> Array:
 def rpy(angles: Array) -> Array:
     """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) of fixed-axis angles (roll, pitch, yaw) [rad], as in URDF."""
     return np.asarray(Rotation.from_euler("xyz", angles).as_matrix(), dtype=float)
+
+
+def left_jacobian(vector: Array) -> Array:
+    """(n, 3, 3) left Jacobian of (n, 3) rotation vectors: what a change of one turns, in the axes before the rotation.
+
+    J = I + (1 - cos t)/t^2 S + (t - sin t)/t^3 S^2 (Chirikjian 2011, Sec. 10.8.1); the instrument may be set up at any
+    angle.
+    """
+    t = np.linalg.norm(vector, axis=1)[:, None, None]
+    S = skew(vector)
+    small = t < 1e-5
+    safe = np.where(small, 1.0, t)
+    a = np.where(small, 0.5, (1 - np.cos(safe)) / safe**2)
+    b = np.where(small, 1 / 6, (safe - np.sin(safe)) / safe**3)
+    return np.asarray(np.eye(3) + a * S + b * (S @ S))
+
+
+def rotation_vectors(R: Array) -> Array:
+    """(n, 3) rotation vectors of (n, 3, 3) rotations; NaN rows stay NaN."""
+    result = np.full((len(R), 3), np.nan)
+    good = np.isfinite(R).all(axis=(1, 2))
+    if good.any():
+        result[good] = Rotation.from_matrix(R[good]).as_rotvec()
+    return result

@@ -108,9 +108,8 @@ def main() -> None:
         )
         forwards = best_of(lambda arm=arm: equilibrium(arm, state))  # type: ignore[misc]
         print(f"{'':16s} {n / forwards:9,.0f} poses/s   forward model (elastic equilibrium)")
-    from postproc.model.states import take
 
-    part = take(state, slice(0, few))
+    part = state.rows(slice(0, few))
     plain = default_model()
     start = time.perf_counter()
     q = pose_by_pose(plain, part, desired[:few])

@@ -8,7 +8,8 @@ import pytest
 from postproc.diagnostics import PostprocError, Source
 from postproc.identify.compare import compare
 from postproc.measure.alignment import align
-from postproc.measure.repeat import estimate_noise, iso9283
+from postproc.measure.iso9283 import iso9283
+from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot

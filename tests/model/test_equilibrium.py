@@ -16,7 +16,6 @@ from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
-from postproc.model.states import take
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import rpy
@@ -187,8 +186,8 @@ def test_rows_do_not_depend_on_each_other_and_models_pickle() -> None:
     whole = predict(model, state)
     rows = [3, 17]
     # A batch sweeps until its slowest row has settled to 1e-10, so other rows may have settled further than alone.
-    assert np.abs(predict(pickle.loads(pickle.dumps(model)), take(state, rows)) - whole[rows]).max() < 1e-10
-    assert predict(model, take(state, slice(0, 0))).shape == (0, 4, 4)
+    assert np.abs(predict(pickle.loads(pickle.dumps(model)), state.rows(rows)) - whole[rows]).max() < 1e-10
+    assert predict(model, state.rows(slice(0, 0))).shape == (0, 4, 4)
 
 
 class Latch(Effect, reads=("load",)):

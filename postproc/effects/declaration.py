@@ -1,0 +1,58 @@
+"""What an effect declares, checked before it is asked for anything: docstring, units, bounds, channels, members."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from postproc.diagnostics import Diagnostic
+from postproc.effects.base import FILLED_BY_MODEL, Effect
+from postproc.effects.findings import finding
+from postproc.effects.parameters import unit_suffix
+
+CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
+KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load"))
+TABLE = r"(?:[qva]|dir)[1-6](?:_deg\w*)?|payload_\w+|temperature_c|time_s"
+"""Columns of a table that a state holds under other names."""
+
+
+def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
+    """Everything wrong with what an effect declares."""
+    if not cls.title:
+        help = "say what it is, its equation, its source and its usual size"
+        yield finding("EFF006", f"`{cls.__name__}` has no docstring", cls, help=help)
+    for name, meta in cls.parameters().items():
+        if not meta.unit:
+            help = f'write `{name}: ... = param(unit="rad", ...)`, or unit="1" for a pure number'
+            yield finding("EFF002", f"the parameter `{name}` of `{cls.key}` has no unit", cls, member=name, help=help)
+        elif not name.endswith(unit_suffix(meta.unit)):
+            help = f"rename it to `{name}{unit_suffix(meta.unit)}`"
+            message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
+            yield finding("EFF017", message, cls, member=name, help=help, warn=True)
+        low, high, null = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null))
+        if np.any(low > null) or np.any(null > high) or not np.all(np.asarray(meta.typical) > 0.0):
+            message = (
+                f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
+            )
+            yield finding("EFF016", message, cls, member=name, help="write low <= null <= high and typical > 0")
+        elif meta.amplitude and np.any(np.asarray(meta.typical) > np.maximum(high - null, null - low)):
+            message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
+            yield finding("EFF016", message, cls, member=name, help="say how large it usually is: typical=1e-4")
+    for name in own_channels(cls):
+        if name.lower() in KNOWN or re.fullmatch(TABLE, name.lower()):
+            message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
+            help = (
+                f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'
+            )
+            yield finding("EFF016", message, cls, help=help)
+    if not cls.parameters():
+        yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
+    if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
+        yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help="write one of the two")
+
+
+def own_channels(cls: type[Effect]) -> tuple[str, ...]:
+    """Columns of the measurement table that an effect reads by their own names."""
+    return tuple(n for n in cls.reads if n not in (*CHANNELS, *FILLED_BY_MODEL, "row"))

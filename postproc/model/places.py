@@ -1,0 +1,35 @@
+"""The places where an effect can move or load the arm: joints, far ends of bodies, tool and instrument."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import Displacement, Load
+
+JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
+"""First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
+
+
+def flat(displacement: Displacement, n: int) -> Array:
+    """(n, 60) a displacement by place."""
+    result = np.zeros((n, PLACES))
+    if displacement.joint is not None:
+        result[:, JOINT:BODY] = displacement.joint
+    for body, xi in displacement.body.items():
+        result[:, BODY + 6 * body : BODY + 6 * body + 6] += xi
+    if displacement.tool is not None:
+        result[:, TOOL:INSTRUMENT] = displacement.tool
+    if displacement.instrument is not None:
+        result[:, INSTRUMENT:] = displacement.instrument
+    return result
+
+
+def flat_load(load: Load | None, n: int) -> Array:
+    """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
+    result = np.zeros((n, 54))
+    if load is not None and load.joint is not None:
+        result[:, :6] = load.joint
+    for body, wrench in ({} if load is None else load.body).items():
+        result[:, 6 + 6 * body : 12 + 6 * body] = wrench
+    return result
