@@ -41,7 +41,7 @@ def run(
     """
     from postproc.effects.loading import load_effect_file
     from postproc.effects.registry import effect_library, find_effect
-    from postproc.fit.fit import fit_model
+    from postproc.fit.least_squares import fit_model
     from postproc.identify.add import grown
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot

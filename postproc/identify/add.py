@@ -11,8 +11,8 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.record import fit_json, recorded_model
 from postproc.fit.rounding import rounded
 from postproc.fit.solve import Terms

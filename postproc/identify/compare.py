@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.fit.fit import evaluate
 from postproc.fit.fitted import Fit, distances, rms
+from postproc.fit.least_squares import evaluate
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements

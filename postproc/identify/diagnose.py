@@ -13,8 +13,8 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward, terms_needed
 from postproc.identify.candidate import Candidate
@@ -26,7 +26,7 @@ from postproc.identify.search import Missing, clear, select_forward, worth_sayin
 from postproc.measure.columns import BY_CHANNEL
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
-from postproc.patterns.patterns import patterns
+from postproc.patterns.every import patterns
 from postproc.patterns.sight import Sight
 from postproc.patterns.suspects import Suspect, by_channel
 

@@ -12,8 +12,8 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of, contiguous_blocks, hold_out, schwarz
 from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms

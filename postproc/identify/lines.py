@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.effects.transmission_error import GEAR, TransmissionError
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.judgement import fitted_best, predicts_better

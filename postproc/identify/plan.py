@@ -12,8 +12,8 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library, find_effect
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import parameter_name
 from postproc.fit.step import Name

@@ -15,7 +15,7 @@ from postproc.identify.candidate import Candidate, Screen, Stock
 from postproc.identify.judgement import fitted_best
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
-from postproc.patterns.patterns import Patterns
+from postproc.patterns.every import Patterns
 from postproc.patterns.suspects import Suspect, find_suspects
 
 NEAR = 0.9

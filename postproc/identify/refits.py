@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.judgement import refit

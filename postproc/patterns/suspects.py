@@ -12,9 +12,9 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
+from postproc.patterns.every import Patterns
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
-from postproc.patterns.patterns import Patterns
 from postproc.patterns.sight import Sight
 from postproc.patterns.signals import Signal
 from postproc.patterns.tried import ODDS, Tried, above

@@ -11,8 +11,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
+from postproc.patterns.every import Patterns, Single, grown, odds, switched
 from postproc.patterns.formula import Pattern, sharper, side_by_side, spread
-from postproc.patterns.patterns import Patterns, Single, grown, odds, switched
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER, abrupt
 from postproc.patterns.signals import Signal

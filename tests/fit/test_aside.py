@@ -8,7 +8,7 @@ import pytest
 from postproc.fit.channels import channels
 from postproc.fit.problem import Weights
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.patterns import patterns
+from postproc.patterns.every import patterns
 from postproc.patterns.suspects import find_suspects
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column

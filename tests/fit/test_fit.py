@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
-from postproc.fit.fit import evaluate, fit_model
+from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
 from postproc.identify.add import add_effects

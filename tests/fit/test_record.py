@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.identify.diagnose import diagnose
 from postproc.measure.table import read_measurements
 from postproc.measure.trajectory import is_record

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.rounding import blurred
 from postproc.identify.add import add_effects

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.joint_error_map import JointErrorMap
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.smooth import likeliest
 from postproc.fit.solve import Terms

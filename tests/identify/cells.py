@@ -10,8 +10,8 @@ import numpy as np
 
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
-from postproc.fit.fit import fit_model
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model

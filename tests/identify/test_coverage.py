@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.fit.record import cautions, fit_json
 from postproc.fit.solve import Terms
 from postproc.measure.measurements import Measurements

@@ -11,7 +11,7 @@ import pytest
 
 from postproc.effects.base import Effect, param
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen

@@ -8,7 +8,7 @@ import pytest
 from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose

@@ -16,7 +16,7 @@ from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.session import Session
 from postproc.effects.transmission_error import TransmissionError
-from postproc.fit.fit import fit_model
+from postproc.fit.least_squares import fit_model
 from postproc.fit.record import fit_json, parameters_json
 from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines

@@ -11,8 +11,8 @@ from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
 from postproc.model.sensitivity import BODY
 from postproc.patterns.cycles import waves
+from postproc.patterns.every import PLACES, Patterns, grown, odds, patterns, switched
 from postproc.patterns.formula import Pattern, sharper
-from postproc.patterns.patterns import PLACES, Patterns, grown, odds, patterns, switched
 from postproc.patterns.shapes import breaks
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places

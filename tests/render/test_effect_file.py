@@ -16,9 +16,9 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
+from postproc.patterns.every import patterns, switched
 from postproc.patterns.formula import Pattern, sharper
 from postproc.patterns.levels import of_words, words
-from postproc.patterns.patterns import patterns, switched
 from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
