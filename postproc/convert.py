@@ -71,7 +71,7 @@ class Conversion:
     @property
     def summary(self) -> str:
         """One line for people."""
-        return summary(self.report) if self.outputs else "nothing written"
+        return summary(self.report) if self.outputs else "no program written"
 
     @property
     def output(self) -> bytes | None:

@@ -58,7 +58,7 @@ def run(
         names = (source.path, str(target or "compensated"))
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
     else:
-        say("nothing was written")
+        say("no program was written")
     if json:  # files first: who reads stdout may go away
         print_json(result.report)
     return code

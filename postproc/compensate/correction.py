@@ -53,6 +53,7 @@ class Transition:
         target: the move whose goal that place is, or the move itself.
         size_m: distance that the correction jumps [m]; duration: of the transition [s].
         samples: (a, b) the samples it covers.
+        of_load: it is the load (or lost motion) that jumps there, not a target that stands beside its correction.
     """
 
     move: int
@@ -61,6 +62,7 @@ class Transition:
     size_m: float
     duration: float
     samples: tuple[int, int]
+    of_load: bool
 
 
 def changing_moves(moves: tuple[Move, ...], options: Options) -> Array:
@@ -122,24 +124,22 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
     return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
 
 
-def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> tuple[Array, list[Transition]]:
+def commanded_curve(
+    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array
+) -> tuple[Array, list[Transition]]:
     """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
 
     A correction without jumps is returned as it came.
 
     Args:
-        t: (n,) time at the samples [s].
+        exact: as every target would have it; written: see ``place_targets``; t: (n,) time at the samples [s].
     """
-    mounts = samples.curves.mounts
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
-    ends = mounts.work(exact.T_base_flange)
-    at_goal = pose_error(exact.T_work_tcp[samples.goal], ends)
-    begins = mounts.work(exact.T_base_flange[np.maximum(np.arange(len(first)) - 1, 0)])
-    at_start = pose_error(exact.T_work_tcp[samples.start], begins)
-    T = exact.T_work_tcp
+    T = written.T_work_tcp
     found: list[Transition] = []
-    for jumps, is_goal in ((at_start, False), (at_goal, True)):
+    for jumps, of_load, is_goal in zip(_jumps(samples, written), _jumps(samples, exact), (False, True), strict=True):
+        beside = np.linalg.norm((jumps - of_load)[:, :3], axis=1)
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
@@ -153,8 +153,16 @@ def commanded_curve(model: Model, samples: Samples, exact: Exact, t: Array) -> t
             ends_at = (int(inside[0]), int(inside[-1]))
             target = int(i) if is_goal else int(i) - 1
             where = BEFORE_TARGET if is_goal else FROM_START
-            found.append(Transition(int(i), where, target, size, ramp.duration, ends_at))
+            found.append(Transition(int(i), where, target, size, ramp.duration, ends_at, bool(beside[i] <= size / 2)))
     return T, found
+
+
+def _jumps(samples: Samples, exact: Exact) -> tuple[Array, Array]:
+    """(m, 6) what every move's correction lacks to the target it starts from, and to its goal."""
+    mounts, m = samples.curves.mounts, len(samples.moves)
+    begins = mounts.work(exact.T_base_flange[np.maximum(np.arange(m) - 1, 0)])
+    at_start = pose_error(exact.T_work_tcp[samples.start], begins)
+    return at_start, pose_error(exact.T_work_tcp[samples.goal], mounts.work(exact.T_base_flange))
 
 
 def _shifted(T: Array, twist: Array) -> Array:

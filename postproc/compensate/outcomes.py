@@ -141,7 +141,7 @@ def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
 def _for_the_next(plan: Plan) -> Flags:
     """(m,) moves whose targets are corrected for the state in which the next move starts."""
     result = np.zeros(len(plan.motion.moves), dtype=bool)
-    result[[t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.target not in plan.left]] = True
+    result[[t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]] = True
     return result
 
 
@@ -157,8 +157,8 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
     order = np.argsort(after.owner, kind="stable")
     first = np.searchsorted(after.owner[order], np.arange(len(samples.goal) + 1))
     for t in plan.transitions:
-        if t.target in plan.left:
-            continue  # not a jump of the load: a target that could not be corrected
+        if not t.of_load:
+            continue
         low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
         margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
         rows = order[first[t.move] : first[t.move + 1]]
@@ -171,7 +171,7 @@ def _transition_findings(plan: Plan) -> list[Diagnostic]:
     own = own_moves(plan)
     for t in plan.transitions:
         key = plan.motion.moves[t.move].event.statement.key
-        if own[t.move] and t.target not in plan.left and (key not in largest or largest[key].size_m < t.size_m):
+        if own[t.move] and t.of_load and (key not in largest or largest[key].size_m < t.size_m):
             largest[key] = t
     findings = []
     for t in largest.values():

@@ -29,8 +29,8 @@ class Plan:
     """Everything that will be written, before it is written.
 
     Args:
-        indivisible: moves before which nothing can be added, and why; left: moves whose targets are not corrected for
-            themselves; shared: of these, runs of one statement that get the middle of what they need.
+        indivisible: moves before which nothing can be added, and why; shared: runs of one statement that get the middle
+            of what they need.
         curve: (n, 4, 4) commanded poses at the samples.
     """
 
@@ -41,7 +41,6 @@ class Plan:
     pieces: tuple[Pieces, ...]
     transitions: tuple[Transition, ...]
     indivisible: Mapping[int, str]
-    left: frozenset[int]
     shared: frozenset[int]
     curve: Array
 
@@ -76,7 +75,7 @@ def plan_changes(
     runs = possible_runs(events, {move.row for move in moves})
     while True:
         written = place_targets(model, samples, exact, left)
-        curve, transitions = commanded_curve(model, samples, written, t)
+        curve, transitions = commanded_curve(model, samples, exact, written, t)
         transitions += find_reversals(model, samples, curve, t, tolerance)
         divisible = [i not in indivisible and (i not in left or i in shared) for i in range(len(moves))]
         pieces = divide_moves(samples, curve, tolerance, divisible, settled)
@@ -111,7 +110,6 @@ def plan_changes(
         tuple(pieces),
         tuple(transitions),
         indivisible,
-        frozenset(left),
         frozenset(shared),
         curve,
     )

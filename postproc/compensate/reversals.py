@@ -58,7 +58,7 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
         names = " and ".join(str(j + 1) for j in np.flatnonzero(turns[k]))
         i = int(samples.move[k])
         where = f"where joint {names} turns back"
-        found.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), (k, k + 1)))
+        found.append(Transition(i, where, i, float(jump[k]), float(t[k + 1] - t[k]), (k, k + 1), True))
     return found
 
 

@@ -13,7 +13,7 @@ from postproc.compensate.values import Change, Displacement, Insertion, TargetVa
 from postproc.diagnostics import Source, Span
 from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
-from postproc.rapid.tokens import number_text
+from postproc.rapid.tokens import number_text, tokenize
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
@@ -34,13 +34,23 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
             if edit is not None:
                 yield change.source, edit
             continue
-        text = fill(target, {"target": change.value})
+        replaced = change.inner or change.span
+        text = fill(target, {"target": change.value}) + _comments(change.source.data, replaced)
         if change.displacement is not None:
             begin, end = change.inner or (change.span[0], change.span[0])
             before, after = change.source.data[change.span[0] : begin], change.source.data[end : change.span[1]]
             written = before.decode("latin-1") + (text if change.inner else "") + after.decode("latin-1")
             text = fill(displaced, {"text": written, "displacement": _sums(change.displacement, written)})
         yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
+
+
+def _comments(data: bytes, span: Span) -> str:
+    """The comments of a text that is replaced, each to the end of its line."""
+    if b"!" not in data[slice(*span)]:
+        return ""
+    return "".join(
+        f" {data[slice(*at)].decode('latin-1')}\n" for kind, at in tokenize(data, *span) if kind == "comment"
+    )
 
 
 def _sums(displacement: Displacement, text: str) -> list[str]:

@@ -57,7 +57,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
 
 def _sentence(document: Mapping[str, Any], written: bool) -> str:
     if not written:
-        return "The program is not safe to compensate; nothing was written."
+        return "The program is not safe to compensate; no program was written."
     if not any(row["status"] == "compensated" for row in document["statements"]):
         return "Nothing was corrected."
     fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm"

@@ -119,7 +119,7 @@ def test_programs_that_are_not_safe(
     assert outcome.code in (1, 2), name
     assert outcome.out == ""
     assert outcome.err.startswith(("error[", "warning["))
-    assert outcome.err.endswith("\nnothing was written\n")
+    assert outcome.err.endswith("\nno program was written\n")
     assert "error[" in outcome.err
     assert f"--> {program}:" in outcome.err
     assert "= help: " in outcome.err

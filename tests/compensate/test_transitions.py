@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.compensate.correction import BEFORE_TARGET, FROM_START, commanded_curve
+from postproc.compensate.outcomes import SHARED
 from postproc.convert import Conversion
 from postproc.rapid.pose import quat_mult
 from tests.compensate.build import arm, codes, convert, events, independent, module, target, written
@@ -43,7 +44,7 @@ def test_the_correction_is_complete_when_the_arc_is_lit(switched: Conversion) ->
     plan = switched.plan
     assert plan is not None
     samples = plan.motion.samples
-    curve, transitions = commanded_curve(arm(), samples, plan.exact, times(switched))
+    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, times(switched))
     welding = np.array([m.welding for m in samples.moves])[samples.move]
     assert welding.any()
     assert np.abs(curve[welding] - plan.exact.T_work_tcp[welding]).max() < 1e-9
@@ -74,7 +75,7 @@ def test_the_transition_is_smooth_in_time(switched: Conversion) -> None:
     plan = switched.plan
     assert plan is not None
     samples, t = plan.motion.samples, times(switched)
-    curve, transitions = commanded_curve(arm(), samples, plan.exact, t)
+    curve, transitions = commanded_curve(arm(), samples, plan.exact, plan.exact, t)
     for transition in transitions:
         rows = np.arange(samples.start[transition.move], samples.goal[transition.move] + 1)
         added = (curve - plan.exact.T_work_tcp)[rows, :3, 3]
@@ -92,7 +93,7 @@ def test_a_correction_without_steps_passes_unchanged() -> None:
     found = convert(TEXT.replace("{zone}", "z10"))
     plan = found.plan
     assert plan is not None and plan.transitions == ()
-    curve, transitions = commanded_curve(arm(), plan.motion.samples, plan.exact, times(found))
+    curve, transitions = commanded_curve(arm(), plan.motion.samples, plan.exact, plan.exact, times(found))
     assert transitions == []
     assert np.abs(curve - plan.exact.T_work_tcp).max() <= 1e-9
 
@@ -195,3 +196,21 @@ def test_a_turn_in_place_is_corrected_for_the_weights_alone() -> None:
     )
     added = {on: convert(text, inertia=on, force=(0.0, 0.0, 0.0)).report["added_targets"] for on in (False, True)}
     assert added[True] == added[False] <= 2
+
+
+def test_a_jump_of_the_load_stays_one_where_runs_share_their_targets() -> None:
+    """What the arc's force makes of a routine on displaced work is a transition; no run of it asks for another target."""
+    names = {"a": (50, 0, 760), "b": (50, 0), "c": (150, 40), "d": (300, 60), "e": (300, 60, 780)}
+    data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in names.items())
+    obj = "tT\\WObj:=wT"
+    seam = (
+        f"  PROC seam()\nMoveJ a,v100,z5,{obj};\nArcLStart b,v100,sm,wd,fine,{obj};\nArcL c,v100,sm,wd,z1,{obj};\n"
+        f"ArcLEnd d,v100,sm,wd,fine,{obj};\nMoveL e,v100,z5,{obj};\nENDPROC\n"
+    )
+    body = "seam;\nPDispSet [[0,40,60],[1,0,0,0]];\nseam;\nPDispOff;"
+    found = convert(module(data, body, seam), force_on="arc")
+    assert [o.reason for o in found.outcomes] == [SHARED] * 5
+    assert found.report["max_transition_mm"] > 1.0
+    told = {d.span: d for d in found.diagnostics if d.code == "CMP007"}
+    assert {found.outcomes[1].statement.span, found.outcomes[4].statement.span} <= told.keys()
+    assert not any(d.help == SHARED for d in found.diagnostics if d.code == "CMP006")

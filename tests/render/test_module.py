@@ -199,3 +199,15 @@ def test_targets_in_another_file_of_the_task() -> None:
     assert found.report["max_error_after_mm"] <= 0.01
     again = compensate_program([Source(p, d) for p, d in found.outputs.items()], arm(), options)
     assert {d.code for d in again.diagnostics} == {"CMP001"} and not again.outputs
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_comments_inside_a_replaced_argument_stay(newline: str) -> None:
+    place = f"RelTool({target(1350, -400)}, ! the seam's end\n      0,0,-2 ! above it\n      )"
+    done = convert(
+        module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {place},v50,fine,tT;").replace("\n", newline)
+    )
+    text = written(done)
+    assert "RelTool" not in text and done.outcomes[1].edited == "argument"
+    assert f"] ! the seam's end{newline} ! above it{newline},v50,fine,tT;" in text
+    assert text.count("\n") == text.count(newline)

@@ -98,7 +98,7 @@ def test_names_in_a_page_are_text(conversion: Conversion) -> None:
 def test_a_refused_program_says_so() -> None:
     refused = compensate_program(Source("x.mod", b"MODULE x\nENDMODULE\n"), default_model(), Options())
     page = compensation_page("x.mod", refused)
-    assert "nothing was written" in page
+    assert "no program was written" in page
     assert "CMP002" in page
 
 
