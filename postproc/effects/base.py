@@ -94,9 +94,8 @@ class Effect:
         confused_with: Mapping[str, str] | None = None,
         about_data: bool | None = None,
         beside: str | None = None,
-        **rest: Any,
     ) -> None:
-        super().__init_subclass__(**rest)
+        super().__init_subclass__()
         # dataclass() invents a docstring where there is none, so the title is taken before it runs.
         doc = cls.__dict__.get("__doc__") or ""
         cls.title = doc.strip().split("\n")[0]
@@ -288,7 +287,8 @@ def load_of(effect: Effect, state: State) -> Load:
     """The load of an effect; nothing where a channel that it reads is not there (``load`` itself comes later)."""
     if any(channel(state, name) is None for name in effect.reads if name != "load"):
         return Load()
-    return effect.load(state) or Load()
+    given = effect.load(state)
+    return Load() if given is None else given
 
 
 def _plain(value: Any) -> Any:

@@ -16,8 +16,9 @@ from postproc.diagnostics import Diagnostic, has_errors
 from postproc.effects.base import Effect, State, Variant
 from postproc.effects.declaration import declaration, own_channels
 from postproc.effects.example import example_state
+from postproc.effects.failures import Failure, raised
 from postproc.effects.findings import describe, finding
-from postproc.effects.trial import Failure, contribution, displaced, locked, raised, sensitivity
+from postproc.effects.trial import contribution, displaced, locked, sensitivity
 
 ROWS = 240
 MOST_VARIANTS = 12

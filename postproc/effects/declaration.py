@@ -10,7 +10,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.findings import finding
-from postproc.effects.parameters import unit_suffix
+from postproc.effects.parameters import Parameter, unit_suffix
 
 CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
 KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load"))
@@ -31,15 +31,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             help = f"rename it to `{name}{unit_suffix(meta.unit)}`"
             message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
             yield finding("EFF017", message, cls, member=name, help=help, warn=True)
-        low, high, null = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null))
-        if np.any(low > null) or np.any(null > high) or not np.all(np.asarray(meta.typical) > 0.0):
-            message = (
-                f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
-            )
-            yield finding("EFF016", message, cls, member=name, help="write low <= null <= high and typical > 0")
-        elif meta.amplitude and np.any(np.asarray(meta.typical) > np.maximum(high - null, null - low)):
-            message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
-            yield finding("EFF016", message, cls, member=name, help="say how large it usually is: typical=1e-4")
+        yield from _bounds(cls, name, meta)
     for name in own_channels(cls):
         if name.lower() in KNOWN or re.fullmatch(TABLE, name.lower()):
             message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
@@ -51,6 +43,26 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
         yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
     if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
         yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help="write one of the two")
+
+
+def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnostic]:
+    """EFF016 where a parameter's bounds, null value and typical size do not go together."""
+    message = ""
+    try:
+        low, high, null, typical = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null, meta.typical))
+    except (TypeError, ValueError):
+        message, help_ = f"the bounds of `{name}` of `{cls.key}` are no numbers", "write numbers in SI units"
+    else:
+        if np.any(low > null) or np.any(null > high) or not np.all(typical > 0.0):
+            message = (
+                f"the bounds of `{name}` of `{cls.key}` leave out its null value, or its typical size is not positive"
+            )
+            help_ = "write low <= null <= high and typical > 0"
+        elif meta.amplitude and np.any(typical > np.maximum(high - null, null - low)):
+            message = f"the typical size of `{name}` of `{cls.key}` lies beyond its bounds"
+            help_ = "say how large it usually is: typical=1e-4"
+    if message:
+        yield finding("EFF016", message, cls, member=name, help=help_)
 
 
 def own_channels(cls: type[Effect]) -> tuple[str, ...]:

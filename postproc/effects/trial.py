@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import TypeVar
@@ -13,16 +12,11 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.effects.base import Displacement, Effect, Load, State, displacement_of, load_of
-from postproc.effects.findings import describe, finding, line_of
+from postproc.effects.failures import Failure, raised
+from postproc.effects.findings import finding
 
 T = TypeVar("T")
 Rows = NDArray[np.int_]
-
-
-class Failure(Exception):
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
 
 def sensitivity(effect: Effect, state: State, freed: Rows) -> Array:
@@ -45,23 +39,27 @@ def contribution(effect: Effect, state: State) -> Array:
 
 
 def displaced(effect: Effect, state: State) -> Array:
-    given: Displacement = _call(effect, "displacement", lambda: displacement_of(effect, state))
+    given = _call(effect, "displacement", lambda: displacement_of(effect, state), Displacement)
     return _blocks(effect, "displacement", state, (given.joint, given.body, given.tool, given.instrument))
 
 
 def _loaded(effect: Effect, state: State) -> Array:
-    given: Load = _call(effect, "load", lambda: load_of(effect, state))
+    given = _call(effect, "load", lambda: load_of(effect, state), Load)
     return _blocks(effect, "load", state, (given.joint, given.body))
 
 
-def _call(effect: Effect, member: str, ask: Callable[[], T]) -> T:
+def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
     try:
         with np.errstate(all="ignore"):  # What is not finite is found in the result.
-            return ask()
+            given = ask()
     except PostprocError:
         raise
     except (Exception, SystemExit) as error:
         raise Failure(raised(type(effect), error, member)) from error
+    if not isinstance(given, kind):
+        help = "give Load(joint=..), (n, 6) torques, or Load(body={3: ..})"
+        raise Failure(_shape(effect, member, f"gives {type(given).__name__}", help))
+    return given
 
 
 def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]) -> Array:
@@ -92,22 +90,6 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
 def _shape(effect: Effect, member: str, what: str, help: str) -> Diagnostic:
     cls = type(effect)
     return finding("EFF003", f"`{member}` of `{cls.key}` {what}", cls, member=member, help=help)
-
-
-def raised(cls: type[Effect], error: BaseException, member: str = "") -> Diagnostic:
-    line = line_of(error, inspect.getsourcefile(cls) or "")
-    if isinstance(error, ValueError) and "read-only" in str(error):
-        help = "work on a copy: q = state.q.copy()"
-        return finding("EFF010", f"`{cls.key}` writes into the state", cls, line=line, help=help)
-    help = ""
-    if isinstance(error, KeyError):
-        help = f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'
-    elif "NoneType" in str(error):
-        help = f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
-    elif isinstance(error, AttributeError) and isinstance(error.obj, State):
-        help = f"a state has {', '.join(f.name for f in fields(State))}"
-    what = f"`{member}` of `{cls.key}`" if member else f"`{cls.key}`"
-    return finding("EFF005", f"{what} fails: {describe(error)}", cls, line=line, help=help)
 
 
 def locked(state: State) -> State:

@@ -101,6 +101,50 @@ def test_the_kit_catches(effect_file, code, line, text, says):
     assert found.source.path.endswith("my_effects.py")
 
 
+@pytest.mark.parametrize(
+    ("code", "line", "helps"),
+    [
+        ("EFF005", "return self.step_rad * (state.q > limit)", "define it above the class"),
+        ("EFF005", "return self.stepp_rad * state.q", "did you mean `step_rad`?"),
+        ("EFF005", "return self.step_rad * state.tmperature", "did you mean `temperature`?"),
+        ("EFF005", "return self.step_rad * state.q[:, 6:7][:, 3]", "counting starts at 0"),
+        ("EFF005", "return state.q + state.q[:, 1]", "one joint of it, state.q[:, 1], is (n,)"),
+        ("EFF005", "return state.q if state.q > 0.4 else self.step_rad", "np.where("),
+        ("EFF005", "import math; return self.step_rad * math.sin(state.q)", "np.sin(x)"),
+        ("EFF005", "return Displacement(joints=state.q)", "Displacement has joint, body, tool and instrument"),
+        ("EFF005", "return state.q, 0", "give one array (n, 6)"),
+        ("EFF005", "return self.step_rad * state.q / (1 // 0)", "keep clear of zero"),
+        ("EFF005", "import no_such_package", "install that package"),
+        ("EFF005", "self.found = 1", "an effect is a value"),
+        ("EFF005", "return self.displacement(state)", "it calls itself"),
+        ("EFF005", "raise OSError('no such table')", "`from postproc.effects.example import example_state`"),
+    ],
+)
+def test_an_error_of_an_effect_says_what_to_do(effect_file, code, line, helps):
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(body(STEP + f"def displacement(self, state):\n    {line}\n")))
+    (found,) = error.value.diagnostics
+    assert found.code == code
+    assert helps in found.help
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "says", "helps"),
+    [
+        ("EFF003", STEP + "def load(self, state): return self.step_rad * state.q\n", "`load` of `broken` gives ndarray", "Load(joint=..)"),
+        ("EFF005", STEP + "def displacement(self): return self.step_rad\n", "takes 1 positional argument", "def displacement(self, state)"),
+        ("EFF016", 'step_rad: float = param(unit="rad", low="a")\ndef displacement(self, state): return self.step_rad * state.q\n', "are no numbers", "SI units"),
+    ],
+)  # fmt: skip
+def test_a_wrong_declaration_says_what_to_write(effect_file, code, text, says, helps):
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(body(text)))
+    (found,) = error.value.diagnostics
+    assert found.code == code
+    assert says in found.message
+    assert helps in found.help
+
+
 def test_a_length_may_stand_for_a_shape(effect_file):
     (cls,) = load_effect_file(
         effect_file(body(STEP.replace("(6,)", "6") + "def displacement(self, state): return self.step_rad * state.q\n"))
