@@ -111,7 +111,8 @@ class Patterns:
     def only(self, where: str) -> Group:
         """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
         if where not in self.known:
-            some = [p for p in self.every if p.where in (where, sort(where)) and not p.wide]
+            here = (where, sort(where))
+            some = [p for p in self.every if p.where in here and not p.wide]
             self.known[where] = Group(some, self.kinds)
         return self.known[where]
 

@@ -110,4 +110,4 @@ def side_by_side(some: Sequence[Pattern], tries: float) -> Pattern:
         return [p.law(x) for p in some]
 
     form, at = joined([p.form for p in some]), tuple(edge for p in some for edge in p.at)
-    return Pattern(some[0].signals, form, law, some[-1].kind, at, tries=tries, wide=True)
+    return Pattern(some[0].signals, form, law, "line", at, tries=tries, wide=True)

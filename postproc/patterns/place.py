@@ -53,21 +53,6 @@ class Place:
         self.square: Single = square.T.astype(np.float32)
         self.rest: Single = by_pose(linear.rest[:, None] * place).T.astype(np.float32)
 
-    def pair(self, columns: Array) -> tuple[int, int]:
-        """Which two of (N, m k) whitened columns of k patterns take most off together."""
-        inside = self.linear.project(columns).reshape(len(columns), self.count, -1)
-        k = inside.shape[2]
-        flat = inside.transpose(0, 2, 1).reshape(len(columns), -1)
-        gram = (flat.T @ flat).reshape(k, self.count, k, self.count).transpose(0, 2, 1, 3)
-        along = (flat.T @ self.linear.rest).reshape(k, self.count)
-        i, j = np.triu_indices(k, 1)
-        whole = np.block([[gram[i, i], gram[i, j]], [gram[j, i], gram[j, j]]])
-        both = np.concatenate([along[i], along[j]], axis=1)
-        scale = np.einsum("cii->c", whole)  # none where the fitted parameters do all that both could
-        whole += 1e-3 * np.where(scale > 0, scale, 1.0)[:, None, None] / both.shape[1] * np.eye(both.shape[1])
-        best = int(np.argmax(np.einsum("ci,ci->c", both, np.linalg.solve(whole, both[:, :, None])[:, :, 0])))
-        return int(i[best]), int(j[best])
-
     def falls(self, values: Single) -> Array:
         """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values."""
         P, m = values.shape[1], self.count

@@ -243,15 +243,16 @@ def _bumps(signal: Signal, places: int, most: int, fine: int = 0) -> list[Patter
     return [_bump(signal, e, w, fine) for e in knots(signal.values, places) for w in widths]
 
 
-def abrupt(signal: Signal) -> list[Pattern]:
-    """The line, some steps and some bumps of a signal; each of these finds those close by."""
+def abrupt(signal: Signal, most: int) -> list[Pattern]:
+    """The line, bumps and steps of a signal, about so many; each of these finds those close by."""
     every = edges(signal.values, len(signal.values))
+    bumps = _bumps(signal, SOME, 7)
 
     def near(edge: Edge) -> Callable[[], list[Pattern]]:
         return lambda: [_step(signal, e, near(e)) for e in _nearest(every, edge)]
 
-    steps = [_step(signal, e, near(e)) for e in edges(signal.values, SOME)]
-    return [line(signal), *steps, *_bumps(signal, SOME, 4, -1)]
+    steps = [_step(signal, e, near(e)) for e in edges(signal.values, max(SOME, most - len(bumps)))]
+    return [line(signal), *steps, *bumps]
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import factorial
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.patterns.every import Patterns, Single, grown, odds, switched
-from postproc.patterns.formula import Pattern, sharper, side_by_side, spread
+from postproc.patterns.chains import chains
+from postproc.patterns.every import PLACES, Patterns, Single, grown, odds, switched
+from postproc.patterns.formula import Pattern, sharper, spread
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
-from postproc.patterns.shapes import CLOSER, abrupt
+from postproc.patterns.shapes import CLOSER
 from postproc.patterns.signals import Signal
 
 MOST = 40
@@ -26,10 +26,8 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
-TURNS, FEW, SIDE_BY_SIDE = 2, 4, 5
-"""How often shapes side by side are placed, one after the other; values of a channel that has none; the most of one."""
-NEARLY = 0.97
-"""Share of what is above the noise from which on a second shape has nothing left to tell."""
+FEW, CHAINS = 4, 3
+"""Values of a channel that has no shapes side by side; channels at places that are asked for them."""
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
 
@@ -159,9 +157,9 @@ class Tried:
             best = max(best, *more, key=lambda f: f.worth) if more else best
             if not any(other.worth > closest.worth for other in more):
                 del self.found[known:]
-        if best.fall < NEARLY * above(self.linear):
-            signals = [s for s in best.pattern.signals if len(np.unique(s.values)) > FEW]
-            best = max([best, *(self._several(best.where, s) for s in signals)], key=lambda f: f.worth)
+        for where, signal in self._channels([best, *ranked[:MOST]]):
+            if self._all_left(where) > best.worth:
+                best = max(best, self._several(where, signal), key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if self.every.sensible(best.pattern, where):
@@ -181,28 +179,30 @@ class Tried:
             best = max(best, one, key=lambda f: f.worth)
         return best
 
+    def _all_left(self, where: str) -> float:
+        """What two shapes would be worth there if they left nothing above the noise."""
+        linear, count = self._seen(where).linear, self._seen(where).count
+        return float(_worth(linear.square, above(self.linear), 2 * count, linear.freedom, PLACES))
+
     def _several(self, where: str, signal: Signal) -> Found:
         """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
-        coarse = abrupt(signal)
-        # More than a pair of a joint's own angle is the free function that the library has.
-        most = 2 if (where,) == tuple(f"joint {name[1:]}" for name in signal.names) else SIDE_BY_SIDE
-        some = [coarse[k] for k in self._seen(where).pair(self.problem.whiten(spread(self.moves[where], _all(coarse))))]
-        found: list[Found] = []
-        while True:
-            for _ in range(TURNS * len(some)):
-                some = [*some[1:], self._beside(where, some[1:], [some[0], *sharper(some[0])])]
-            tries = (CLOSER * len(coarse)) ** len(some) / factorial(len(some))
-            found.append(self._wide(where, side_by_side(some, tries)))
-            best = max(found, key=lambda f: f.worth)
-            if best is not found[-1] or best.fall > NEARLY * above(self.linear) or len(some) == most:
-                return best
-            some.append(self._beside(where, some, coarse))
-
-    def _beside(self, where: str, taken: Sequence[Pattern], some: list[Pattern]) -> Pattern:
-        """The one of some that takes most off what others leave."""
         seen = self._seen(where)
-        others = self.problem.whiten(spread(self.moves[where], _all(taken)))
-        return some[int(np.argmax(Place(self.problem, seen.linear.extended(others), seen.place).falls(_values(some))))]
+
+        def worth(falls: Array, count: int, tries: Array) -> Array:
+            return _worth(seen.linear.square, falls, count, seen.linear.freedom, tries)
+
+        some = chains(self.problem, seen, self.moves[where], signal, worth)
+        return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
+
+    def _channels(self, ranked: Sequence[Found]) -> list[tuple[str, Signal]]:
+        """Places and signals of the best patterns, those themselves of what follows their size."""
+        plain = {p.signals[0].label: p.signals[0] for p in self.every.every if p.kind == "line"}
+        some: dict[tuple[str, str], Signal] = {}
+        for one in ranked:
+            for s in one.pattern.signals:
+                some.setdefault((one.where, s.label.strip("|")), s)
+        whole = [(where, plain.get(label, s)) for (where, label), s in some.items()]
+        return [(where, s) for where, s in whole if len(np.unique(s.values)) > FEW][:CHAINS]
 
     def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
@@ -236,10 +236,6 @@ class Tried:
 def above(linear: Linear) -> float:
     """What is left above the noise, of the whitened sum of squares."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
-
-
-def _all(some: Sequence[Pattern]) -> Array:
-    return np.array([p.values for p in some]).T
 
 
 def _values(some: Sequence[Pattern]) -> Single:

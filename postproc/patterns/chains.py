@@ -1,0 +1,131 @@
+"""Shapes of one signal side by side, each with a size of its own: several slips, a tooth that lags and leads."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from math import factorial, log
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.problem import Problem
+from postproc.patterns.formula import Pattern, sharper, side_by_side, spread
+from postproc.patterns.place import Place
+from postproc.patterns.shapes import CLOSER, SOME, abrupt
+from postproc.patterns.signals import Signal
+
+MOST = 5
+"""Shapes side by side, at most."""
+COLUMNS = 600
+"""Columns of all shapes of a signal at a place, at most."""
+PAIRED = 150
+"""Shapes that are asked for the best two."""
+APART = 1e-3
+"""Share of a shape's square that must be left beside the others."""
+ROUNDS = 3
+"""How often each shape is moved, the others as they are."""
+
+Worth = Callable[[Array, int, Array], Array]
+"""Of what shapes take off the sum of squares with so many parameters, for so many that were tried."""
+
+
+def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: Worth) -> Iterator[Pattern]:
+    """The best two shapes of a signal at a place, three .., each of them better than any other beside the others.
+
+    Each pays for all that it was chosen from, and their order is nothing: n! chains are one.
+
+    Args:
+        seen, moves: the place as the data sees it, and how the prediction moves with it (n, r, m).
+    """
+    some = abrupt(signal, COLUMNS // seen.count)
+    kinds = Counter(p.kind for p in some)
+    # Every kind is as likely; steps at all edges count as many as coarse ones.
+    many = {kind: CLOSER * min(number, SOME if kind == "step" else number) for kind, number in kinds.items()}
+    tries = np.array([len(kinds) * (1.0 if p.kind == "line" else many[p.kind]) for p in some])
+    gram, along = _products(problem, seen, moves, some)
+    # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
+    for start in (("line", "step"), tuple(kinds)):
+        among = np.flatnonzero([p.kind in start for p in some])
+        inside = gram[among][:, :, among], along[among], tries[among]
+        taken, before = _settled(*inside, worth, _pair(*inside, worth)[:1])
+        while True:
+            shapes = _closer(problem, seen, moves, [some[k] for k in among[taken]])
+            yield side_by_side(shapes, float(np.prod(tries[among[taken]])) / factorial(len(taken)))
+            if len(taken) == MOST:
+                break
+            taken, reached = _settled(*inside, worth, taken)
+            if reached < before:
+                break
+            before = reached
+
+
+def _products(problem: Problem, seen: Place, moves: Array, some: list[Pattern]) -> tuple[Array, Array]:
+    """(P, m, P, m) products of the columns of P patterns, and (P, m) with the residual, beside the fit."""
+    columns = problem.whiten(spread(moves, np.stack([p.values for p in some], axis=1)))
+    by_pattern = columns.reshape(len(columns), seen.count, -1).swapaxes(1, 2).reshape(len(columns), -1)
+    inside = seen.linear.project(by_pattern)
+    size = (len(some), seen.count)
+    return (inside.T @ inside).reshape(*size, *size), (inside.T @ seen.linear.rest).reshape(size)
+
+
+def _settled(gram: Array, along: Array, tries: Array, worth: Worth, taken: list[int]) -> tuple[list[int], float]:
+    """One more, then each in turn the best beside the others, until none is better elsewhere; what all are worth."""
+
+    def best(others: list[int]) -> tuple[float, int]:
+        parameters = (len(others) + 1) * along.shape[1]
+        every = worth(_falls(gram, along, others), parameters, float(np.prod(tries[others])) * tries)
+        every[others] = -np.inf
+        return float(every.max()), int(np.argmax(every))
+
+    reached, new = best(taken)
+    taken = [*taken, new]
+    while True:
+        before = reached
+        for _ in taken:
+            reached, new = best(taken[1:])
+            taken = [*taken[1:], new]
+        if reached <= before:
+            return taken, reached + 2 * log(factorial(len(taken)))
+
+
+def _pair(gram: Array, along: Array, tries: Array, worth: Worth) -> list[int]:
+    """Which two of some of them are worth most together: one alone may tell less than something else."""
+    some = np.arange(0, len(along), -(-len(along) // PAIRED))
+    i, j = some[np.stack(np.triu_indices(len(some), 1))]
+    whole = np.block([[gram[i, :, i], gram[i, :, j]], [gram[j, :, i], gram[j, :, j]]])
+    both = np.hstack([along[i], along[j]])
+    scale = np.einsum("cii->c", whole)  # none where the fitted parameters do all that both could
+    whole += APART * np.where(scale > 0, scale, 1.0)[:, None, None] / both.shape[1] * np.eye(both.shape[1])
+    falls = np.einsum("ci,ci->c", both, np.linalg.solve(whole, both[:, :, None])[:, :, 0])
+    best = int(np.argmax(worth(falls, both.shape[1], tries[i] * tries[j])))
+    return [int(i[best]), int(j[best])]
+
+
+def _falls(gram: Array, along: Array, others: list[int]) -> Array:
+    """(P,) what each takes off the sum of squares together with others."""
+    P, m = along.shape
+    whole = gram.reshape(P * m, P * m)
+    at = (np.array(others, dtype=int)[:, None] * m + np.arange(m)).ravel()
+    held = whole[at][:, at]
+    known = np.linalg.solve(held + APART * np.diag(np.diag(held)), np.column_stack([whole[at], along.ravel()[at]]))
+    fall = float(along.ravel()[at] @ known[:, -1])
+    rest = along - (whole[:, at] @ known[:, -1]).reshape(P, m)
+    own = np.stack([gram[k, :, k, :] for k in range(P)])
+    scale = np.einsum("kii->k", own)
+    own = own - np.einsum("kia,akj->kij", whole[:, at].reshape(P, m, -1), known[:, :-1].reshape(-1, P, m))
+    own += APART * np.where(scale > 0, scale, 1.0)[:, None, None] / m * np.eye(m)
+    alone = np.einsum("ki,ki->k", rest, np.linalg.solve(own, rest[:, :, None])[:, :, 0])
+    return fall + np.where(np.einsum("kii->k", own) > 2 * APART * scale, alone, 0.0)
+
+
+def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) -> list[Pattern]:
+    """Each where it tells most beside the others, and still what it is."""
+    for _ in range(ROUNDS * len(shapes)):
+        first, *others = shapes
+        near = [first, *(p for p in sharper(first) if p.form == first.form)]
+        columns = problem.whiten(spread(moves, np.stack([p.values for p in others], axis=1)))
+        beside = Place(problem, seen.linear.extended(columns), seen.place)
+        falls = beside.falls(np.array([p.values for p in near], dtype=np.float32).T)
+        shapes = [*others, near[int(np.argmax(falls))]]
+    return shapes
