@@ -105,6 +105,24 @@ def test_every_diagnostic_is_explained() -> None:
     assert all(found.startswith(page) for found, page in explained)
 
 
+def test_pages_name_files_that_exist() -> None:
+    every = [p.relative_to(ROOT).as_posix() for folder in ("postproc", "tests") for p in (ROOT / folder).rglob("*.py")]
+    pages = [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")]
+    named = {(page.name, name) for page in pages for name in re.findall(r"`([a-z_/]+\.py)`", page.read_text("utf-8"))}
+    assert {(page, name) for page, name in named if not any(f"/{path}".endswith(f"/{name}") for path in every)} == set()
+
+
+def test_modules_of_a_room_stand_in_its_page() -> None:
+    """Where a page has a table of its files, the table has all of them."""
+    for room in ("fit", "patterns", "identify"):
+        page = (ROOT / "docs" / f"{room}.md").read_text("utf-8")
+        table = page[page.index(f"files in `postproc/{room}` |") :]
+        missing = (
+            {p.stem for p in (PACKAGE / room).glob("*.py")} - set(re.findall(r"`([a-z_]+)`", table)) - {"__init__"}
+        )
+        assert missing == set(), room
+
+
 def test_modules_stay_small() -> None:
     sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
     assert {name: size for name, size in sizes.items() if size > 300} == {}

@@ -39,16 +39,6 @@ def stiffness(model: Model, state: State) -> Array:
     return K
 
 
-def principal_stiffness(K: Array) -> tuple[Array, Array]:
-    """Translational principal stiffnesses (n, 3) [N/m], ascending, and their directions, columns of (n, 3, 3).
-
-    The force that answers to a displacement while rotation is free: the inverse of the upper left block of K^-1.
-    """
-    S = np.linalg.inv(K)[:, :3, :3]
-    values, directions_ = np.linalg.eigh((S + np.swapaxes(S, 1, 2)) / 2)
-    return 1.0 / values[:, ::-1], directions_[:, :, ::-1]
-
-
 def natural_frequencies(model: Model, state: State) -> Array:
     """The six lowest natural frequencies, ascending, (n, 6) [Hz] (seed paper, Eq. 6: det(K - omega^2 M) = 0).
 
