@@ -12,7 +12,7 @@ An effect is a frozen value: its fields are its present parameters, a fit return
             dq[:, 1] = self.step_rad * (state.q[:, 1] > 0.4)
             return dq
 
-`displacement_of` and `load_of` are how the rest of the package asks: they fill in what an effect leaves out.
+`asking.displacement_of` and `load_of` are how the rest of the package asks: they fill in what an effect leaves out.
 """
 
 from __future__ import annotations
@@ -46,16 +46,12 @@ __all__ = [
     "State",
     "Variant",
     "by_joint",
-    "channel",
-    "displacement_of",
-    "load_of",
     "param",
     "structure",
     "variant",
 ]
 
 T = TypeVar("T")
-_STATE_FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 FILLED_BY_MODEL = ("load", "pose", "robot")
 
 
@@ -244,7 +240,7 @@ class Effect:
     @classmethod
     def missing(cls, state: State) -> tuple[str, ...]:
         """Channels that the effect reads and nobody recorded (those that the model fills in do not count)."""
-        return tuple(n for n in cls.reads if n not in FILLED_BY_MODEL and channel(state, n) is None)
+        return tuple(n for n in cls.reads if n not in FILLED_BY_MODEL and state.channel(n) is None)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
@@ -263,32 +259,6 @@ class Effect:
         module = sys.modules.get(type(self).__module__)
         fields = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}  # type: ignore[arg-type]
         return restore, (type(self).__module__, getattr(module, "__file__", None), type(self).__qualname__, fields)
-
-
-def channel(state: State, name: str) -> Array | None:
-    """A channel of the state by the name that effects declare, or None where it was not recorded."""
-    return state.channels[name] if name in state.channels else getattr(state, _STATE_FIELDS.get(name, name), None)
-
-
-def displacement_of(effect: Effect, state: State) -> Displacement:
-    """The displacement of an effect; nothing where a channel that it reads was not recorded."""
-    if any(channel(state, name) is None for name in effect.reads):
-        return Displacement()
-    result = effect.displacement(state)
-    if result is None:
-        return Displacement()
-    if not isinstance(result, Displacement):
-        return Displacement(joint=np.asarray(result, dtype=float))
-    # Bodies that stay where they are cost a model as much as those that move.
-    return dataclasses.replace(result, body={b: x for b, x in result.body.items() if np.any(x)})
-
-
-def load_of(effect: Effect, state: State) -> Load:
-    """The load of an effect; nothing where a channel that it reads is not there (``load`` itself comes later)."""
-    if any(channel(state, name) is None for name in effect.reads if name != "load"):
-        return Load()
-    given = effect.load(state)
-    return Load() if given is None else given
 
 
 def _plain(value: Any) -> Any:

@@ -15,6 +15,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
 
+FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
+"""Fields of a state that effects declare by another name."""
 CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange_tcp"})
 """Fields of a state that are not one value for each row."""
 
@@ -61,6 +63,10 @@ class State:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def channel(self, name: str) -> Array | None:
+        """A channel by the name that effects declare, or None where it was not recorded."""
+        return self.channels[name] if name in self.channels else getattr(self, FIELDS.get(name, name), None)
 
     def rows(self, index: Any) -> State:
         """The states of some rows (slice, mask or indices); constants and one tool for all stay as they are."""

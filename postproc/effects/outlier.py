@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Displacement, Effect, State, Variant, channel, param, structure, variant
+from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
 
 
 class Outlier(
@@ -30,7 +30,7 @@ class Outlier(
     shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
 
     def displacement(self, state: State) -> Displacement | None:
-        rows = channel(state, "row")
+        rows = state.channel("row")
         if rows is None:
             return None
         member = (rows[:, None] == np.array(self.row)).astype(float)

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, Load, State, Variant, channel, param, variant
+from postproc.effects.base import Effect, Load, State, Variant, param, variant
 from postproc.effects.geometry import Mass, weight
 
 
@@ -53,7 +53,7 @@ class PayloadError(
         effect, part = current or cls(), np.arange(8)
         constant, share, centre = part < 4, part == 4, part > 4
         found = [variant(effect, "mass and centre", constant, constant)]
-        stated = channel(state, "payload")
+        stated = state.channel("payload")
         if stated is not None and np.any(stated != 0.0):
             found.append(variant(effect, "share of the stated payload", share, share))
         if stated is not None and np.ptp(stated) > 0.0:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.effects.base import Displacement, Effect, Load, State, displacement_of, load_of
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Displacement, Effect, Load, State
 from postproc.effects.failures import Failure, raised
 from postproc.effects.findings import finding
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, displacement_of, load_of
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.linear import Linear, f_test
 from postproc.fit.problem import Problem, Weights

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import displacement_of
+from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain

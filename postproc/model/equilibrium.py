@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.effects.base import displacement_of
+from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain

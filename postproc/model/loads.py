@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import load_of
+from postproc.effects.asking import load_of
 from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import ALL_BODIES, Model

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, displacement_of, load_of
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Directions, deflected_chain, directions, point_jacobian, spread

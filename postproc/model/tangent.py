@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, displacement_of, load_of
+from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.base import Effect
 from postproc.effects.contract import Displacement, Load, State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread

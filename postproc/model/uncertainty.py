@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import displacement_of
+from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.sensitivity import grown_sensitivity

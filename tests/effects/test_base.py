@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
+from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import (
     Array,
@@ -13,8 +14,6 @@ from postproc.effects.base import (
     Effect,
     State,
     by_joint,
-    displacement_of,
-    load_of,
     param,
     structure,
 )

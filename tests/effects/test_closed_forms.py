@@ -8,8 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from postproc.effects.arm_load import ArmLoad
+from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.backlash import Backlash
-from postproc.effects.base import State, displacement_of, load_of
+from postproc.effects.base import State
 from postproc.effects.base_compliance import BaseCompliance
 from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.dress_pack import DressPack
