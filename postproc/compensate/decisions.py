@@ -72,12 +72,9 @@ def decide_changes(
         runs: all executions (see ``possible_runs``); wishes: of those that can be compensated.
         users: from ``target_users``; least: see ``straight`` [mm].
     """
-    places: dict[PlaceKey, list[Wish]] = {}
-    arguments: dict[ArgumentKey, list[Wish]] = {}
-    for wish in wishes:
-        for place in _places(wish):
-            places.setdefault(place, []).append(wish)
-        arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
+    wishes = _circles_apart(wishes)
+    places = _by_place(wishes)
+    arguments = _by_argument(wishes)
     wished = {w.move.row for w in wishes}
     complete, astray = fully_wished(runs, wished), led_elsewhere(runs, wished)
     bases: dict[StatementKey, set[str]] = {}
@@ -124,6 +121,33 @@ def decide_changes(
     return Decisions(tuple(changes), refused, following, edited, serving)
 
 
+def _by_place(wishes: Sequence[Wish]) -> dict[PlaceKey, list[Wish]]:
+    places: dict[PlaceKey, list[Wish]] = {}
+    for wish in wishes:
+        for place in _places(wish):
+            places.setdefault(place, []).append(wish)
+    return places
+
+
+def _by_argument(wishes: Sequence[Wish]) -> dict[ArgumentKey, list[Wish]]:
+    arguments: dict[ArgumentKey, list[Wish]] = {}
+    for wish in wishes:
+        arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
+    return arguments
+
+
+def _circles_apart(wishes: Sequence[Wish]) -> list[Wish]:
+    """Circle points get texts of their own where they alone keep others from sharing the target that they name."""
+    alike = {key for key, group in _by_argument(wishes).items() if _agree(group)}
+    apart: set[ArgumentKey] = set()
+    for group in _by_place(wishes).values():
+        goals = [wish for wish in group if wish.role == "to"]
+        circles = {(wish.event.statement.key, wish.role) for wish in group if wish.role == "via"}
+        if goals and circles <= alike and _agree(goals) and not _agree(group):
+            apart |= circles
+    return [replace(w, apart=True) if (w.event.statement.key, w.role) in apart else w for w in wishes]
+
+
 def numbers_of(origin: Origin) -> PlaceKey | None:
     """Where the numbers of a target stand, in a file that may change."""
     spans = origin.spans
@@ -132,6 +156,8 @@ def numbers_of(origin: Origin) -> PlaceKey | None:
 
 def _places(wish: Wish) -> list[PlaceKey]:
     """Texts that could hold a corrected value, the one to prefer first."""
+    if wish.apart:
+        return []
     spans, handed, numbers = wish.origin.spans, wish.origin.handed, numbers_of(wish.origin)
     found: list[PlaceKey] = [numbers] if numbers is not None else []
     if handed is not None and not handed.source.lent and (spans is None or spans.whole[0] != handed.span[0]):

@@ -21,8 +21,11 @@ from postproc.robot.pose import pose_error
 MM = 1e3
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
-MORE = (
-    "a finer zone or a shorter move leaves room for added targets; `--inertia off` shows what acceleration makes of it"
+MORE = "a finer zone or a shorter move leaves room for added targets"
+INERTIA = "`--inertia off` shows what acceleration makes of it"
+LENT_START = (
+    "the arm comes from a target of a file that is only read along and stays as it is: convert both together"
+    " (`postproc batch`)"
 )
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
@@ -58,18 +61,34 @@ def judge_statements(
         rows = [moves[i] for i in indices if i in moves]
         way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
         if outcome.status != "skipped" and max(way, end) > tolerance:
-            why = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), MORE)
-            why = SHARED if end >= way and any(i in plan.shared for i in rows) else why
-            why = FOLLOWS if statement.key in plan.decisions.following else why
             what = "the path to this target" if way > end else "this target itself"
             text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
-            findings.append(_finding("CMP006", "warning", statement, text, why))
+            farthest = max(rows, key=lambda i: max(worst[i], at_goal[i]))
+            findings.append(_finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, way > end)))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end is known only when the program runs"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
     findings += _transition_findings(plan) + _transient_finding(plan, after)
     return outcomes, findings
+
+
+def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> str:
+    """What keeps a statement from its tolerance.
+
+    Args:
+        rows: the moves that it makes; farthest: the one that is farthest off.
+    """
+    moves = plan.motion.moves
+    start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
+    if moves[farthest].event.statement.key in plan.decisions.following:
+        return FOLLOWS
+    if not on_the_way and any(i in plan.shared for i in rows):
+        return SHARED
+    if on_the_way and start.event.statement.source.lent:
+        return LENT_START
+    divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
+    return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)
 
 
 def _outcome(

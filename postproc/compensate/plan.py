@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.added import added_statements
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
 from postproc.compensate.decisions import Decisions, PlaceKey, decide_changes, numbers_of
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
@@ -15,7 +16,7 @@ from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
 from postproc.compensate.sharing import Users, possible_runs, shared_shifts
-from postproc.compensate.targets import Pieces, divide_moves
+from postproc.compensate.targets import Pieces, divide_moves, divided_alike
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
 from postproc.model.arm import Model
@@ -78,11 +79,11 @@ def plan_changes(
         curve, transitions = commanded_curve(model, samples, exact, written, t)
         transitions += find_reversals(model, samples, curve, t, tolerance)
         divisible = [i not in indivisible and (i not in left or i in shared) for i in range(len(moves))]
-        pieces = divide_moves(samples, curve, tolerance, divisible, settled)
+        pieces = divided_alike(samples, divide_moves(samples, curve, tolerance, divisible, settled), divisible)
         values = Wishes(model.robot, motion, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(runs, wishes, users, 1e3 * least)
-        insertions, clashing = values.insertions(pieces, zone_name, tolerance)
+        insertions, clashing = added_statements(values, pieces, zone_name, tolerance)
         now_left = left_targets(motion, exact, wishes, decisions)
         farther = farther_ways(motion, runs, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)

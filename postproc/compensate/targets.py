@@ -11,6 +11,7 @@ from postproc.arrays import Array
 from postproc.compensate.placement import place_arcs, place_vertices
 from postproc.compensate.samples import Samples
 from postproc.motion.values import Flags
+from postproc.rapid.events import StatementKey
 
 SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
 TRANSIENT = 0.1  # weight of deviations while the speed changes: not worth a target each
@@ -72,6 +73,28 @@ def divide_moves(
             vertices, reached = place_vertices(u, shift[rows], direction, allowed, limit, weight[rows])
             result.append(Pieces(int(i), tuple(begin + v for v in vertices), (), reached))
     return result
+
+
+def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequence[bool]) -> list[Pieces]:
+    """The same with all runs of a statement divided at the fractions of the one that needs most targets.
+
+    Args:
+        divisible: see ``divide_moves``.
+    """
+    most: dict[StatementKey, Pieces] = {}
+    for part in pieces:
+        key = samples.moves[part.move].event.statement.key
+        if len(part.goals) > len(most[key].goals if key in most else ()):
+            most[key] = part
+    found = {part.move: part for part in pieces}
+    size = samples.goal - samples.start
+    for i, move in enumerate(samples.moves if most else ()):
+        like = most.get(move.event.statement.key)
+        if like is not None and i != like.move and size[i] == size[like.move] and divisible[i] and move.again is None:
+            on = int(samples.start[i] - samples.start[like.move])
+            goals, vias = (tuple(k + on for k in row) for row in (like.goals, like.vias))
+            found[i] = Pieces(i, goals, vias, like.reached)
+    return [found[i] for i in sorted(found)]
 
 
 def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:

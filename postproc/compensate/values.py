@@ -25,21 +25,46 @@ UNCHANGED_RAD = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
+class Displacement:
+    """A displacement that goes straight with numbers: the constant and, by name of the number, what each unit adds."""
+
+    constant: Vec3
+    slopes: tuple[tuple[str, Vec3], ...] = ()
+
+    def at(self, numbers: Mapping[str, float]) -> Vec3:
+        """What it is where the numbers have these values."""
+        x, y, z = self.constant
+        for name, (dx, dy, dz) in self.slopes:
+            x, y, z = x + numbers[name] * dx, y + numbers[name] * dy, z + numbers[name] * dz
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
 class TargetValue:
-    """A corrected target in its work object: pose [mm], confdata, external axes (None: keep what is written)."""
+    """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it from run to run.
+
+    Args:
+        way: of the pose [mm], None where it stays.
+    """
 
     pose: Pose
     robconf: tuple[int, int, int, int]
     extax: Ax6
+    way: Displacement | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``)."""
+    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``).
+
+    Args:
+        apart: the argument is replaced, whatever serves for the target that it names now.
+    """
 
     move: Move
     role: str
     value: TargetValue
+    apart: bool = False
 
     @property
     def event(self) -> MotionEvent:
@@ -63,21 +88,6 @@ class Wish:
         """Keys of the declaration and the parameters that the target comes from."""
         handed, declaration = self.origin.handed, self.origin.declaration
         return {*(handed.parameters if handed is not None else ()), *([declaration] if declaration is not None else [])}
-
-
-@dataclass(frozen=True, slots=True)
-class Displacement:
-    """A displacement that goes straight with numbers: the constant and, by name of the number, what each unit adds."""
-
-    constant: Vec3
-    slopes: tuple[tuple[str, Vec3], ...] = ()
-
-    def at(self, numbers: Mapping[str, float]) -> Vec3:
-        """What it is where the numbers have these values."""
-        x, y, z = self.constant
-        for name, (dx, dy, dz) in self.slopes:
-            x, y, z = x + numbers[name] * dx, y + numbers[name] * dy, z + numbers[name] * dz
-        return x, y, z
 
 
 @dataclass(frozen=True, slots=True)

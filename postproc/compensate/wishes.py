@@ -1,25 +1,22 @@
-"""What the correction asks for: targets as the program would write them, and statements to add."""
+"""What the correction asks for: targets as the program would write them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.correction import Exact
-from postproc.compensate.decisions import SAME_MM, same_value
-from postproc.compensate.insertions import insertion_of
 from postproc.compensate.motion import Motion
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Insertion, TargetValue, Wish
+from postproc.compensate.values import TargetValue, Wish
 from postproc.motion.postures import any_configuration
-from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.records import NO_AXIS, Ax6, Pose, RobTarget
+from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata, within
@@ -55,7 +52,7 @@ class Wishes:
                 parts = divided.get(i)
                 conf = event.via.robconf
                 if parts is not None and parts.goals:  # it is moved to the middle of the last part
-                    conf = _conf(confdata(self.robot, self.written.q[[parts.vias[-1]]])[0])
+                    conf = conf_of(confdata(self.robot, self.written.q[[parts.vias[-1]]])[0])
                 asked.append((i, "via", self._via(i, parts), conf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
         vias: dict[StatementKey, list[int]] = {}
@@ -72,7 +69,7 @@ class Wishes:
         """The confdata as it was taught, while the corrected joints stand where it says."""
         # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
         kept = within(self.robot, self.written.q_goal[i], np.array(taught), BOUNDARY / 2)
-        return taught if kept and not self.crossed[i] else _conf(self.conf_after[i])
+        return taught if kept and not self.crossed[i] else conf_of(self.conf_after[i])
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
         """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""
@@ -103,58 +100,6 @@ class Wishes:
         T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
         return T
 
-    def _added(self, i: int, part: Pieces | None, zone_name: Callable[[MotionEvent], str]) -> list[Insertion]:
-        """The statements to add before one move."""
-        if part is None:
-            return []
-        event = self.motion.moves[i].event
-        goals = list(part.goals)
-        confs = [_conf(row) for row in confdata(self.robot, self.written.q[goals])]
-        to = self.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
-        shares = self.motion.samples.u[goals].tolist()
-        to = [replace(value, extax=self._axes(i, share)) for value, share in zip(to, shares, strict=True)]
-        vias = self.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
-        zone, parts = zone_name(event), np.diff(shares, prepend=0.0).tolist()
-        return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
-
-    def _axes(self, i: int, share: float) -> Ax6:
-        """Where the external axes are after a share of a move: they move evenly with it."""
-        before, target = (self.motion.moves[j].event.target for j in (max(i - 1, 0), i))
-        assert before is not None and target is not None
-        a, b, c, d, e, f = (
-            end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
-            for begin, end in zip(before.extax, target.extax, strict=True)
-        )
-        return a, b, c, d, e, f
-
-    def insertions(
-        self, pieces: Sequence[Pieces], zone_name: Callable[[MotionEvent], str], tolerance: float
-    ) -> tuple[list[Insertion], dict[int, str]]:
-        """Statements to add; moves whose statement runs several times and would need different ones.
-
-        Different is what differs by more than half of the tolerance [m].
-        """
-        same = max(SAME_MM, 500.0 * tolerance)
-        by_statement: dict[tuple[str, int], list[tuple[int, list[Insertion]]]] = {}
-        divided = {p.move: p for p in pieces if p.goals}
-        runs: dict[tuple[str, int], list[int]] = {}
-        for i, move in enumerate(self.motion.moves):
-            if move.again is None:
-                runs.setdefault(move.event.statement.key, []).append(i)
-        for key, group in runs.items():
-            if not any(i in divided for i in group):
-                continue
-            by_statement[key] = [(i, self._added(i, divided.get(i), zone_name)) for i in group]
-        found: list[Insertion] = []
-        clashing: dict[int, str] = {}
-        for runs_of in by_statement.values():
-            _, first = runs_of[0]
-            if all(_same_insertions(first, other, same) for _, other in runs_of[1:]):
-                found += first
-            else:
-                clashing.update({i: "it runs several times on different ways" for i, _ in runs_of})
-        return found, clashing
-
 
 def middle_value(values: Sequence[TargetValue]) -> TargetValue:
     """The value in the middle of some that lie close together; confdata of the first."""
@@ -165,32 +110,20 @@ def middle_value(values: Sequence[TargetValue]) -> TargetValue:
 
 
 def _alike(values: Sequence[TargetValue], runs: Sequence[MotionEvent], least: float) -> list[TargetValue]:
-    """One value for one circle point; other points, another one in each run, are displaced alike and not turned."""
+    """Circle points that are displaced alike, and turned only where they are one point."""
     taught = [event.via for event in runs if event.via is not None]
-    if all(via == taught[0] for via in taught):
-        return [middle_value(values)] * len(values)
     shifts = np.array([np.subtract(v.pose.trans, via.trans) for v, via in zip(values, taught, strict=True)])
     numbers = [dict(event.numbers) for event in runs]
-    way = straight(numbers, shifts, least)
+    way, middle = straight(numbers, shifts, least), middle_value(values)
+    one = all(via == taught[0] for via in taught)
     found = []
     for value, via, named in zip(values, taught, numbers, strict=True):
         x, y, z = np.add(via.trans, way.at(named)).tolist()
-        found.append(replace(value, pose=Pose((x, y, z), via.rot)))
+        rot, conf = (middle.pose.rot, middle.robconf) if one else (via.rot, value.robconf)
+        found.append(replace(value, pose=Pose((x, y, z), rot), robconf=conf))
     return found
 
 
-def _conf(row: Array) -> Conf:
+def conf_of(row: Array) -> Conf:
+    """Confdata (4,) as the program writes it."""
     return int(row[0]), int(row[1]), int(row[2]), int(row[3])
-
-
-def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion], within_mm: float) -> bool:
-    if len(a) != len(b):
-        return False
-    for x, y in zip(a, b, strict=True):
-        if not same_value(x.to, y.to, within_mm) or (x.via is None) != (y.via is None) or x.duration != y.duration:
-            return False
-        if np.abs(np.subtract(x.to.extax, y.to.extax)).max() > STILL:
-            return False
-        if x.via is not None and y.via is not None and not same_value(x.via, y.via, within_mm):
-            return False
-    return True

@@ -11,6 +11,7 @@ SPEEDS = (
     5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500, 3000, 4000, 5000,
     6000, 7000,
 )  # fmt: skip
+EXTERNAL = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 # pzone_tcp, pzone_ori and pzone_eax [mm], zone_ori [deg], zone_leax [mm], zone_reax [deg]
 ZONES = {
     "z0": (0.3, 0.3, 0.3, 0.03, 0.3, 0.03),
@@ -37,6 +38,9 @@ _LOAD0 = (0.001, (0.0, 0.0, 0.001), (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
 PREDEFINED = MappingProxyType(
     {
         **{f"v{v}": ("speeddata", (float(v), 500.0, 5000.0, 1000.0)) for v in SPEEDS},
+        # The speed of external axes alone: the TCP is as fast as they let it.
+        **{f"vlin{v}": ("speeddata", (VMAX, 500.0, float(v), 1000.0)) for v in EXTERNAL[3:]},
+        **{f"vrot{v}": ("speeddata", (VMAX, 500.0, 5000.0, float(v))) for v in EXTERNAL[:7]},
         "vmax": ("speeddata", (VMAX, 500.0, 5000.0, 1000.0)),
         "fine": ("zonedata", (True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
         **{name: ("zonedata", (False, *zone)) for name, zone in ZONES.items()},

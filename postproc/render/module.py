@@ -95,10 +95,15 @@ def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) ->
 
 def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) -> list[tuple[Source, Edit]]:
     """Edits that add statements, each on a line of its own, indented and ended like the line of its original."""
-    target, template = load_template(env, "target.j2"), load_template(env, "statement.j2")
+    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
+    template = load_template(env, "statement.j2")
 
-    def aggregate(value: TargetValue) -> str:
-        return fill(target, {"target": value})
+    def aggregate(value: TargetValue, statement: MotionStatement) -> str:
+        text = fill(target, {"target": value})
+        if value.way is None:
+            return text
+        names = statement.source.data[slice(*statement.span)].decode("latin-1")
+        return fill(displaced, {"text": text, "displacement": _sums(value.way, names)})
 
     grouped: dict[tuple[int, int], list[Insertion]] = {}
     for insertion in insertions:
@@ -109,9 +114,9 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         lead, newline = line_style(statement.source.data, statement.span[0])
         lines = []
         for insertion in group:
-            replaced = {"to": aggregate(insertion.to), "zone": insertion.zone}
+            replaced = {"to": aggregate(insertion.to, statement), "zone": insertion.zone}
             if insertion.via is not None:
-                replaced["via"] = aggregate(insertion.via)
+                replaced["via"] = aggregate(insertion.via, statement)
             if insertion.duration is not None:
                 replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}

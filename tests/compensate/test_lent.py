@@ -123,3 +123,13 @@ def test_data_without_a_value_has_that_of_another_task() -> None:
     other = f"MODULE Other\n  {TOOL}\n  PERS num n:=1;\nENDMODULE\n"
     found = convert(("m.mod", own, False), ("other.mod", other, True))
     assert found.outputs and not [d for d in found.diagnostics if d.code in ("RAP012", "RAP020")]
+
+
+def test_a_way_that_begins_at_a_target_that_is_only_lent_says_so() -> None:
+    own = f"MODULE Own\nPROC main()\nrTo;\nMoveL {target(1300)},v100,fine,t;\nENDPROC\nENDMODULE\n"
+    lent = f"MODULE Cell\n{TOOL}\nPROC rTo()\nMoveJ {target(1290)},v100,fine,t;\nENDPROC\nENDMODULE\n"
+    found = convert(("own.mod", own, False), ("cell.sys", lent, True))
+    (told,) = [d for d in found.diagnostics if d.code == "CMP006"]
+    assert told.help.startswith("the arm comes from a target of a file that is only read along")
+    both = convert(("own.mod", own, False), ("cell.sys", lent, False))
+    assert "CMP006" not in [d.code for d in both.diagnostics]

@@ -53,6 +53,7 @@ def test_a_wrong_number_in_the_text_is_found(tmp_path: Path, error: float) -> No
     wrong = convert(TEXT, template_dir=tampered(tmp_path, z, f"{float(z) + error:.3f}"))
     assert wrong.report["max_error_after_mm"] == pytest.approx(error, abs=0.01)
     assert "CMP006" in codes(wrong) and "CMP006" not in codes(right)
+    assert not any("--inertia off" in d.help for d in wrong.diagnostics)  # it is off
     assert f"{wrong.report['max_error_after_mm']:.3f} mm after" in written(wrong)
     assert wrong.report["statements"][1]["residual_mm"] == pytest.approx(error, abs=0.002)
     assert independent(TEXT, wrong).after == pytest.approx(wrong.report["max_error_after_mm"], abs=1e-3)

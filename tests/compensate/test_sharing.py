@@ -331,3 +331,54 @@ def test_a_target_that_serves_with_and_without_the_arc_ends_the_search_for_what_
     found = convert(text.replace("MODULE M\n", f"MODULE M\n{record}\n"), force_on="arc")
     assert found.exit_code == 0
     assert found.report["max_error_after_mm"] < found.report["max_error_before_mm"]
+
+
+SEAM_AND_BOW = """  PROC long()
+    MoveJ Offs(p,0,0,60),v500,fine,tT\\WObj:=wT;
+    ArcLStart p,v100,sm,wd,fine,tT\\WObj:=wT;
+    ArcL q,v100,sm,wd,fine,tT\\WObj:=wT;
+    ArcCEnd r,s,v100,sm,wd,fine,tT\\WObj:=wT;
+  ENDPROC
+"""
+
+
+def test_runs_on_displaced_work_share_the_targets_that_are_added() -> None:
+    places = {"p": (50, -900, 500), "q": (50, 200, 500), "r": (150, 100, 500), "s": (120, 0, 500)}
+    data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in places.items())
+    runs = "".join(f"PDispSet [[{x},0,{-x / 3:g}],[1,0,0,0]];\nlong;\n" for x in (0, 60, 90))
+    text = module(data, f"{runs}PDispOff;", SEAM_AND_BOW)
+    found = convert(text)
+    assert found.report["max_error_before_mm"] > 1.0
+    assert found.report["max_error_after_mm"] <= 0.01  # 0.28 mm where nothing can be added
+    assert re.search(r"ArcC Offs\(.*pdisp.*,Offs\(.*pdisp", written(found))  # circle point and goal of an added arc
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+def test_runs_from_several_places_share_no_added_targets() -> None:
+    """The way to the seam begins elsewhere in the first run: what divides it there is on no other way."""
+    places = {"p": (50, -900, 500), "q": (50, 200, 500)}
+    data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in places.items())
+    body = f"MoveJ {target(1300, -500, 900)},v500,fine,tT;\nlong;\nPDispSet [[60,0,-20],[1,0,0,0]];\nlong;\nPDispOff;"
+    long = "  PROC long()\n    MoveL p,v500,fine,tT\\WObj:=wT;\n    MoveL q,v500,fine,tT\\WObj:=wT;\n  ENDPROC\n"
+    found = convert(module(data, body, long))
+    texts = [s for s in lines_of(written(found)) if s.startswith("MoveL")]
+    assert len(texts) > 2 and "fine,tT" in texts[0]  # the way to `p` gets none, the way to `q` does
+    told = [d for d in found.diagnostics if d.code == "CMP006"]
+    assert [d.help for d in told] == ["no target was added: it runs several times on different ways"]
+    again = independent(module(data, body, long), found)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+def test_a_circle_point_leaves_the_array_that_it_names_to_the_others() -> None:
+    """An arc wants its circle point elsewhere than the lines want the same element as a target."""
+    places = [(1250, -450), (1330, -380, 720), (1300, -200)]
+    data = f"CONST robtarget pa{{3}}:=[{','.join(target(*place) for place in places)}];"
+    text = module(data, "FOR i FROM 1 TO 3 DO\nMoveL pa{i},v100,fine,tT;\nENDFOR\nMoveC pa{2},pa{1},v100,fine,tT;")
+    found = convert(text)
+    assert [o.edited for o in found.outcomes] == ["element", "argument"]
+    assert found.report["max_error_after_mm"] <= 0.01
+    assert re.search(r"MoveC \[\[.*\]\],pa\{1\},", written(found))
+    assert independent(text, found).after <= 0.01

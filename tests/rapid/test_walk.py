@@ -356,6 +356,13 @@ def test_speeds_zones_and_times() -> None:
     assert finding.code == "RAP021" and "`read` is a function this version does not know" in finding.message
 
 
+def test_every_controller_has_speeds_of_external_axes() -> None:
+    found = events("MoveJ p,vrot20,z0,tool0; MoveJ p,vlin1000,z0,tool0;", P)
+    assert [(e.speed.v_leax, e.speed.v_reax) for e in found] == [(5000, 20), (1000, 1000)]
+    assert not any(e.diagnostics for e in found)
+    assert events("MoveJ p,vrot200,z0,tool0;", P)[0].diagnostics[0].code == "RAP021"
+
+
 def test_a_speed_from_elsewhere_is_reported_once() -> None:
     data = (
         P

@@ -1,0 +1,145 @@
+"""Statements to add: where a divided move gets its targets, and what runs of one statement can share of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.decisions import SAME_MM, same_value
+from postproc.compensate.insertions import insertion_of
+from postproc.compensate.sharing import straight
+from postproc.compensate.targets import Pieces
+from postproc.compensate.values import Insertion, TargetValue
+from postproc.compensate.wishes import Wishes, conf_of, middle_value
+from postproc.motion.refusals import STILL
+from postproc.rapid.events import MotionEvent, StatementKey
+from postproc.rapid.records import NO_AXIS, Ax6
+from postproc.robot.configuration import confdata
+
+ZoneName = Callable[[MotionEvent], str]
+
+
+def added_statements(
+    wishes: Wishes, pieces: Sequence[Pieces], zone_name: ZoneName, tolerance: float
+) -> tuple[list[Insertion], dict[int, str]]:
+    """Statements to add; moves whose statement runs several times and would need different ones.
+
+    Different is what differs by more than half of the tolerance [m], and cannot be shared either.
+    """
+    same = max(SAME_MM, 500.0 * tolerance)
+    divided = {p.move: p for p in pieces if p.goals}
+    runs: dict[StatementKey, list[int]] = {}
+    for i, move in enumerate(wishes.motion.moves):
+        if move.again is None:
+            runs.setdefault(move.event.statement.key, []).append(i)
+    found: list[Insertion] = []
+    clashing: dict[int, str] = {}
+    for group in runs.values():
+        if not any(i in divided for i in group):
+            continue
+        first, *others = (_added(wishes, i, divided.get(i), zone_name) for i in group)
+        if all(_same_insertions(first, other, same) for other in others):
+            found += first
+        elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others]):
+            found += shared
+        else:
+            clashing.update({i: "it runs several times on different ways" for i in group})
+    return found, clashing
+
+
+def _added(wishes: Wishes, i: int, part: Pieces | None, zone_name: ZoneName) -> list[Insertion]:
+    """The statements to add before one move."""
+    if part is None:
+        return []
+    event = wishes.motion.moves[i].event
+    goals = list(part.goals)
+    confs = [conf_of(row) for row in confdata(wishes.robot, wishes.written.q[goals])]
+    to = wishes.values([(i, wishes.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+    shares = wishes.motion.samples.u[goals].tolist()
+    to = [replace(value, extax=_axes(wishes, i, share)) for value, share in zip(to, shares, strict=True)]
+    vias = wishes.values([(i, wishes.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+    zone, parts = zone_name(event), np.diff(shares, prepend=0.0).tolist()
+    return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
+
+
+def _axes(wishes: Wishes, i: int, share: float) -> Ax6:
+    """Where the external axes are after a share of a move: they move evenly with it."""
+    before, target = (wishes.motion.moves[j].event.target for j in (max(i - 1, 0), i))
+    assert before is not None and target is not None
+    a, b, c, d, e, f = (
+        end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
+        for begin, end in zip(before.extax, target.extax, strict=True)
+    )
+    return a, b, c, d, e, f
+
+
+def _shared(
+    wishes: Wishes, parts: Sequence[Pieces | None], runs: Sequence[Sequence[Insertion]]
+) -> list[Insertion] | None:
+    """One set of statements for all runs of a statement on displaced work, None where it would not halve what is off.
+
+    Every target goes straight with the numbers by which the runs differ, in the middle of what is left.
+    """
+    divided = [part for part in parts if part is not None]
+    if len(divided) < len(parts) or len({len(run) for run in runs}) > 1:
+        return None
+    samples = wishes.motion.samples
+    off = [samples.T_work_tcp[list(p.goals)] for p in divided]
+    ways = [wishes.values([(p.move, T, (0, 0, 0, 0)) for T in poses]) for p, poses in zip(divided, off, strict=True)]
+    if not all(same_value(a, b) for way in ways[1:] for a, b in zip(ways[0], way, strict=True)):
+        return None
+    numbers = [dict(wishes.motion.moves[p.move].event.numbers) for p in divided]
+    most = min(_gap(wishes, p) for p in divided) / 2
+    found = []
+    for insertions in zip(*runs, strict=True):
+        to = _straight(wishes, [i.to for i in insertions], numbers, most)
+        circles = [i.via for i in insertions if i.via is not None]
+        via = _straight(wishes, circles, numbers, most) if circles else None
+        if to is None or (circles and via is None):
+            return None
+        found.append(replace(insertions[0], to=to, via=via))
+    return found
+
+
+def _straight(
+    wishes: Wishes, values: Sequence[TargetValue], numbers: Sequence[dict[str, float]], most: float
+) -> TargetValue | None:
+    """A target that goes straight with numbers, None where a run would lack more than ``most`` [mm]."""
+    middle = middle_value(values)
+    places = np.array([value.pose.trans for value in values])
+    way = straight(numbers, places, wishes.least)
+    lacks = np.linalg.norm(places - [way.at(run) for run in numbers], axis=1).max()
+    alike = all(v.robconf == middle.robconf and _still(v.extax, middle.extax) for v in values)
+    if lacks > most or not alike:
+        return None
+    pose = replace(middle.pose, trans=way.constant)
+    return replace(middle, pose=pose, way=replace(way, constant=(0.0, 0.0, 0.0)) if way.slopes else None)
+
+
+def _gap(wishes: Wishes, part: Pieces) -> float:
+    """How far [mm] the correction is from its chord at the targets to add: what stays off without them."""
+    samples, goals, i = wishes.motion.samples, list(part.goals), part.move
+    shift = wishes.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
+    u = samples.u[goals][:, None]
+    gaps: Array = (1 - u) * shift[samples.start[i]] + u * shift[samples.goal[i]] - shift[goals]
+    return 1e3 * float(np.linalg.norm(gaps, axis=1).max())
+
+
+def _still(a: Ax6, b: Ax6) -> bool:
+    return bool(np.abs(np.subtract(a, b)).max() <= STILL)
+
+
+def _same_insertions(a: Sequence[Insertion], b: Sequence[Insertion], within_mm: float) -> bool:
+    if len(a) != len(b):
+        return False
+    for x, y in zip(a, b, strict=True):
+        if not same_value(x.to, y.to, within_mm) or (x.via is None) != (y.via is None) or x.duration != y.duration:
+            return False
+        if not _still(x.to.extax, y.to.extax):
+            return False
+        if x.via is not None and y.via is not None and not same_value(x.via, y.via, within_mm):
+            return False
+    return True
