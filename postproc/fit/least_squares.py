@@ -110,8 +110,8 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:
     """What a fit moves where nobody chose a form: everything that any variant of the present form frees."""
-    if effect.key == "joint_error_map" or type(effect).structures():
-        return np.asarray(effect.amplitudes() | True)
+    if type(effect).structures():
+        return np.ones(len(effect.vector()), dtype=bool)
     chosen = np.zeros(len(effect.vector()), dtype=bool)
     for form in type(effect).variants(problem.sensitivity.state, effect):
         if len(form.refit) == len(chosen):

@@ -25,15 +25,15 @@ def recorded_model(fit: Fit) -> Model:
     known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained)
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
-        "rms_mm": _mm(fit.rms),
-        "held_out_rms_mm": _mm(fit.held_out_rms),
+        "rms_mm": mm(fit.rms),
+        "held_out_rms_mm": mm(fit.held_out_rms),
         "not_identifiable": not_identifiable(fit),
         "version": __version__,
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
     if fit.scatter.position is not None:
-        table["noise_mm"] = _mm(fit.scatter.position)
+        table["noise_mm"] = mm(fit.scatter.position)
         table["noise_from"] = fit.scatter.origin
     if data.sources:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
@@ -65,8 +65,8 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
     message = (
-        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {_mm(fit.rms):.3f} mm on "
-        f"rows of the fit, {_mm(fit.held_out_rms):.3f} mm on rows that it has not seen"
+        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {mm(fit.rms):.3f} mm on "
+        f"rows of the fit, {mm(fit.held_out_rms):.3f} mm on rows that it has not seen"
     )
     help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
     return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
@@ -98,10 +98,10 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
     """``postproc/fit/1``."""
     return {
         "schema": "postproc/fit/1",
-        "rms_mm": _mm(fit.rms),
-        "rms_3d_mm": _mm(fit.rms * np.sqrt(3)),
-        "held_out_rms_mm": _mm(fit.held_out_rms),
-        "noise_mm": None if fit.scatter.position is None else _mm(fit.scatter.position),
+        "rms_mm": mm(fit.rms),
+        "rms_3d_mm": mm(fit.rms * np.sqrt(3)),
+        "held_out_rms_mm": mm(fit.held_out_rms),
+        "noise_mm": None if fit.scatter.position is None else mm(fit.scatter.position),
         "noise_from": fit.noise.origin,
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
@@ -115,7 +115,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
         "not_identifiable": not_identifiable(fit),
         "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
-        "unexplained_mm": _mm(fit.unexplained),
+        "unexplained_mm": mm(fit.unexplained),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
 
@@ -149,5 +149,6 @@ def parameter_name(fit: Fit, key: str, index: int) -> str:
     return f"{key}.{effect.names()[index]}"
 
 
-def _mm(value: float) -> float:
+def mm(value: float) -> float:
+    """Metres to millimetres, as documents have them."""
     return round(float(value) * 1e3, 6)

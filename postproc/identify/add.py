@@ -13,7 +13,7 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import fit_json, recorded_model
+from postproc.fit.record import fit_json, mm, recorded_model
 from postproc.fit.rounding import rounded
 from postproc.fit.solve import Terms
 from postproc.fit.step import FRAMES
@@ -65,21 +65,21 @@ class Addition:
 
     def as_json(self) -> dict[str, Any]:
         """``postproc/fit/1`` with the ladder and the leave-one-out table."""
-        before = {"rms_mm": _mm(self.before.rms), "held_out_rms_mm": _mm(self.before.held_out_rms)}
+        before = {"rms_mm": mm(self.before.rms), "held_out_rms_mm": mm(self.before.held_out_rms)}
         return {
             **fit_json(self.fit, before),
-            "floor_mm": _mm(self.floor),
+            "floor_mm": mm(self.floor),
             "ladder": [
                 {
                     "step": s.name,
-                    "rms_mm": _mm(s.fit.rms),
-                    "held_out_rms_mm": _mm(s.fit.held_out_rms),
+                    "rms_mm": mm(s.fit.rms),
+                    "held_out_rms_mm": mm(s.fit.held_out_rms),
                     "share_of_way": s.share,
                 }
                 for s in self.ladder
             ],
             "leave_one_out": [
-                {"without": key, "rms_mm": _mm(f.rms), "held_out_rms_mm": _mm(f.held_out_rms)}
+                {"without": key, "rms_mm": mm(f.rms), "held_out_rms_mm": mm(f.held_out_rms)}
                 for key, f in self.without.items()
             ],
         }
@@ -194,7 +194,3 @@ def _without(final: Fit, key: str, noise: float | None) -> Fit:
 
 def _floor(fit: Fit) -> float:
     return fit.leftover.held_out if fit.noise.position is None else fit.noise.position
-
-
-def _mm(value: float) -> float:
-    return round(float(value) * 1e3, 6)

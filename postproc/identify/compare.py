@@ -10,6 +10,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.fitted import Fit, distances, rms
 from postproc.fit.least_squares import evaluate
+from postproc.fit.record import mm
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements
@@ -41,20 +42,20 @@ class Comparison:
         good = np.isfinite(length)
         worst = [int(i) for i in np.argsort(-np.nan_to_num(length, nan=-1.0))[:WORST] if good[i]]
         p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
-        floor = None if self.noise.position is None else round(1e3 * self.noise.position, 6)
+        floor = None if self.noise.position is None else mm(self.noise.position)
         rotation = self.fit.problem.error[:, 3:6] if data.rotation is not None else None
         return {
             "schema": "postproc/compare/1",
             "rows": len(data),
-            "rms_mm": round(1e3 * rms(self.error), 6),
+            "rms_mm": mm(rms(self.error)),
             "rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0,
             "mean_mm": round(float(np.mean(length[good])), 6) if good.any() else 0.0,
             "maximum_mm": round(float(np.max(length[good])), 6) if good.any() else 0.0,
             "percentiles_mm": {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
             "per_axis_mm": {
                 axis: {
-                    "rms": round(1e3 * rms(self.error[:, i]), 6),
-                    "mean": round(1e3 * float(np.nanmean(self.error[:, i])), 6),
+                    "rms": mm(rms(self.error[:, i])),
+                    "mean": mm(float(np.nanmean(self.error[:, i]))),
                 }
                 for i, axis in enumerate("xyz")
                 if np.isfinite(self.error[:, i]).any()
@@ -69,7 +70,7 @@ class Comparison:
             },
             "noise_mm": floor,
             "floor_mm": floor,
-            "bound_mm": round(1e3 * self.bound, 6),
+            "bound_mm": mm(self.bound),
             "worst": [
                 {
                     **({"file": data.sources[data.file[i]].path} if data.file else {}),

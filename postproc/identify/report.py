@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from postproc.fit.record import parameters_json, structure_json
+from postproc.fit.record import mm, parameters_json, structure_json
 from postproc.fit.report import held_lines
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
@@ -23,9 +23,9 @@ TELLING = 0.05
 FEWEST, MOST = 3, 8
 
 
-def mm(value: float | None) -> float | None:
+def _known(value: float | None) -> float | None:
     """Metres to millimetres, None where it is not known."""
-    return None if value is None or not np.isfinite(value) else round(float(value) * 1e3, 6)
+    return None if value is None or not np.isfinite(value) else mm(value)
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
@@ -33,16 +33,16 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
     return {
         "schema": "postproc/diagnose/1",
         "verdict": d.verdict,
-        "noise_mm": mm(d.floor),
-        "rms_mm": mm(d.base.rms),
-        "held_out_rms_mm": mm(d.base.held_out_rms),
-        "rms_mm_after": mm(d.final.rms),
-        "held_out_rms_mm_after": mm(d.final.held_out_rms),
+        "noise_mm": _known(d.floor),
+        "rms_mm": _known(d.base.rms),
+        "held_out_rms_mm": _known(d.base.held_out_rms),
+        "rms_mm_after": _known(d.final.rms),
+        "held_out_rms_mm_after": _known(d.final.held_out_rms),
         "missing": [
             {
                 "effect": m.candidate.key,
                 "form": m.candidate.label,
-                "held_out_rms_mm_after": mm(m.held_out_after),
+                "held_out_rms_mm_after": _known(m.held_out_after),
                 "p_value": m.candidate.p_value,
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
@@ -56,8 +56,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             *(_untestable(d, key, why) for key, why in d.untestable.items()),
         ],
         "suspects": [s.as_json() for s in d.suspects],
-        "floor_mm": mm(d.floor),
-        "bound_mm": mm(d.bound),
+        "floor_mm": _known(d.floor),
+        "bound_mm": _known(d.bound),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
@@ -69,7 +69,7 @@ def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
     return {
         "effect": c.key,
         "form": c.label,
-        "rms_mm_after": mm(after),
+        "rms_mm_after": _known(after),
         "p_value": float(c.p_value),
         "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": c.key not in d.blind,
@@ -81,7 +81,7 @@ def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
     return {
         "effect": key,
         "form": "",
-        "rms_mm_after": mm(d.base.rms),
+        "rms_mm_after": _known(d.base.rms),
         "p_value": 1.0,
         "evidence": None,
         "testable": False,
