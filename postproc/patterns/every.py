@@ -18,10 +18,11 @@ from postproc.patterns.cycles import GEAR, LOW, TEETH, sways, waves
 from postproc.patterns.felt import overturning, pulls
 from postproc.patterns.formula import Pattern, sharper
 from postproc.patterns.levels import of_few, of_words, words
+from postproc.patterns.memory import memories
 from postproc.patterns.pairs import of_two, swelling
 from postproc.patterns.shapes import breaks, of_channel, of_signal
 from postproc.patterns.sight import WAYS, Sight, around
-from postproc.patterns.signals import Signal, added, channel_signal, place_code
+from postproc.patterns.signals import added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
@@ -177,7 +178,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
-    found += [*_history(signals), *pulls(state, position), *overturning(state, others)]
+    found += [*memories(signals), *pulls(state, position), *overturning(state, others)]
     found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
     return Patterns([*single, *found], [p for p in single if p.gate], apart)
@@ -218,25 +219,3 @@ def _seen_both_ways(gate: Array) -> bool:
     """Whether more than a few rows have a gate open, and more than a few have it shut: chance makes one of any few."""
     few = max(FEW, FEW_SHARE * len(gate))
     return bool(min(np.count_nonzero(gate > 0.5), np.count_nonzero(gate < 0.5)) >= few)
-
-
-def _history(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
-    """Where the arm stood in the row before, and what it bore: what hangs behind knows no other approach side."""
-    angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
-    if not angles:
-        return
-    whole = np.stack(angles, axis=1)
-    moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
-    last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
-    for name, signal in signals.items():
-        before = signal.values[np.maximum(last - 1, 0)]
-        way = replace(signal, values=signal.values[last] - before, code="")
-        yield Pattern((way,), "whether it rose or fell since the row before", np.sign, "way")
-        yield Pattern((way,), "by how much it rose since the row before", lambda x: x, "way")
-        yield Pattern((way,), "by how much it rose or fell since the row before", np.abs, "way")
-        if name == "payload" or name[0] == "q":
-            then = replace(signal, values=before, code="", label=f"{name} in the row before")
-            cycles = waves(then, LOW) if name[0] == "q" else ()
-            shapes = (p for p in of_signal(then) if p.kind in ("line", "level", "curve", "step"))
-            for pattern in (*shapes, *cycles):
-                yield replace(pattern, kind="before", gate=())
