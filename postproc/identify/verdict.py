@@ -53,7 +53,8 @@ def headline(d: Diagnosis) -> str:
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
-    return f"{lead}{follows} Written as an effect of your own it can be added.{noise if not d.missing else ''}"
+    own = "Written as an effect of your own it can be added." if s.codes else "A single pose does not tell it."
+    return f"{lead}{follows} {own}{noise if not d.missing else ''}"
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:

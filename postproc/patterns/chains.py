@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import factorial, log
 
 import numpy as np
@@ -31,7 +32,7 @@ Worth = Callable[[Array, int, Array], Array]
 
 
 def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: Worth) -> Iterator[Pattern]:
-    """The best two shapes of a signal at a place, three .., each of them better than any other beside the others.
+    """The best shape of a signal at a place, two, three .., each of them better than any other beside the others.
 
     Each pays for all that it was chosen from, and their order is nothing: n! chains are one.
 
@@ -44,6 +45,8 @@ def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: W
     many = {kind: CLOSER * min(number, SOME if kind == "step" else number) for kind, number in kinds.items()}
     tries = np.array([len(kinds) * (1.0 if p.kind == "line" else many[p.kind]) for p in some])
     gram, along = _products(problem, seen, moves, some)
+    [one], _ = _settled(gram, along, tries, worth, [])
+    yield replace(some[one], kind="line", tries=float(tries[one]), finer=None)
     # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
     for start in (("line", "step"), tuple(kinds)):
         among = np.flatnonzero([p.kind in start for p in some])

@@ -49,7 +49,7 @@ def memories(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
 def dragged(x: Array, reach: float) -> Array:
     """(n,) of what a signal (n,) drags along: z + dx / reach within -1 and 1, from row to row.
 
-    Play and dry friction that sets in before it slips: the stop operator of Prandtl (1928), Z. angew. Math. Mech. 8, 85.
+    Play, and dry friction that sets in before it slips: the stop operator (Prandtl 1928, Z. angew. Math. Mech. 8, 85).
     """
     found = np.zeros(len(x))
     z = 0.0

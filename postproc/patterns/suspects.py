@@ -89,12 +89,12 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
     for where, moves in places(problem).items():
         tried.moves[where] = moves
         tried.screen(where)
-    smooth = list(fields(problem))
-    for where, names, text, moves in smooth:
-        tried.moves[where] = moves
+    smooth = {field.where: field for field in fields(problem)}
+    for where, field in smooth.items():
+        tried.moves[where] = field.moves
         # One of so many, and all together are one kind of patterns.
-        everywhere = Signal(names, np.ones(len(problem.error)), "", "", text)
-        tried.add(where, Pattern((everywhere,), text, lambda x: x, "field", where=where, tries=len(smooth)))
+        everywhere = Signal(field.channels, np.ones(len(problem.error)), "", "", field.said)
+        tried.add(where, Pattern((everywhere,), field.said, lambda x: x, "field", where=where, tries=len(smooth)))
     tried.sharpen()
     all_, result = above(linear), list[Suspect]()
     for found in tried.best():
@@ -109,7 +109,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
             tried.moves[found.where],
             one.values,
             one.channels,
-            one.codes,
+            smooth[found.where].codes if found.where in smooth else one.codes,
         )
         result += [replace(first, channel=c) for c in one.channels]
     return [*result[:1], *_together(result[:1], every), *result[1:]]

@@ -26,7 +26,7 @@ SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
 third of the rows than the same in all."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
-FEW, CHAINS = 4, 3
+FEW, CHAINS = 4, 4
 """Values of a channel that has no shapes side by side; channels at places that are asked for them."""
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
@@ -180,9 +180,9 @@ class Tried:
         return best
 
     def _all_left(self, where: str) -> float:
-        """What two shapes would be worth there if they left nothing above the noise."""
+        """What a shape would be worth there if it left nothing above the noise."""
         linear, count = self._seen(where).linear, self._seen(where).count
-        return float(_worth(linear.square, above(self.linear), 2 * count, linear.freedom, PLACES))
+        return float(_worth(linear.square, above(self.linear), count, linear.freedom, PLACES))
 
     def _several(self, where: str, signal: Signal) -> Found:
         """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
@@ -195,14 +195,17 @@ class Tried:
         return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
 
     def _channels(self, ranked: Sequence[Found]) -> list[tuple[str, Signal]]:
-        """Places and signals of the best patterns, those themselves of what follows their size."""
+        """Places and signals of the best patterns: angles themselves, too, of what follows their size or their sum."""
         plain = {p.signals[0].label: p.signals[0] for p in self.every.every if p.kind == "line"}
         some: dict[tuple[str, str], Signal] = {}
         for one in ranked:
             for s in one.pattern.signals:
-                some.setdefault((one.where, s.label.strip("|")), s)
-        whole = [(where, plain.get(label, s)) for (where, label), s in some.items()]
-        return [(where, s) for where, s in whole if len(np.unique(s.values)) > FEW][:CHAINS]
+                label = s.label.strip("|")
+                for signal in (plain.get(label, s), *(plain[name] for name in plain if name in label.split())):
+                    known = sum(name == signal.label for _, name in some)
+                    if known < 2 and len(np.unique(signal.values)) > FEW:
+                        some.setdefault((one.where, signal.label), signal)
+        return [(where, signal) for (where, _), signal in some.items()][:CHAINS]
 
     def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""

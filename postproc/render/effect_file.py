@@ -19,8 +19,8 @@ from postproc.patterns.signals import channels_read
 from postproc.patterns.suspects import Suspect
 from postproc.render.templates import environment, fill, load_template
 
-_PLACE = re.compile(rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (shifted|turned|{'|'.join(WAYS)}))?")
-"""Places that move as a whole."""
+_PLACE = re.compile(rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:(shifted|turned|{'|'.join(WAYS)})$|.*))?")
+"""A part of the arm or the instrument, and how it moves, if not in every direction."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ class _Term:
 
 
 def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None]:
-    """Key and Python text of what remains; no text where a pose does not tell it, or where it moves no one place.
+    """Key and Python text of what remains; no text where a pose does not tell it.
 
     Args:
         name: of the file, which becomes the key. data: name of the table.
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
-    told = [s for s in (*found.suspects[:1], *found.beside) if s.codes and _PLACE.fullmatch(s.where)]
+    told = [s for s in (*found.suspects[:1], *found.beside) if s.codes]
     if not told or told[0] is not found.suspects[0]:
         return "_".join(words), None
     every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
@@ -89,8 +89,6 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
     help_ = "write it by hand: `postproc explain DAT028` shows how"
     if not found.suspects:
         why, help_ = "nothing remains that follows a channel", "see what the verdict says"
-    elif not _PLACE.fullmatch(found.suspects[0].where):
-        why = f"`{found.suspects[0].where}` is no joint, body, tool or instrument that moves as a whole"
     else:
         why = f"`{found.suspects[0].pattern}` is nothing that a single pose tells"
     return Diagnostic("DAT028", "info", f"no effect was drafted: {why}", help=help_)

@@ -214,6 +214,19 @@ def test_what_the_arm_did_before_is_told():
     assert rose.text == "whether it rose or fell since the row before"
 
 
+def test_what_is_dragged_along_is_told_by_how_far():
+    """A slide with 30 deg of play to either side keeps its place until an end takes it along."""
+    q2 = np.repeat(np.random.default_rng(15).uniform(-1.0, 1.2, 80), 2)
+    reach, place, slack = np.radians(30.0), 0.0, []
+    for angle in q2 - q2[0]:
+        place = min(max(place, angle - reach), angle + reach)
+        slack.append(angle - place)
+    found = closest(best(of_two(q2=q2).every, np.array(slack)), np.array(slack))
+    assert found.text.startswith("dragged along by q2, and slipping after ")
+    assert found.at[0][0] == pytest.approx(reach, rel=0.1) and not found.codes
+    assert abs(np.corrcoef(found.values, slack)[0, 1]) > 0.99
+
+
 def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
     g = np.random.default_rng(14)
     turned = Rotation.random(150, random_state=3).as_matrix()

@@ -23,7 +23,9 @@ from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
+from tests.independent import arm as A
 from tests.independent import unknown_effects as unknown
+from tests.independent.cells import Hidden
 from tests.patterns.test_patterns import best, closest
 
 Channels = dict[str, np.ndarray]
@@ -126,7 +128,36 @@ def test_what_a_law_reads_is_taken_from_its_text() -> None:
     assert channels_read("state.T_base_body[:, 6] @ state.robot.link[6] @ state.T_flange_tcp") == ("pose", "robot")
 
 
-@pytest.mark.parametrize(("kind", "seed"), [(unknown.angle_step, 401), (unknown.hot_only, 402), (unknown.encoder, 403)])
+def nest(g, arm) -> Hidden:
+    """The reflector's nest shows its two lobes to an instrument that sees it from elsewhere."""
+
+    def world(s, p):
+        along = arm.forward(s.q, np.eye(4)).flange[:, :3, 0]
+        return 4e-4 * (along[:, :1] ** 2 - along[:, 1:2] ** 2) * [1.0, 0.0, 0.5]
+
+    return Hidden("nest", "unknown", channels=("q5", "q6", "q4"), world=world)
+
+
+def soft_tool(g, arm) -> Hidden:
+    """A torch on a rubber mount, softer across its axis than along it."""
+
+    def world(s, p):
+        turn = arm.forward(s.q, np.eye(4)).flange[:, :3, :3]
+        return np.einsum("nij,j,nkj,k->ni", turn, [6e-5, 6e-5, 2e-5], turn, A.G)
+
+    return Hidden("soft_tool", "unknown", channels=("q5", "q6", "q4"), world=world)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        (unknown.angle_step, 401),
+        (unknown.hot_only, 402),
+        (unknown.encoder, 403),
+        (nest, 404),
+        (soft_tool, 405),
+    ],
+)
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     tmp_path: Path, kind: Callable[..., object], seed: int
 ) -> None:
@@ -154,9 +185,6 @@ def test_a_key_of_the_library_is_not_taken() -> None:
     assert "body_4[:, :3] += np.outer(shape, self.size_m)" in text
     assert "always_m: Array" in text
     assert "Displacement(body={4: body_4})" in text
-    # What is no single place of the arm cannot be drafted.
-    scale = replace(found.suspects[0], where="instrument, curved axes")
-    assert effect_file(replace(found, suspects=(scale,)), "own", "cell.csv")[1] is None
 
 
 def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
@@ -220,9 +248,5 @@ def test_why_nothing_was_drafted_is_said() -> None:
     none = nothing_to_draft(SimpleNamespace(suspects=()))  # type: ignore[arg-type]
     assert (none.code, none.severity) == ("DAT028", "info")
     assert "nothing remains" in none.message
-    for where, said in (
-        ("joint 2", "`step in the row before` is nothing"),
-        ("instrument, curved axes", "`instrument, curved axes` is no"),
-    ):
-        one = SimpleNamespace(where=where, pattern="step in the row before", place=np.zeros((1, 1, 1)))
-        assert said in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]
+    one = SimpleNamespace(where="joint 2", pattern="step in the row before", place=np.zeros((1, 1, 1)))
+    assert "`step in the row before` is nothing" in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]
