@@ -11,20 +11,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.fit.linear import (
-    Linear,
-    basis_of,
-    contiguous_blocks,
-    hold_out,
-    independent_share,
-    schwarz,
-    serial_share,
-)
+from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.independent import independent_share, record_share, repeated_share
+from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem
 from postproc.fit.step import Masks
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
-from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
 
 if TYPE_CHECKING:
@@ -32,8 +25,6 @@ if TYPE_CHECKING:
 
 QUIETER = 0.8
 """Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
-SURE = 100.0
-"""Odds at which a delay or lost motion is taken out of a record before its noise is looked at."""
 
 
 @dataclass(frozen=True)
@@ -95,33 +86,10 @@ class Fit:
 
     @cached_property
     def serial(self) -> float:
-        """Share of the rows that count as independent.
-
-        Neighbours in a record of the moving arm resemble each other. What a missing delay or lost motion leaves is no
-        noise, however smooth it is: where both together earn their parameters (Schwarz 1978), the record is looked at
-        without them.
-        """
-        state = self.data.state
-        if state.v is None or state.time is None or not is_record(state):
-            # Poses one by one: what drifts from each to the next is missing physics, not noise.
-            return 1.0
-        plain, order = self._linear, np.argsort(state.time, kind="stable")
-
-        def share(linear: Linear) -> float:
-            errors = np.full(self.problem.weights.values.shape, np.nan)
-            errors[self.problem.weights.used] = linear.rest
-            return serial_share(errors[order])
-
-        moved = state.v if state.approach is None else np.concatenate([state.v, state.approach], axis=1)
-        turns = np.tile(self.problem.sensitivity.matrix[:, :, :6], moved.shape[1] // 6)
-        # What stopped at a bound did so for the same reason.
+        """Share of the rows that count as independent."""
+        # What stopped at a bound did so for the same reason as what is missing.
         stopped = [self._stopped(e) for e in self.model.effects if any(key == e.key for key, _ in self.at_bound)]
-        without = plain.extended(np.hstack([self.problem.whiten(turns * moved[:, None, :]), *stopped]))
-        new = share(without)
-        count = without.parameters - plain.parameters
-        freedom = new * len(plain.residual) - count
-        earned = schwarz(plain.square, plain.square - without.square, count, freedom, SURE) > 0
-        return new if earned else share(plain)
+        return record_share(self.problem, self._linear, stopped)
 
     def _stopped(self, effect: Effect) -> Array:
         mask = np.zeros(len(effect.vector()), dtype=bool)
@@ -134,15 +102,9 @@ class Fit:
 
     @cached_property
     def told(self) -> float:
-        """Share of the measured numbers that tell something new: repeats have rounded angles in common.
-
-        Of m repeats with the covariance C of `rounding.blurred` it is (1 + (m - 1) tr C^-1 / dim C) / m.
-        """
+        """Share of the measured numbers that tell something new: repeats have rounded angles in common."""
         turn = self.problem.weights.turn
-        if turn is None:
-            return 1.0
-        each = np.bincount(self.data.repeats)[self.data.repeats]
-        return float(np.mean((1 + (each - 1) * np.sum(turn**2, axis=(1, 2)) / turn.shape[1]) / each))
+        return 1.0 if turn is None else repeated_share(turn, self.data.repeats)
 
     @cached_property
     def freedom(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.fit.channels import fit_channels
 from postproc.fit.fitted import Fit, rms
-from postproc.fit.linear import contiguous_blocks
+from postproc.fit.held_out import contiguous_blocks
 from postproc.model.places import INSTRUMENT
 
 ROWS = 150

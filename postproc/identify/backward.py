@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import schwarz
+from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
 from postproc.identify.ranking import Search, ranking

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import schwarz
+from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing, patterns_left

@@ -1,4 +1,4 @@
-"""Forms of effects as whitened columns, and how far each would bring the residual down."""
+"""Forms of effects as whitened columns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Variant
 from postproc.effects.similarity import ordinary_sizes
-from postproc.fit.linear import Linear, schwarz
 from postproc.fit.problem import Problem
 from postproc.model.arm import Model
 
@@ -100,13 +99,6 @@ def _stack(forms: Sequence[Form], index: list[int]) -> Stack:
     )
 
 
-WIDE = 3.0
-DECADES = (0.1, 1.0, 10.0, 100.0)
-"""Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""
-DIM = 1e-6
-"""Below a thousandth of its length a direction is what the fitted parameters can do as well (this is the square)."""
-
-
 def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None, alone: Sequence[Form] = ()) -> Forms:
     """All forms of one effect on the data of a problem; those that move nothing are left out.
 
@@ -158,118 +150,6 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     sign = int(len(low) == 1 and low[0] == null[0])
     key = type(v.effect).key
     return Form(key, v.label, v.effect, v.refit, columns * size, v.free, forming, along, v.odds, sign)
-
-
-@dataclass(frozen=True)
-class Gain:
-    """What a form would bring.
-
-    Args:
-        fall: of the whitened sum of squares; count: parameters behind it (forming ones included).
-        visible: the form at its ordinary size, in units of the noise, as far as the fitted parameters cannot do the
-            same.
-        evidence: 2 log of the odds against nothing, before counting how many forms were tried.
-    """
-
-    fall: float
-    count: int
-    visible: float
-    evidence: float
-
-
-NOTHING = Gain(0.0, 0, 0.0, -np.inf)
-
-
-def gains(linear: Linear, forms: Forms) -> list[Gain]:
-    """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
-    result: list[Gain] = [NOTHING] * len(forms)
-    for i, form in enumerate(forms):
-        if form.along is not None:
-            result[i] = gains(linear.extended(form.along), Forms([replace(form, along=None)]))[0]
-    for stack in forms.stacks:
-        for i, found in zip(stack.index, _gains(linear, stack), strict=True):
-            result[i] = found
-    return result
-
-
-def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = False) -> Gain:
-    """The gain of (N, m) columns, each for an ordinary size of its parameter."""
-    one = np.zeros(1, dtype=int)
-    stack = Stack(one, columns, (columns.T @ columns)[None], one + forming, np.array([flexible]), one)
-    return _gains(linear, stack)[0]
-
-
-def _gains(linear: Linear, stack: Stack) -> list[Gain]:
-    """What each of M groups of columns C would bring.
-
-    evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
-    the marginal likelihood of parameters that scatter by w = 3 ordinary sizes, with the noise s^2 left free; or by a
-    decade more or less, w = 3 d, for 2 |log d|. Directions that the data cannot see cost and bring nothing.
-    Source: Bayesian linear regression with a conjugate prior, e.g. O'Hagan and Forster (2004), Ch. 11.
-    """
-    before, freedom, forming = linear.square, float(linear.freedom), stack.forming
-    M, width = stack.gram.shape[:2]
-    if freedom < 2:
-        return [NOTHING] * M
-    inside = (linear.nuisance.T @ stack.columns).reshape(-1, M, width).transpose(1, 0, 2)
-    length = np.diagonal(stack.gram, axis1=1, axis2=2)
-    along = (stack.columns.T @ linear.rest).reshape(M, width)
-    G = stack.gram - inside.transpose(0, 2, 1) @ inside
-    value, vector = np.linalg.eigh(G)
-    value = np.maximum(value, 0.0)
-    part = np.einsum("mij,mi->mj", vector, along) ** 2
-    # How much of each direction the fitted parameters leave, against what it is in columns of length one.
-    seen = value > DIM * np.einsum("mij,mi->mj", vector**2, length)
-    count = seen.sum(axis=1)
-    fall = np.minimum(np.sum(part * seen / np.where(seen, value, 1.0), axis=1), before)
-    left = freedom - count - forming
-    s2 = np.maximum(before - fall, 1e-12 * before) / np.maximum(left, 1.0)
-    worth = np.full(M, -np.inf)
-    for decade in DECADES:
-        wide = ((WIDE * decade) ** 2 / s2)[:, None]
-        q = np.sum(wide * part / (1 + wide * value), axis=1)
-        gained = freedom * np.log(before / np.maximum(before - q, 1e-12 * before))
-        worth = np.maximum(worth, gained - np.sum(np.log1p(wide * value), axis=1) - 2 * abs(np.log(decade)))
-    # A knee or a point is never known as well as an amplitude: half of Schwarz's price.
-    worth -= 0.5 * forming * np.log(freedom)
-    # A hose only pulls: what it would have to push explains nothing.
-    pushes = (stack.sign == 1) & (along[:, 0] < 0)
-    worth[pushes], fall[pushes] = -np.inf, 0.0
-    result = []
-    for m in range(M):
-        if not count[m] or left[m] < 1:
-            result.append(NOTHING)
-            continue
-        # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
-        most = schwarz(before, fall[m], count[m], freedom, 1.0) if stack.flexible[m] else np.inf
-        visible = float(np.sqrt(value[m].sum()))
-        result.append(Gain(float(fall[m]), int(count[m] + forming[m]), visible, float(min(worth[m], most))))
-    return result
-
-
-def laplace(linear: Linear, rest: float, gram: Array, x: Array, wide: Array, amplitude: NDArray[np.bool_]) -> float:
-    """What parameters are worth where they have been fitted, 2 log of odds, each counted by what it moves.
-
-    nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
-    with S and S' the sums of squares without them and with them, C their columns at the fit, a the amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms
-    the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
-    Source: MacKay (2003), Ch. 27.
-
-    Args:
-        linear: the fit without them; rest: S'. gram: (p, p) C^T M C; x: (p,) values; wide: (p,) ordinary sizes.
-        amplitude: (p,) which of them are amplitudes.
-    """
-    before, freedom = linear.square, linear.freedom
-    s2 = rest / max(freedom - len(x), 1)
-    worth = -np.inf
-    for decade in DECADES:
-        scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
-        strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0)
-        far = s2 * float(np.sum((x[amplitude] / scatter[amplitude]) ** 2))
-        gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
-        worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
-    return worth
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:

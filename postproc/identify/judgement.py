@@ -13,12 +13,15 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.fitted import Fit
+from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
-from postproc.fit.linear import Linear, basis_of, contiguous_blocks, hold_out, schwarz
+from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
+from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.forms import DIM, WIDE, laplace, ordinary
+from postproc.identify.forms import ordinary
+from postproc.identify.gains import DIM, WIDE, laplace
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
 from postproc.model.arm import Model

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import Linear, schwarz
+from postproc.fit.linear import Linear
+from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import CLOSE, MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
 from postproc.identify.ranking import Search, ranking

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect, variant
-from postproc.fit.linear import Linear, f_test
+from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
+from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, Gain, forms_nearby, gain, gains, make_form, ordinary
+from postproc.identify.forms import Form, Forms, forms_nearby, make_form, ordinary
+from postproc.identify.gains import Gain, gain, gains
 
 UNLIKELY = {
     "bearing_tilt": 6.0,

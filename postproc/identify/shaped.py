@@ -12,10 +12,11 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
-from postproc.fit.linear import Linear, f_test
+from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem, Weights
+from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import laplace
+from postproc.identify.gains import laplace
 from postproc.identify.selection import corrected
 from postproc.model.places import flat, flat_load
 

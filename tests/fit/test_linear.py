@@ -5,16 +5,11 @@ import pytest
 from scipy import stats
 
 from postproc.fit import linear as module
-from postproc.fit.linear import (
-    Linear,
-    basis_of,
-    contiguous_blocks,
-    f_test,
-    hold_out,
-    independent_share,
-    serial_share,
-)
-from postproc.identify.forms import gain
+from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.independent import independent_share, serial_share
+from postproc.fit.linear import Linear, basis_of
+from postproc.fit.worth import f_test
+from postproc.identify.gains import gain
 
 
 def problem(seed=1, rows=60, columns=7):

@@ -16,8 +16,8 @@ from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_growth import ThermalGrowth
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
+from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
-from postproc.fit.linear import contiguous_blocks
 from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Candidate, Screen

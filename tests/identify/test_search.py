@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.fit.linear import Linear, schwarz
+from postproc.fit.linear import Linear
+from postproc.fit.worth import schwarz
 from postproc.identify import search as module
 from postproc.identify.ranking import Search
 from postproc.patterns.suspects import Suspect

@@ -1,0 +1,56 @@
+"""Errors of rows that a fit has not seen, without fitting again."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from postproc.arrays import Array
+
+
+def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
+    """(N,) whitened held-out residual: every block predicted by a fit to the others.
+
+    With the hat matrix H = U U^T and e = y - H y, leaving block B out gives e_B(out) = (I - H_BB)^-1 e_B: no refits.
+
+    Args:
+        y: (N,); U: (N, p); blocks: (N,) number of the block of each entry.
+    """
+    out = y - U @ (U.T @ y)
+    order = np.argsort(blocks, kind="stable")
+    for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
+        own = U[at]
+        if len(at) <= own.shape[1]:
+            out[at] = _left_out(own @ own.T, out[at])
+        else:
+            out[at] += own @ _left_out(own.T @ own, own.T @ out[at])
+    return out
+
+
+def _left_out(square: Array, e: Array) -> Array:
+    """(I - H)^-1 e; the shortest solution where nothing but this block tells something."""
+    from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+    whole = np.eye(len(e)) - square
+    try:
+        factor = cho_factor(whole, check_finite=False)
+        if np.diag(factor[0]).min(initial=1.0) > 1e-4:
+            return np.asarray(cho_solve(factor, e, check_finite=False))
+    except LinAlgError:
+        pass
+    return np.asarray(np.linalg.lstsq(whole, e, rcond=1e-9)[0])
+
+
+def contiguous_blocks(groups: NDArray[np.int_], count: int = 0) -> NDArray[np.int_]:
+    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split.
+
+    Args:
+        count: number of blocks; 0 takes ten, and blocks of 25 poses on long records.
+    """
+    _, first = np.unique(groups, return_index=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=int)
+    rank[order] = np.arange(len(order))
+    _, index = np.unique(groups, return_inverse=True)
+    count = count or max(10, len(order) // 25)
+    return np.asarray(rank[index] * min(count, len(order)) // len(order))
