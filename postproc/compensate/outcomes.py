@@ -69,7 +69,7 @@ def judge_statements(
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end is known only when the program runs"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
-    findings += _transition_findings(plan) + _transient_finding(plan, after)
+    findings += _searched_findings(outcomes, events) + _transition_findings(plan) + _transient_finding(plan, after)
     return outcomes, findings
 
 
@@ -183,6 +183,26 @@ def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
         rows = order[first[t.move] : first[t.move + 1]]
         inside[rows] |= (after.u[rows] >= low - margin) & (after.u[rows] <= high + margin)
     return inside
+
+
+def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """CMP018 once for every routine whose corrected statements also run displaced by what a search has found."""
+    searched = {e.statement.key for e in events if e.searched}
+    routines: dict[tuple[str, str], list[Outcome]] = {}
+    for outcome in outcomes:
+        statement = outcome.statement
+        if outcome.status == "compensated" and statement.key in searched:
+            routines.setdefault((statement.module, statement.routine), []).append(outcome)
+    findings = []
+    for found in routines.values():
+        most = max(outcome.shift_mm or 0.0 for outcome in found)
+        text = (
+            f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a search"
+            " has found: measured from a stated position that holds the error of the arm, and there it is corrected twice"
+        )
+        help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
+        findings.append(_finding("CMP018", "warning", found[0].statement, text, help_))
+    return findings
 
 
 def _transition_findings(plan: Plan) -> list[Diagnostic]:

@@ -26,6 +26,7 @@ from postproc.rapid.spans import TargetSpans
 
 Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
 StatementKey = tuple[str, int]  # path and offset of a motion statement
+FOUND = "is found by a search"
 OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
 
 
@@ -180,3 +181,8 @@ class MotionEvent:
     again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
+
+    @property
+    def searched(self) -> bool:
+        """Whether it goes with what a search has found."""
+        return self.reason is not None and FOUND in self.reason

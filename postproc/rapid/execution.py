@@ -10,7 +10,7 @@ from postproc.rapid.assign import forget, store
 from postproc.rapid.calls import bound_frame
 from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.events import FOUND, MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
 from postproc.rapid.memory import Constants, Memory
 from postproc.rapid.missing import undeclared
@@ -231,7 +231,7 @@ class Execution(ABC):
                 self.ways.ends = frozenset()
         found = statement.argument("found")
         if found is not None:
-            self.assign(found.span, NotKnown(f"`{found.text}` is found by a search"), memory)
+            self.assign(found.span, NotKnown(f"`{found.text}` {FOUND}"), memory)
 
     def go(self, statement: MotionStatement, memory: Memory) -> None:
         """Add the events of one execution."""

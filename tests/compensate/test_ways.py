@@ -196,3 +196,19 @@ def test_lines_that_nobody_can_follow_are_in_no_figure(more: str, measured: int)
         assert ("no line or arc could be measured" in told) == (measured == 0)
         assert "in no figure" in told
     assert ("CMP017" in codes(found)) == (measured == 0)
+
+
+@pytest.mark.parametrize("set_by", ["PDispOn\\ExeP:=found,s,tT;", "d.trans.x:=found.trans.x-1250;\nPDispSet d;"])
+@pytest.mark.parametrize("plain", [True, False])
+def test_a_run_that_a_search_displaces_is_not_corrected_in_silence(set_by: str, plain: bool) -> None:
+    data = f"CONST robtarget s:={target(1250, -500, 650)};\nVAR robtarget found;\nVAR pose d;"
+    seam = f"PROC seam()\nMoveL {A},v50,fine,tT;\nMoveL {B},v50,fine,tT;\nENDPROC\n"
+    body = f"MoveJ s,v200,fine,tT;\n{'seam;' * plain}\nSearchL di,found,s,v50,tT;\n{set_by}\nseam;\nPDispOff;"
+    found = convert(module(data, body, seam))
+    told = [d for d in found.diagnostics if d.code == "CMP018"]
+    assert len(told) == plain
+    if plain:  # the second run: the arm's error is in what was found, and the targets are corrected for it, too
+        most = max(o.shift_mm or 0.0 for o in found.outcomes[-2:])
+        assert most > 0.5 and f"`seam` is corrected, by up to {most:.3f} mm" in told[0].message
+    else:
+        assert [o.status for o in found.outcomes[-2:]] == ["skipped"] * 2
