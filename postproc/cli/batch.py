@@ -68,7 +68,7 @@ def run(
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     shown.summary(batch)
-    if convert.model is None and folder_or_jobs.is_dir():
+    if convert.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:

@@ -32,14 +32,16 @@ def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
 
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """The findings; those about data that a file nearby declares (RAP020) name that file."""
-    return [_named(d) if d.code == "RAP020" else d for d in diagnostics]
+    """The findings; those about data that a file nearby declares (RAP020, RAP021) name that file."""
+    return [_named(d) if d.code in ("RAP020", "RAP021") else d for d in diagnostics]
 
 
 def _named(finding: Diagnostic) -> Diagnostic:
     if finding.source is None or finding.span is None:
         return finding
-    name = re.escape(finding.source.data[slice(*finding.span)].strip())
+    name = re.escape(
+        finding.message.split("`")[1].encode("latin-1")
+    )  # where it is used it may be part of something else
     # LOCAL data serves its own module alone.
     declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
     for path in _nearby(Path(finding.source.path)):

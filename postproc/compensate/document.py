@@ -82,8 +82,9 @@ def summary(r: Mapping[str, Any]) -> str:
         before, after = r["max_error_before_mm"], r["max_error_after_mm"]
         fall = f"{before:.3f} mm -> {after:.3f} mm along lines and arcs{passing}"
     count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
+    statements = "statement" if count["compensated"] == 1 else "statements"
     return (
-        f"{fall} (tolerance {r['tolerance_mm']:g} mm){unseen}; {count['compensated']} statements compensated{doubt},"
+        f"{fall} (tolerance {r['tolerance_mm']:g} mm){unseen}; {count['compensated']} {statements} compensated{doubt},"
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
         f" cycle time {r['cycle_time_s']:.1f} s{expected}"
     )

@@ -197,8 +197,8 @@ def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent
     for found in routines.values():
         most = max(outcome.shift_mm or 0.0 for outcome in found)
         text = (
-            f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a search"
-            " has found: measured from a stated position that holds the error of the arm, and there it is corrected twice"
+            f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a"
+            " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
         findings.append(_finding("CMP018", "warning", found[0].statement, text, help_))

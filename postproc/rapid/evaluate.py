@@ -198,7 +198,7 @@ def _call(call: Call, scope: Scope) -> Value:
     if own is not None:
         return own
     if call.name not in functions.FUNCTIONS:
-        functions.call(call.name, (), {})
+        raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     kind, data = functions.call(call.name, arguments, options)

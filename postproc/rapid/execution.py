@@ -155,13 +155,7 @@ class Execution(ABC):
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""
-        if (
-            isinstance(data, NotKnown)
-            and data.missing
-            and data.span
-            and data.missing not in self.maker.missing.reported
-        ):
-            self.maker.missing.reported.add(data.missing)
+        if isinstance(data, NotKnown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
             self.diagnostics.append(undeclared("data", data.missing, source, data.span))
 
     def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:

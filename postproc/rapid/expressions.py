@@ -46,8 +46,11 @@ class Star:
 
 @dataclass(frozen=True, slots=True)
 class Name:
+    """``name`` is in lower case, ``text`` as it is written."""
+
     span: Span
     name: str
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +75,13 @@ class Aggregate:
 
 @dataclass(frozen=True, slots=True)
 class Call:
+    """``name`` is in lower case, ``text`` as it is written."""
+
     span: Span
     name: str
     arguments: tuple[Expression, ...]
     options: tuple[tuple[str, Expression | None], ...] = ()
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +133,8 @@ def read_whole_expression(data: bytes, start: int, end: int) -> Expression:
         ExpressionError: the text is something else, or goes on after the expression.
     """
     name = NAMES.fullmatch(data, start, end)
-    if name is not None and (word := name[0].decode("latin-1").lower()) not in RESERVED:
-        return Name((start, end), word)
+    if name is not None and (word := (text := name[0].decode("latin-1")).lower()) not in RESERVED:
+        return Name((start, end), word, text)
     reader = _Reader(data, start, end)
     result = reader.binary(0)
     if reader.kind != "end":
@@ -248,8 +254,8 @@ class _Reader:
             if low in RESERVED:
                 raise ExpressionError(f"`{word}` is not expected here")
             if self.kind == "operator" and self.word == "(":
-                return self.call(span, low)
-            return Name(span, low)
+                return self.call(span, word)
+            return Name(span, low, word)
         if kind == "operator":
             if self.take("["):
                 items = self.listed("]")
@@ -278,7 +284,7 @@ class _Reader:
                 arguments.append(self.binary(0))
             if not (self.take(",") or self.word in (")", "\\")):
                 raise ExpressionError(f"`,` is missing before `{self.word}`")
-        return Call((span[0], self.last), name, tuple(arguments), tuple(options))
+        return Call((span[0], self.last), name.lower(), tuple(arguments), tuple(options), name)
 
 
 def unquote(literal: str) -> str:

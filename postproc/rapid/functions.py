@@ -159,17 +159,19 @@ RUN_TIME = frozenset(
 
 
 def call(name: str, arguments: tuple[Data, ...], options: Options) -> tuple[str, Data]:
-    """Result type and value of a built-in function.
+    """Result type and value of one of ``FUNCTIONS``.
 
     Raises:
-        NotKnown: the function is not one of these, or has no value for these arguments.
+        NotKnown: it has no value for these arguments.
     """
-    found = FUNCTIONS.get(name)
-    if found is None:
-        what = "known only at run time" if name in RUN_TIME else "a function this version does not know"
-        raise NotKnown(f"`{name}` is {what}")
-    kind, function = found
+    kind, function = FUNCTIONS[name]
     try:
         return kind, function(arguments, options)
     except (TypeError, ValueError, IndexError, KeyError, ArithmeticError) as error:
         raise NotKnown(f"`{name}` has no value for these arguments") from error
+
+
+def unknown(name: str) -> NotKnown:
+    """Why a function that is none of ``FUNCTIONS`` has no value."""
+    what = "known only at run time" if name.lower() in RUN_TIME else "a function this version does not know"
+    return NotKnown(f"`{name}` is {what}")

@@ -100,7 +100,7 @@ class Memory:
         if name.name in PREDEFINED:
             kind, data = PREDEFINED[name.name]
             return Value(data, kind)
-        raise NotKnown(f"`{name.name}` is not declared in these files", name.name, name.span)
+        raise NotKnown(f"`{name.text}` is not declared in these files", name.text, name.span)
 
     def program_displacement(self) -> Data:
         """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.events import Argument, MotionStatement
+from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import SpeedData
-from postproc.rapid.values import Data, NotKnown, Refused
+from postproc.rapid.values import Data, NotKnown, Refused, to_zone
 
 UNKNOWN_SPEED = SpeedData(100.0)
+UNKNOWN_ZONE = to_zone(PREDEFINED["z50"][1])
 
 # State that is not known and what is taken for it: it tells the timing, or which posture of the arm is meant.
 _ASSUMED: Mapping[str, tuple[str, str]] = {
@@ -38,17 +40,22 @@ class Missing:
         """The reason why an event is left alone."""
         if argument is None:
             return error.reason
-        named = error.missing in (None, argument.text.split("{")[0].strip().lower())
+        missing = None if error.missing is None else error.missing.lower()
+        named = missing in (None, argument.text.split("{")[0].strip().lower())
         what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
-        if error.missing is not None and error.missing not in self.reported:
-            self.reported.add(error.missing)
-            name = argument.text if argument.text.lower() == error.missing else error.missing
-            self._report(undeclared(what, name, statement.source, argument.span), found)
+        if error.missing is not None and self.is_news(error.missing):
+            self._report(undeclared(what, error.missing, statement.source, argument.span), found)
         elif isinstance(error, Refused):
             self._say_refused(error, argument, statement, found)
         elif error.missing is None and what in _WHOLE:
             self._say_written(error, what, argument, statement, found)
         return error.reason
+
+    def is_news(self, name: str) -> bool:
+        """Whether a name without a value is met for the first time."""
+        news = name.lower() not in self.reported
+        self.reported.add(name.lower())
+        return news
 
     def _say_refused(
         self, error: Refused, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
@@ -83,13 +90,12 @@ class Missing:
         self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 
     def say_untimed(self, error: NotKnown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
-        """A speed that is not known: how fast the arm moves is a guess, where it goes is not."""
-        key = f"speed {argument.text.lower()}"
-        if key in self.reported:
+        """A speed or zone that is not known: how the arm moves is a guess, where it goes is not."""
+        if not self.is_news(f"{argument.role} {argument.text}"):
             return
-        self.reported.add(key)
         as_if = "the speed of its statement" if argument.role == "weld" else f"{UNKNOWN_SPEED.v_tcp:g} mm/s"
-        text = f"the speed that `{argument.text}` states is not known ({error.reason}); it is taken as {as_if}"
+        what, as_if = ("zone", "z50") if argument.role == "zone" else ("speed", as_if)
+        text = f"the {what} that `{argument.text}` states is not known ({error.reason}); it is taken as {as_if}"
         help_ = "give the file that declares it: inertia and the cycle time depend on it, gravity and forces do not"
         self._report(Diagnostic("RAP021", "warning", text, source, argument.span, help_), found)
 

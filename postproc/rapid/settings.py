@@ -12,13 +12,13 @@ from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionStatement
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.memory import Memory
-from postproc.rapid.missing import UNKNOWN_SPEED, Missing
+from postproc.rapid.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import LoadData, SpeedData, ToolData, Weld, WobjData, ZoneData
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.tokens import identifiers
-from postproc.rapid.values import Data, NotKnown, Value, to_load, to_speed, to_tool, to_wobj, to_zone
+from postproc.rapid.values import Data, NotKnown, Refused, Value, to_load, to_speed, to_tool, to_wobj, to_zone
 
 T = TypeVar("T")
 _KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
@@ -69,7 +69,7 @@ class SettingsReader:
             try:
                 return self.constant(argument, convert, memory)
             except NotKnown as error:
-                if times:
+                if times and not isinstance(error, Refused):
                     self.missing.say_untimed(error, argument, statement.source, found)
                 else:
                     reasons.append(self.missing.explain(error, argument, statement, found))
@@ -78,7 +78,7 @@ class SettingsReader:
         tool = known("tool", to_tool, ToolData())
         wobj = known("\\wobj", to_wobj, WobjData())
         speed = known("speed", _data(to_speed), UNKNOWN_SPEED, times=True)
-        zone = known("zone", _data(to_zone), ZoneData(True))
+        zone = known("zone", _data(to_zone), ZoneData(True) if "zone" not in arguments else UNKNOWN_ZONE, times=True)
         v_tcp = known("\\v", _number, None, times=True)
         duration = known("\\t", _number, None)
         size = known("\\z", _number, None)

@@ -71,7 +71,7 @@ def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
         if bound is not None or (
             declaration is not None and declaration.storage != "CONST" and declaration.type == "num"
         ):
-            yield word, Name((0, 0), word)
+            yield word, Name((0, 0), word, word)
 
 
 def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:

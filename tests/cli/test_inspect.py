@@ -176,6 +176,17 @@ def test_the_help_names_the_file_that_declares_what_is_missing(call: Call, tmp_p
     assert system.read_text() == f"MODULE user\n{tool}ENDMODULE\n"
 
 
+def test_names_in_values_and_zones_are_looked_for_beside_the_file(call: Call, tmp_path: Path) -> None:
+    path, cell = tmp_path / "a.mod", tmp_path / "cell.mod"
+    place = "[[0,0,0],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    body = "q.trans.z:=zHeight;\nMoveL q,v100,zAir,tool0;"
+    path.write_text(f"MODULE a\nVAR robtarget q:={place};\nPROC main()\n{body}\nENDPROC\nENDMODULE\n")
+    cell.write_text("MODULE cell\nCONST num zHeight:=5;\nCONST zonedata zAir:=[FALSE,1,1,1,0.1,1,0.1];\nENDMODULE\n")
+    told = call("inspect", path).err
+    assert "`zHeight` has no value" in told and "`zAir` states is not known" in told
+    assert told.count(f"`{cell}` declares it: add `--with {cell}`") == 2
+
+
 def test_what_belongs_together_is_left_to_batch(call: Call, tmp_path: Path) -> None:
     listing = tmp_path / "p.pgf"
     listing.write_text("<Program><Module>a.mod</Module></Program>")

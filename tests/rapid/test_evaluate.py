@@ -161,10 +161,10 @@ def test_conditions(condition: str, value: bool) -> None:
 @pytest.mark.parametrize(
     ("target", "reason"),
     [
-        ("CRobT()", "`crobt` is known only at run time"),
-        ("CRobT(\\Tool:=tool0)", "`crobt` is known only at run time"),
-        ("CalcRobT(j,tool0)", "`calcrobt` is known only at run time"),
-        ("MyVision(p)", "`myvision` is a function this version does not know"),
+        ("CRobT()", "`CRobT` is known only at run time"),
+        ("CRobT(\\Tool:=tool0)", "`CRobT` is known only at run time"),
+        ("CalcRobT(j,tool0)", "`CalcRobT` is known only at run time"),
+        ("MyVision(p)", "`MyVision` is a function this version does not know"),
         ("Offs(p,1,0)", "`offs` has no value for these arguments"),
         ("Offs(nowhere,1,0,0)", "`nowhere` is not declared in these files"),
         (f"[[Sqrt(-1),0,0],[1,0,0,0],[0,0,0,0],{UNUSED}]", "`sqrt` has no value for these arguments"),

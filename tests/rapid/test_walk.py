@@ -353,7 +353,16 @@ def test_speeds_zones_and_times() -> None:
     # Where the arm goes does not depend on how fast.
     assert (found[3].reason, found[3].speed.v_tcp) == (None, 100)
     (finding,) = found[3].diagnostics
-    assert finding.code == "RAP021" and "`read` is a function this version does not know" in finding.message
+    assert finding.code == "RAP021" and "`Read` is a function this version does not know" in finding.message
+
+
+def test_a_zone_from_elsewhere_does_not_keep_a_target_from_being_known() -> None:
+    (found,) = events("MoveL p,v100,zoneAir,tool0;", P)
+    assert (found.reason, found.zone.finep, found.zone.pzone_tcp) == (None, False, 50)
+    (finding,) = found.diagnostics
+    assert finding.code == "RAP021" and "the zone that `zoneAir` states is not known" in finding.message
+    broken = "CONST zonedata zoneAir:=[FALSE,1,2];"
+    assert events("MoveL p,v100,zoneAir,tool0;", P + broken)[0].reason is not None  # a typing error
 
 
 def test_every_controller_has_speeds_of_external_axes() -> None:
