@@ -9,10 +9,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.reweight import reweighted
-from postproc.fit.step import FRAMES, Masks, Name, Slope, slope
+from postproc.fit.step import FRAMES, Masks, Name, Slope
 from postproc.measure.repeat import Noise
 
 SWEEPS = 40

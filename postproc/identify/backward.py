@@ -8,8 +8,9 @@ import numpy as np
 
 from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
+from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate
-from postproc.identify.judgement import MATERIAL, confusable, convincing, fitted_best, judged, refit
+from postproc.identify.judgement import MATERIAL, convincing, fitted_best, judged, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all
 from postproc.identify.search import Missing

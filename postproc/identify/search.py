@@ -9,8 +9,9 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
+from postproc.identify.alike import CLOSE, confusable
 from postproc.identify.candidate import Candidate
-from postproc.identify.judgement import CLOSE, MATERIAL, QUIET, confusable, convincing, judged, predicts_better, refit
+from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, predicts_better, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.selection import columns_of
 from postproc.patterns.place import with_and_without_a_row

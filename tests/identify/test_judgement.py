@@ -20,9 +20,10 @@ from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
+from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
-from postproc.identify.judgement import _by_block, confusable, impossible, judged, predicts_better, refit
+from postproc.identify.judgement import _by_block, impossible, judged, predicts_better, refit
 from postproc.identify.selection import compose
 from postproc.measure.measurements import Measurements
 from postproc.patterns.suspects import Suspect, places
