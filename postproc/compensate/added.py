@@ -16,9 +16,10 @@ from postproc.compensate.values import Insertion, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.records import NO_AXIS, Ax6
+from postproc.rapid.records import NO_AXIS, Ax6, RobTarget
 from postproc.robot.configuration import confdata
 
+NO_CONF = (0, 0, 0, 0)
 ZoneName = Callable[[MotionEvent], str]
 
 
@@ -79,19 +80,22 @@ def _axes(wishes: Wishes, i: int, share: float) -> Ax6:
 def _shared(
     wishes: Wishes, parts: Sequence[Pieces | None], runs: Sequence[Sequence[Insertion]]
 ) -> list[Insertion] | None:
-    """One set of statements for all runs of a statement on displaced work, None where it would not halve what is off.
+    """One set of statements for all runs of a statement on parallel ways, None where it would not halve what is off.
 
-    Every target goes straight with the numbers by which the runs differ, in the middle of what is left.
+    Every target goes straight with the numbers by which the runs differ, in the middle of what is left. On displaced
+    work the ways are one; in layers they are displaced with the target.
     """
     divided = [part for part in parts if part is not None]
     if len(divided) < len(parts) or len({len(run) for run in runs}) > 1:
         return None
-    samples = wishes.motion.samples
-    off = [samples.T_work_tcp[list(p.goals)] for p in divided]
-    ways = [wishes.values([(p.move, T, (0, 0, 0, 0)) for T in poses]) for p, poses in zip(divided, off, strict=True)]
+    events = [wishes.motion.moves[p.move].event for p in divided]
+    ways = [_way(wishes, part) for part in divided]
     if not all(same_value(a, b) for way in ways[1:] for a, b in zip(ways[0], way, strict=True)):
         return None
-    numbers = [dict(wishes.motion.moves[p.move].event.numbers) for p in divided]
+    numbers = [dict(event.numbers) for event in events]
+    if any(event.target != events[0].target for event in events):
+        # Coordinates of targets are corrected themselves: what goes with them as a whole would be corrected twice.
+        numbers = [{name: value for name, value in run.items() if ".trans." not in name} for run in numbers]
     most = min(_gap(wishes, p) for p in divided) / 2
     found = []
     for insertions in zip(*runs, strict=True):
@@ -101,6 +105,17 @@ def _shared(
         if to is None or (circles and via is None):
             return None
         found.append(replace(insertions[0], to=to, via=via))
+    return found
+
+
+def _way(wishes: Wishes, part: Pieces) -> list[TargetValue]:
+    """Programmed poses where targets are added, positions from the move's own target on, axes of the object frame."""
+    target = wishes.motion.moves[part.move].event.target
+    assert isinstance(target, RobTarget)
+    found = []
+    for value in wishes.values([(part.move, T, NO_CONF) for T in wishes.motion.samples.T_work_tcp[list(part.goals)]]):
+        x, y, z = np.subtract(value.pose.trans, target.trans).tolist()
+        found.append(replace(value, pose=replace(value.pose, trans=(x, y, z))))
     return found
 
 

@@ -342,6 +342,21 @@ SEAM_AND_BOW = """  PROC long()
 """
 
 
+def test_layers_share_the_targets_that_are_added() -> None:
+    places = {"p": (50, -900, 500), "q": (50, 200, 500), "r": (150, 100, 500), "s": (120, 0, 500)}
+    data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in places.items())
+    layer = SEAM_AND_BOW.split("ENDPROC")[0].split("\n", 1)[1]
+    for name in "pqrs":
+        layer = re.sub(rf"\b{name},", f"Offs({name},0,0,i*4),", layer)
+    text = module(data, f"FOR i FROM 0 TO 3 DO\n{layer}ENDFOR")
+    found = convert(text)
+    assert found.report["max_error_before_mm"] > 0.9
+    assert found.report["max_error_after_mm"] <= 0.01  # 0.28 mm where nothing can be added
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
 def test_runs_on_displaced_work_share_the_targets_that_are_added() -> None:
     places = {"p": (50, -900, 500), "q": (50, 200, 500), "r": (150, 100, 500), "s": (120, 0, 500)}
     data = "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in places.items())
