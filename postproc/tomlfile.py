@@ -28,6 +28,7 @@ WRITTEN = "commas stand between the values of a list, quotes around words; numbe
 _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _HEADER = re.compile(rf"[ \t]*(\[\[?)[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*\]\]?")
 _PAIR = re.compile(rf"[ \t]*({_KEY}(?:[ \t]*\.[ \t]*{_KEY})*)[ \t]*=[ \t]*")
+MOST_SHOWN = 60  # characters of a value that does not fit
 _TOKEN = re.compile(r"\"\"\".*?\"\"\"|'''.*?'''|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*|[\[\]{}\n]", re.DOTALL)
 
 
@@ -211,4 +212,5 @@ def _expected(error: dict[str, Any]) -> str:
     if "min_length" in context or "max_length" in context:
         length = context.get("min_length", context.get("max_length"))
         return f"give {length} values; there are {context.get('actual_length', 'others')}"
-    return f"found `{str(error.get('input'))[:60]}`"
+    found = str(error.get("input"))
+    return f"found `{found if len(found) <= MOST_SHOWN else found[:MOST_SHOWN] + '..'}`"

@@ -72,7 +72,11 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
 
 
 def _planned(source: Source, settings: Settings, output: Path) -> Plan:
-    file = check(_File, parse_toml(source, "BAT009"), source, "BAT009")
+    content = parse_toml(source, "BAT009")
+    if "job" not in content and isinstance(content.get("effects"), dict):
+        text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
+        raise PostprocError(Diagnostic("BAT009", "error", text, source, None, help_))
+    file = check(_File, content, source, "BAT009")
     root = Path(source.path).parent
     base = _chosen(settings, file, root)
     tasks: dict[str, tuple[Task, Settings]] = {}

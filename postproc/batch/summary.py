@@ -64,6 +64,8 @@ def sum_line(batch: Batch, seconds: float) -> str:
     """The batch in one line."""
     count = batch.counts
     parts = [f"{count[status]} {status}" for status in ("compensated", "unchanged", "failed") if count[status]]
+    beyond = count["beyond_tolerance"]
+    parts += [f"{beyond} of them beyond the tolerance somewhere (CMP006)"] if beyond else []
     parts += [f"{count['cached']} of them done before"] if count["cached"] else []
     parts += [_counted(batch.copied, "file") + " copied"] if batch.copied else []
     return f"{_counted(len(batch.outcomes), 'task')} in {seconds:.1f} s: {', '.join(parts)}"

@@ -164,10 +164,11 @@ class Batch:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Tasks by status, and how many of them an earlier run had done."""
+        """Tasks by status, how many an earlier run had done, and how many stay beyond the tolerance somewhere."""
         statuses: tuple[Status, ...] = ("compensated", "unchanged", "failed")
         count: dict[str, int] = {s: sum(o.status == s for o in self.outcomes) for s in statuses}
-        return {**count, "cached": sum(o.cached for o in self.outcomes)}
+        beyond = sum(any(found["code"] == "CMP006" for found in o.findings) for o in self.outcomes)
+        return {**count, "cached": sum(o.cached for o in self.outcomes), "beyond_tolerance": beyond}
 
     def as_json(self, shard: Shard) -> dict[str, Any]:
         """The ``postproc/batch/1`` document."""

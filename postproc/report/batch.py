@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from postproc.report.page import Section, made_section, render_page, table
 
 MOST_ROWS = 2000
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
+FINDING = ("program", "line", "", "code", "what", "what to do")
 COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "unproved", "cycle [s]", "warnings")
 
 
@@ -31,18 +33,22 @@ def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] |
         "targets added": str(sum(t["added_targets"] for t in done)),
     }
     sections = []
-    said = [_finding(t["name"], d) for t in tasks for d in t["diagnostics"] if d["severity"] != "info"]
-    said.sort(key=lambda row: row[2] != "error")
+    told = [(t["name"], d) for t in tasks for d in t["diagnostics"]]
+    said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
     said += [_finding("", d) for d in document["diagnostics"]]
     if said:
-        columns = ("program", "line", "", "code", "what", "what to do")
-        sections.append(Section("Errors and warnings", table(columns, said[:MOST_ROWS]), _cut(len(said))))
+        sections.append(Section("Errors", table(FINDING, said[:MOST_ROWS]), _cut(len(said))))
     rows = [_row(t) for t in sorted(tasks, key=_rank)]
     note = "Failures first, then the largest deviations that remain. "
     if any(t.get("unproved_statements") for t in tasks):
         note += f"Unproved: {UNPROVED}. "
     note += _cut(len(rows))
     sections.append(Section("Every program", table(COLUMNS, rows[:MOST_ROWS]), note))
+    if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
+        note = (
+            "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
+        )
+        sections.append(Section("Warnings", table(("how many", "programs", *FINDING), _kinds(warned)), note))
     sections.append(made_section(made or {}))
     return render_page(f"postproc batch {name}", _sentence(count, worst), sections, document, key)
 
@@ -70,6 +76,24 @@ def _row(task: Mapping[str, Any]) -> tuple[object, ...]:
 
 def _finding(name: str, found: Mapping[str, Any]) -> tuple[object, ...]:
     return found["path"] or name, found["line"], found["severity"], found["code"], found["message"], found["help"]
+
+
+def _kinds(told: Sequence[tuple[str, Mapping[str, Any]]]) -> list[tuple[object, ...]]:
+    """A row for every kind of finding, the most frequent first: how often, in how many programs, one of them."""
+    kinds: dict[str, list[tuple[str, Mapping[str, Any]]]] = {}
+    for name, found in told:
+        kinds.setdefault(found["code"], []).append((name, found))
+    rows = []
+    for same in sorted(kinds.values(), key=len, reverse=True):
+        name, worst = max(same, key=lambda one: _figure(one[1]["message"]))
+        rows.append((len(same), len({program for program, _ in same}), *_finding(name, worst)))
+    return rows
+
+
+def _figure(message: str) -> float:
+    """The first length that a message tells [mm]."""
+    found = re.search(r"([\d.]+) mm\b", message)
+    return float(found[1]) if found else 0.0
 
 
 def _cut(count: int) -> str:

@@ -13,6 +13,7 @@ from postproc.batch.discover import discover
 from postproc.batch.jobsfile import read_plan
 from postproc.batch.values import Settings
 from postproc.diagnostics import PostprocError
+from postproc.resources import resource
 
 from .folders import ROUGH, TOOL, codes, convert, program, statuses, target, tree, write
 
@@ -296,6 +297,15 @@ def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, text: str, place: str
         read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
     found = caught.value.diagnostics[0]
     assert (found.code, found.place) == ("BAT009", f"{tmp_path}/jobs.toml:{place}")
+
+
+def test_a_model_in_the_place_of_a_jobs_file_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "cell.toml"
+    path.write_bytes(resource("samples", "models", "irb4600_60_205.toml").read_bytes())
+    with pytest.raises(PostprocError) as caught:
+        read_plan(path, Settings(), tmp_path / "out")
+    (found,) = caught.value.diagnostics
+    assert found.message == "this is a model, not a jobs file" and f"`-m {path}`" in found.help
 
 
 def test_a_jobs_file_states_what_programs_do_not_tell(tmp_path: Path) -> None:

@@ -30,7 +30,14 @@ def test_the_document_and_the_exit_code(call: Call, folder: Path, tmp_path: Path
     document = json.loads(outcome.out)
     assert outcome.code == 1
     assert document["schema"] == "postproc/batch/1" and document["shard"] == "1/1"
-    assert document["counts"] == {"compensated": 0, "unchanged": 1, "failed": 1, "cached": 0, "copied": 0}
+    assert document["counts"] == {
+        "compensated": 0,
+        "unchanged": 1,
+        "failed": 1,
+        "cached": 0,
+        "beyond_tolerance": 0,
+        "copied": 0,
+    }
     assert [(t["name"], t["status"], t["cached"]) for t in document["tasks"]] == [
         ("bad.mod", "failed", False),
         ("data.mod", "unchanged", False),
@@ -108,3 +115,5 @@ def test_the_table_of_many_tasks_shows_those_that_matter() -> None:
     assert sum_line(Batch((*good, bad), 3, ()), 1.0) == (
         "101 tasks in 1.0 s: 100 compensated, 1 failed, 50 of them done before, 3 files copied"
     )
+    off = Batch((Outcome(Task("a", ()), "compensated", False, {}, ({"code": "CMP006"}, {"code": "CMP006"})),), 0, ())
+    assert sum_line(off, 1.0).endswith("1 compensated, 1 of them beyond the tolerance somewhere (CMP006)")

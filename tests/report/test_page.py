@@ -258,13 +258,18 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
         "message": "PROC `main`",
         "help": "x",
     }
-    told = [{**finding, "severity": s, "code": c} for s, c in (("info", "MOT012"), ("warning", "CMP006"))]
+    kinds = (
+        ("info", "MOT012", "x"),
+        ("warning", "CMP005", "left"),
+        *(("warning", "CMP006", f"{x} mm off") for x in (0.1, 0.92)),
+    )
+    told = [{**finding, "severity": s, "code": c, "message": m} for s, c, m in kinds]
     figures = {"max_error_before_mm": 2.0, "added_targets": 1, "cycle_time_s": 9.0, "statements": {"skipped": 2}}
     doubt = {"unproved_statements": 71}
     tasks = [
         {"name": "a.mod", "status": "compensated", "cached": True, **doubt, **figures, "max_error_after_mm": 0.01, "diagnostics": told},
         {"name": "b<1>.mod", "status": "failed", "cached": False, "diagnostics": [finding]},
-        {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": []},
+        {"name": "c.mod", "status": "compensated", "cached": False, **figures, "max_error_after_mm": 0.2, "diagnostics": told[-2:-1]},
     ]  # fmt: skip
     counts = {"compensated": 2, "unchanged": 0, "failed": 1, "cached": 1, "copied": 0}
     page = batch_page("cell", {"tasks": tasks, "counts": counts, "diagnostics": []})
@@ -280,9 +285,11 @@ def test_batch_page_puts_failures_and_the_farthest_first() -> None:
     ):
         assert f"<dt>{label}</dt><dd>{figure}</dd>" in page
     assert "nothing to correct" not in page
-    shown = page[page.index("Errors and warnings") : page.index("Every program")]
-    assert re.findall(r"<td>([A-Z]{3}\d{3})</td>", shown) == ["RAP007", "CMP006"]
-    every = page[page.index("Every program") :]
+    shown, _, rest = page.partition("Every program")
+    assert re.findall(r"<td>([A-Z]{3}\d{3})</td>", shown) == ["RAP007"]
+    every, _, warned = rest.partition("</script>")[0].partition('id="document"')[0].partition("<h2>Warnings")
+    assert re.findall(r"<td>([A-Z]{3}\d{3})</td>", warned) == ["CMP006", "CMP005"]
+    assert re.search(r">3</td><td[^>]*>2</td>.*0.92 mm off", warned) and "0.1 mm off" not in warned
     assert every.count(">71<") == 1 and "also run where they cannot be followed" in every
     assert [every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")] == sorted(
         every.index(f"<td>{name}</td>") for name in ("b&lt;1&gt;.mod", "c.mod", "a.mod")
