@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
-from postproc.patterns.formula import Pattern, sharper, side_by_side, spread
+from postproc.patterns.formula import Pattern, sharper, side_by_side, spread, values_of
 from postproc.patterns.place import Place
 from postproc.patterns.shapes import CLOSER, SOME, abrupt
 from postproc.patterns.signals import Signal
@@ -65,7 +65,7 @@ def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: W
 
 def _products(problem: Problem, seen: Place, moves: Array, some: list[Pattern]) -> tuple[Array, Array]:
     """(P, m, P, m) products of the columns of P patterns, and (P, m) with the residual, beside the fit."""
-    columns = problem.whiten(spread(moves, np.stack([p.values for p in some], axis=1)))
+    columns = problem.whiten(spread(moves, values_of(some).astype(float)))
     by_pattern = columns.reshape(len(columns), seen.count, -1).swapaxes(1, 2).reshape(len(columns), -1)
     inside = seen.linear.project(by_pattern)
     size = (len(some), seen.count)
@@ -127,8 +127,8 @@ def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) 
     for _ in range(ROUNDS * len(shapes)):
         first, *others = shapes
         near = [first, *(p for p in sharper(first) if p.form == first.form)]
-        columns = problem.whiten(spread(moves, np.stack([p.values for p in others], axis=1)))
+        columns = problem.whiten(spread(moves, values_of(others).astype(float)))
         beside = Place(problem, seen.linear.extended(columns), seen.place)
-        falls = beside.falls(np.array([p.values for p in near], dtype=np.float32).T)
+        falls = beside.falls(values_of(near))
         shapes = [*others, near[int(np.argmax(falls))]]
     return shapes

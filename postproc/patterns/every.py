@@ -16,7 +16,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.patterns.cycles import GEAR, LOW, TEETH, sways, waves
 from postproc.patterns.felt import overturning, pulls
-from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.formula import Pattern, Single, sharper, values_of
 from postproc.patterns.levels import of_few, of_words, words
 from postproc.patterns.memory import memories
 from postproc.patterns.pairs import of_two, swelling
@@ -31,7 +31,6 @@ PLACES = 22
 READINGS = frozenset(f"instrument, {reading}" for reading in WAYS)
 ROOMS = {None: PLACES, "joint": 6, "instrument": 6}
 """How many places there are of each sort, of any other one."""
-Single = NDArray[np.float32]
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
 
@@ -45,8 +44,8 @@ class Group:
 
     @cached_property
     def values(self) -> Single:
-        """(n, P), in single precision: screening many takes half the time."""
-        return np.array([p.values for p in self.some], dtype=np.float32).T
+        """(n, P)."""
+        return values_of(self.some)
 
     @cached_property
     def odds(self) -> Array:
@@ -125,8 +124,8 @@ class Patterns:
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
         """Gates, what they do there, and (n,) values."""
-        every = ((g, side, SIDES[side](g.values)) for g in self.gates for side in range(len(g.gate)))
-        return [switch for switch in every if _seen_both_ways(switch[0].values)]
+        gates = _switches(self.gates)
+        return [(g, side, SIDES[side](g.values)) for g in gates for side in range(len(g.gate))]
 
     @cached_property
     def switching(self) -> NDArray[np.str_]:
@@ -210,12 +209,14 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
     def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
         if gate.finer is None:
             return None
-        return lambda: [through(g) for g in sharper(gate) if len(g.gate) > side and _seen_both_ways(g.values)]
+        return lambda: [through(g) for g in _switches([g for g in sharper(gate) if len(g.gate) > side])]
 
     return through(gate)
 
 
-def _seen_both_ways(gate: Array) -> bool:
-    """Whether more than a few rows have a gate open, and more than a few have it shut: chance makes one of any few."""
-    few = max(FEW, FEW_SHARE * len(gate))
-    return bool(min(np.count_nonzero(gate > 0.5), np.count_nonzero(gate < 0.5)) >= few)
+def _switches(gates: Sequence[Pattern]) -> list[Pattern]:
+    """Those that more than a few rows have open, and more than a few have shut: chance makes one of any few."""
+    values = values_of(gates) if gates else np.zeros((1, 0))
+    few = max(FEW, FEW_SHARE * len(values))
+    both = np.minimum((values > 0.5).sum(axis=0), (values < 0.5).sum(axis=0)) >= few
+    return [gate for gate, seen in zip(gates, both, strict=True) if seen]

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.fit.channels import within
@@ -18,6 +19,7 @@ Edge = tuple[float, float]
 """Between which values an edge lies."""
 Law = Callable[..., Any]
 """A formula that takes signals, as values or as text."""
+Single = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,13 @@ class Pattern:
         channel = self.signals[-1].unit
         spans = (within(channel, float(e[:, 0].min()), float(e[:, 1].max())) for e in every.transpose(1, 0, 2))
         return self.form.format(*spans)
+
+
+def values_of(some: Sequence[Pattern]) -> Single:
+    """(n, P) of patterns with one function each, by their largest size; single precision: screening takes half as long."""
+    raw = np.array([p.law(*(s.values for s in p.signals)) for p in some], dtype=np.float32)
+    raw /= np.maximum(np.abs(raw).max(axis=1, keepdims=True), 1e-30)
+    return raw.T
 
 
 def spread(moves: Array, values: Array) -> Array:

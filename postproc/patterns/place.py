@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.patterns.every import Single
+from postproc.patterns.formula import Single
 
 
 def taken_off(linear: Linear, columns: Array) -> tuple[Array, Array]:

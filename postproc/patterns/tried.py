@@ -11,8 +11,8 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.patterns.chains import chains
-from postproc.patterns.every import PLACES, Patterns, Single, grown, odds, switched
-from postproc.patterns.formula import Pattern, sharper, spread
+from postproc.patterns.every import PLACES, Patterns, grown, odds, switched
+from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
 from postproc.patterns.signals import Signal
@@ -93,7 +93,7 @@ class Tried:
         if pattern.wide:
             self._wide(where, pattern)
         else:
-            self._best(where, _values([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
+            self._best(where, values_of([pattern]), odds(pattern, self.every.kinds), lambda k: pattern, 1)
 
     def best(self) -> list[Found]:
         """The best pattern of the same channels at each place, strongest first.
@@ -175,7 +175,7 @@ class Tried:
     def _closest(self, one: Found) -> Found:
         best = one
         while near := sharper(one.pattern):
-            one = self._best(one.where, _values(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
+            one = self._best(one.where, values_of(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
             best = max(best, one, key=lambda f: f.worth)
         return best
 
@@ -239,10 +239,6 @@ class Tried:
 def above(linear: Linear) -> float:
     """What is left above the noise, of the whitened sum of squares."""
     return max(linear.square - (len(linear.residual) - linear.parameters), 0.1 * linear.square)
-
-
-def _values(some: Sequence[Pattern]) -> Single:
-    return np.array([p.values for p in some], dtype=np.float32).T
 
 
 def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: Array | float) -> Array:
