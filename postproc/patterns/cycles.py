@@ -31,12 +31,21 @@ def waves(signal: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
             yield _wave(signal, order, phase)
 
 
-def sways(signal: Signal) -> Iterator[Pattern]:
-    """Waves of what is no angle: of at most so many periods over the whole, and more than two values a period."""
+def comes_again(signal: Signal) -> bool:
+    """Whether it may come again though it is no angle: time, a rail or a turntable of the table's own."""
+    return signal.name == "time" or "channels[" in signal.code
+
+
+def periods(signal: Signal) -> list[float]:
+    """Orders of what is no angle: at most so many periods over the whole, and more than two values a period."""
     whole, apart = float(np.ptp(signal.values)), float(np.median(np.diff(np.unique(signal.values))))
-    for k in range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ():
-        for phase in QUARTERS:
-            yield _wave(signal, np.pi * k / whole, phase)
+    many = range(2, min(2 * SWAYS + 1, round(whole / apart))) if whole > 4 * apart else ()
+    return [np.pi * k / whole for k in many]
+
+
+def sways(signal: Signal) -> Iterator[Pattern]:
+    """Waves of what is no angle."""
+    return (_wave(signal, order, phase) for order in periods(signal) for phase in QUARTERS)
 
 
 def neighbours(values: Array, order: float) -> Array:
@@ -58,8 +67,8 @@ def _wave(signal: Signal, order: float, phase: float) -> Pattern:
         return [_shaped(_wave(signal, k, p), signal, k) for k in near for p in EIGHTHS]
 
     verb = "swaying" if signal.name == "time" else "wave"
-    kind = "sway" if not _turns(signal) else "wave" if order <= GEAR else "fine wave"
-    form = f"{verb} {_each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
+    kind = "sway" if not turns(signal) else "wave" if order <= GEAR else "fine wave"
+    form = f"{verb} {each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
     return Pattern((signal,), form, lambda x: np.cos(order * x - phase), kind, finer=finer)
 
 
@@ -68,13 +77,11 @@ def crest(signal: Signal, order: float, phase: float) -> str:
     return f"with a crest near {shown(signal.unit, _again(signal, order, phase / (2 * np.pi))[0])}"
 
 
-def _each(signal: Signal, order: float) -> str:
-    return (
-        f"{order:.3g} times a turn" if _turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
-    )
+def each(signal: Signal, order: float) -> str:
+    return f"{order:.3g} times a turn" if turns(signal) else f"with a period of {shown(signal.unit, 2 * np.pi / order)}"
 
 
-def _turns(signal: Signal) -> bool:
+def turns(signal: Signal) -> bool:
     return signal.unit.rstrip("123456") == "q"
 
 
@@ -115,7 +122,7 @@ def _tooth(signal: Signal, order: float, start: float) -> Pattern:
     def law(x: Any) -> Any:
         return 2 * _cycle(x, order, start) - 1
 
-    form = f"saw tooth {_each(signal, order)}{signal.of}, with a jump near {{}}"
+    form = f"saw tooth {each(signal, order)}{signal.of}, with a jump near {{}}"
     return Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
 
 
@@ -137,7 +144,7 @@ def _folds(signal: Signal, order: float, start: float) -> Iterator[Pattern]:
         return [replace(p, finer=None) for k, s in near for p in _folds(signal, k, s)]
 
     for word, law in (("folded", folded), ("halved", halved), ("triangular", triangular)):
-        form = f"{word} wave {_each(signal, order)}{signal.of}, highest near {{}}"
+        form = f"{word} wave {each(signal, order)}{signal.of}, highest near {{}}"
         yield Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
 
 
@@ -157,5 +164,5 @@ def _pulse(signal: Signal, order: float, start: float, duty: float) -> Pattern:
     on, _ = _again(signal, order, start)
     off = on + duty * 2 * np.pi / order
     at = (on, on), (off, off)
-    form = f"pulses {_each(signal, order)}{signal.of}, one from {{}} to {{}}"
+    form = f"pulses {each(signal, order)}{signal.of}, one from {{}} to {{}}"
     return Pattern((signal,), form, lambda x: _cycle(x, order, start) < duty, "wave", at, finer=finer)

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
-from postproc.patterns.cycles import GEAR, LOW, TEETH, sways, waves
+from postproc.patterns.cycles import GEAR, LOW, TEETH, comes_again, sways, waves
 from postproc.patterns.felt import overturning, pulls
 from postproc.patterns.formula import Pattern, Single, sharper, values_of
 from postproc.patterns.levels import of_few, of_words, words
-from postproc.patterns.memory import memories
+from postproc.patterns.memory import lags, memories
 from postproc.patterns.pairs import of_two, swelling
 from postproc.patterns.shapes import breaks, of_channel, of_signal
 from postproc.patterns.sight import WAYS, Sight, around
@@ -156,8 +156,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     single += [replace(p, gate=()) for signal in number for p in of_signal(signal)]
     found: list[Pattern] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
     for signal in signals.values():
-        # In time, or along a rail or a turntable of the table's own.
-        found += sways(signal) if signal.name == "time" or "channels[" in signal.code else ()
+        found += sways(signal) if comes_again(signal) else ()
     for first, second in combinations(signals.values(), 2):
         found += of_two(first, second)
     angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
@@ -177,7 +176,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
-    found += [*memories(signals), *pulls(state, position), *overturning(state, others)]
+    found += [*memories(signals), *lags(signals), *pulls(state, position), *overturning(state, others)]
     found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
     return Patterns([*single, *found], [p for p in single if p.gate], apart)

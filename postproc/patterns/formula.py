@@ -95,7 +95,7 @@ class Pattern:
 
 
 def values_of(some: Sequence[Pattern]) -> Single:
-    """(n, P) of patterns with one function each, by their largest size; single precision: screening takes half as long."""
+    """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
     raw = np.array([p.law(*(s.values for s in p.signals)) for p in some], dtype=np.float32)
     raw /= np.maximum(np.abs(raw).max(axis=1, keepdims=True), 1e-30)
     return raw.T

@@ -1,4 +1,4 @@
-"""Patterns of what the rows before have left behind: the row before, a slide that is dragged along."""
+"""Patterns of what the rows before have left behind: the row before, a slide that is dragged along, late warmth."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from postproc.patterns.signals import Signal
 
 REACHES = np.geomspace(0.03, 0.6, 7)
 """How far something is dragged before it slips, in the range of what drags it."""
+
+LAGS = np.geomspace(0.02, 1.0, 7)
+"""How late something follows a channel, in the time of the whole measurement."""
 
 
 def memories(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
@@ -46,6 +49,15 @@ def memories(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
                 yield _dragged(signal, float(share * np.ptp(signal.values)))
 
 
+def lags(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
+    """What follows a temperature or a column of the table's own with a lag. No state tells it."""
+    warm = [s for s in signals.values() if s.name == "temperature" or "channels[" in s.code]
+    for signal in warm if "time" in signals else ():
+        time = signals["time"].values
+        for share in LAGS:
+            yield _late(signal, time, float(share * np.ptp(time)))
+
+
 def dragged(x: Array, reach: float) -> Array:
     """(n,) of what a signal (n,) drags along: z + dx / reach within -1 and 1, from row to row.
 
@@ -68,3 +80,32 @@ def _dragged(signal: Signal, reach: float, fine: int = 0) -> Pattern:
     form = f"dragged along by {signal.name}, and slipping after {{}} to either side, from row to row"
     move = finer if fine < FINEST else None
     return Pattern((behind,), form, lambda x: x, "dragged", ((reach, reach),), finer=move)
+
+
+def late(x: Array, time: Array, lag: float) -> Array:
+    """(n,) what follows a signal (n,) with a lag, lag dz/dt = x - z: a casting warms up after the air around it.
+
+    Solved exactly for a signal that is straight from one time to the next; settled at the first of them.
+    """
+    order = np.argsort(time, kind="stable")
+    found, (z, before) = np.empty(len(x)), (float(x[order[0]]),) * 2
+    for i, step in zip(order, np.diff(time[order], prepend=time[order[0]]).tolist(), strict=True):
+        now = float(x[i])
+        if step > 0:
+            ahead = (now - before) * lag / step
+            z = now - ahead + (z - before + ahead) * float(np.exp(-step / lag))
+        found[i] = z
+        before = now
+    return found
+
+
+def _late(signal: Signal, time: Array, lag: float, fine: int = 0) -> Pattern:
+    def finer() -> list[Pattern]:
+        shares = 1.4 ** (np.linspace(-1.0, 1.0, 9) / 4**fine)
+        return [_late(signal, time, float(share * lag), fine + 1) for share in shares]
+
+    after = replace(signal, values=late(signal.values, time, lag), code="", unit="time")
+    move = finer if fine < FINEST else None
+    return Pattern(
+        (after,), f"following {signal.name} with a lag of {{}}", lambda x: x, "late", ((lag, lag),), finer=move
+    )

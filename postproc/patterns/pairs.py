@@ -8,11 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.cycles import EIGHTHS, GEAR, LOW, crest
+from postproc.patterns.cycles import EIGHTHS, GEAR, LOW, comes_again, crest, each, neighbours, periods, turns
 from postproc.patterns.formula import Pattern
-from postproc.patterns.shapes import levels, line
+from postproc.patterns.shapes import FINEST, levels, line
 from postproc.patterns.signals import Signal
+
+SWAYED = ("q", "dir", "payload", "x", "y", "z")
+"""Channels that may be the size of what comes again in time or along a column of the table's own."""
 
 
 def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
@@ -36,13 +40,15 @@ def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
         yield from swelling(first, second, range(1, GEAR + 1))
     for side, size in ((first, second), (second, first)):
+        if comes_again(side) and size.name.rstrip("123456") in SWAYED:
+            yield from swelling(side, size, periods(side))
         if side.name.startswith(("dir", "v")) and size.name.startswith("load"):
             form = f"side of {side.name} times size of {size.name}"
             yield Pattern((side, size), form, lambda x, y: np.sign(x) * np.abs(y), "product")
 
 
-def swelling(angle: Signal, size: Signal, orders: Iterable[int]) -> Iterator[Pattern]:
-    """Waves of an angle, or of a sum of some, whose size is another channel."""
+def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
+    """Waves of an angle, of a sum of some or of what comes again otherwise, whose size is another channel."""
     middle = float(size.values.mean())
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for mean in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
@@ -51,33 +57,44 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[int]) -> Iterator[Pat
                 yield _swelling(angle, size, mean, order, phase)
 
 
-def _waves(first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float]) -> Pattern:
+def _waves(
+    first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float], fine: int = 0
+) -> Pattern:
     """Two waves, one times the other."""
     (k, j), (p, r) = orders, phases
 
     def finer() -> list[Pattern]:
-        return [replace(_waves(first, second, orders, (s, t)), finer=None) for s in EIGHTHS for t in EIGHTHS]
+        some = [_near(phase, fine) for phase in phases]
+        return [_waves(first, second, orders, (s, t), fine + 1) for s in some[0] for t in some[1]]
 
     def law(x: Any, y: Any) -> Any:
         return np.cos(k * x - p) * np.cos(j * y - r)
 
     waves = (f"{s.name}, {o} times a turn {crest(s, o, q)}" for s, o, q in ((first, k, p), (second, j, r)))
     form = f"wave of {', times one of '.join(waves)}"
-    return Pattern((first, second), form, law, "product of waves", finer=finer)
+    return Pattern((first, second), form, law, "product of waves", finer=finer if fine <= FINEST else None)
 
 
-def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: float) -> Pattern:
+def _near(phase: float, fine: int) -> Array:
+    """Phases all around, then closer by."""
+    return np.asarray(phase + EIGHTHS[1] / 4**fine * np.arange(-2, 3) if fine else EIGHTHS)
+
+
+def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: float, fine: int = 0) -> Pattern:
     """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
-    where = None if order <= max(LOW) else f"joint {angle.name[1:]}"
+    where = None if order <= max(LOW) or not turns(angle) else f"joint {angle.name[1:]}"
 
     def finer() -> list[Pattern]:
         # Less than a wave a turn is hardly more than the other channel alone.
-        orders = np.arange(1.0, 4.01, 0.25) if where is None else order + 0.25 * np.arange(-2, 3)
-        some = [_swelling(angle, size, mean, k, p) for k in orders for p in EIGHTHS]
-        return [replace(p, where=where, finer=None) for p in some]
+        low = np.arange(1.0, 4.01, 0.25) if turns(angle) else neighbours(angle.values, order)
+        orders = low if where is None else order + 0.25 * np.arange(-2, 3)
+        if fine:
+            orders = order + (neighbours(angle.values, order) - order) / 4**fine
+        some = [_swelling(angle, size, mean, k, p, fine + 1) for k in orders for p in _near(phase, fine)]
+        return [replace(p, where=where) for p in some]
 
     wave = Pattern(
-        (angle,), f"wave {order:.3g} times a turn {crest(angle, order, phase)}", lambda x: np.cos(order * x - phase)
+        (angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: np.cos(order * x - phase)
     )
     part = line(size, mean)
 
@@ -88,4 +105,7 @@ def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: flo
         return (wave, size.name), (part, angle.name)
 
     form = f"{part.named} times a wave of {angle.label}, {wave.form.removeprefix('wave ')}"
-    return Pattern((angle, size), form, law, "swelling wave", where=where, finer=finer, factors=factors)
+    kind = "swelling wave" if turns(angle) else "swelling sway"
+    return Pattern(
+        (angle, size), form, law, kind, where=where, finer=finer if fine <= FINEST else None, factors=factors
+    )

@@ -143,6 +143,9 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     if not suspects:
         return []
     first = suspects[0]
+    # Where a pose does not tell the first, what it tells of the same place: that can be drafted.
+    drafted = [s for s in suspects if s.where == first.where and s.codes and s.evidence > 0]
+    instead = [] if first.codes else drafted[:1]
     suspects = [
         s
         for s in suspects
@@ -163,5 +166,5 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     best: dict[str, Suspect] = {}
     for suspect in sorted(suspects, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
-    dresses = [s for channel, s in best.items() if channel not in mine]
-    return [*same[:1], *others, *same[1:2], *elsewhere, *dresses][:count]
+    dresses = [s for channel, s in best.items() if channel not in mine and not any(s is i for i in instead)]
+    return [*same[:1], *others, *same[1:2], *instead, *elsewhere, *dresses][:count]

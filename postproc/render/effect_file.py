@@ -54,14 +54,16 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     """
     words = [w for w in re.split(r"\W+|_", name.lower()) if w[:1].isalpha()] or ["own"]
     words = ["own", *words] if "_".join(words) in effect_library() else words
-    told = [s for s in (*found.suspects[:1], *found.beside) if s.codes]
-    if not told or told[0] is not found.suspects[0]:
+    # Where a pose does not tell the first, what it tells of the same place instead.
+    first = next((s for s in found.suspects if s.codes and s.where == found.suspects[0].where), None)
+    if first is None:
         return "_".join(words), None
+    told = [first, *(s for s in found.beside if s.codes and s is not first)]
     every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
     # What a place is off in every pose is one number, whatever else moves it.
     terms = list({(term.law, term.place, term.axes, term.along): term for term in every}.values())
     sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
-    first, places = told[0], tuple(dict.fromkeys(term.place for term in terms))
+    places = tuple(dict.fromkeys(term.place for term in terms))
     bodies = ", ".join(f"{p.removeprefix('body_')}: {p}" for p in places if p.startswith("body"))
     reads = dict.fromkeys(name for law in (*(term.law for term in terms), sight) for name in channels_read(law))
     title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"

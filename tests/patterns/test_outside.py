@@ -125,6 +125,15 @@ def test_a_second_structure_comes_before_other_dresses_of_the_first():
     assert "q1" not in {s.channel for s in by_channel([ranked[0], more])}
 
 
+def test_what_a_pose_tells_is_listed_where_it_does_not_tell_the_first():
+    """Only that can be drafted, though it leaves more."""
+    nothing, way = np.zeros((1, 3, 1)), np.ones(1)
+    late = Suspect("temperature", "joint 2", "late", 1.0, 500.0, 500.0, nothing, way)
+    others = [("body 1", 0.99, 480.0), ("joint 2", 0.6, 60.0)]
+    ranked = [late, *(Suspect("time", w, "line", s, e, e, nothing, way, codes=("state.time",)) for w, s, e in others)]
+    assert by_channel(ranked)[1] is ranked[2]
+
+
 def best(patterns, truth):
     return max(patterns, key=lambda p: abs(np.corrcoef(p.values, truth)[0, 1]) if np.ptp(p.values) else 0.0)
 

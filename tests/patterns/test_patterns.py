@@ -227,6 +227,31 @@ def test_what_is_dragged_along_is_told_by_how_far():
     assert abs(np.corrcoef(found.values, slack)[0, 1]) > 0.99
 
 
+def test_what_follows_a_channel_late_is_told_by_its_lag():
+    """Warmth behind that of the hall by 2400 s, integrated in small steps."""
+    g = np.random.default_rng(16)
+    fine = np.arange(0.0, 20000.0, 5.0)
+    hall = 20 + np.array([0.0, 8.0, -3.0, 9.0, 2.0, 11.0, -4.0])[(fine // 3000).astype(int)]
+    warm = [hall[0]]
+    for air in hall[1:]:
+        warm.append(warm[-1] + 5.0 / 2400.0 * (air - warm[-1]))
+    row = np.sort(g.choice(len(fine), 150, replace=False))
+    late = np.array(warm)[row] - 20.0
+    every = of_two(time=fine[row], temperature=hall[row]).every
+    found = closest(best([p for p in every if p.kind == "late"], late), late)
+    assert found.text.startswith("following temperature with a lag of 2") and found.channels == ("temperature",)
+    assert abs(np.corrcoef(found.values, late)[0, 1]) > 0.99 and not found.codes
+
+
+def test_the_size_of_an_angle_may_come_again_along_a_column():
+    g = np.random.default_rng(17)
+    q2, rail = g.uniform(-0.8, 1.1, 200), g.uniform(0.0, 10.0, 200)
+    truth = q2 * np.cos(2 * np.pi * rail / 3.3 - 0.4)
+    found = closest(best(of_two(q2=q2, rail=rail).every, truth), truth)
+    assert found.text.startswith("q2 times a wave of rail, with a period of 3.3")
+    assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.995
+
+
 def test_a_loose_seat_follows_gravity_along_an_axis_of_the_tool():
     g = np.random.default_rng(14)
     turned = Rotation.random(150, random_state=3).as_matrix()
