@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from postproc.diagnostics import Diagnostic
 from postproc.fit.fitted import Fit
 from postproc.measure.repeat import Noise, estimate_noise
+from postproc.measure.trajectory import is_record
+from postproc.model.uncertainty import predict_sigma
 
 RARE = 1e-3
 """Chance that any row of clean data stands out as much."""
@@ -18,12 +20,15 @@ MANY = 1e6
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
+ELSEWHERE, FAR = 100, 3.0
+"""Poses between the joint angles of a record, and so many times its held-out error a prediction there may be off."""
+
 
 def data_findings(fit: Fit) -> list[Diagnostic]:
     """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
     from scipy.special import fdtrc
 
-    found = too_loud(fit)
+    found = [*too_loud(fit), *one_path(fit)]
     own, stated = larger_noise(fit), fit.noise
     if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
         message = (
@@ -52,6 +57,25 @@ def too_loud(fit: Fit) -> list[Diagnostic]:
         return []
     message = f"the stated noise of {1e3 * stated:.3f} mm cannot be: the fit leaves {1e3 * fit.rms:.3f} mm per axis"
     return [Diagnostic("DAT027", "warning", message, fit.data.source, help="is it in micrometres? It counts in mm")]
+
+
+def one_path(fit: Fit) -> list[Diagnostic]:
+    """DAT032 where rows of a moving arm are predicted far better than what lies between their joint angles."""
+    state = fit.data.state
+    if not is_record(state):
+        return []
+    some = np.random.default_rng(0).integers(len(state), size=ELSEWHERE)
+    low, high = np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0)
+    q = low + (high - low) * np.random.default_rng(1).random((ELSEWHERE, 6))
+    away = float(np.sqrt(np.mean(predict_sigma(fit.recorded(), state.rows(some).with_(q=q)) ** 2)))
+    if away < FAR * fit.held_out_rms:
+        return []
+    message = (
+        f"the rows follow one path: elsewhere among their joint angles a prediction is good to {1e3 * away:.2f} mm per "
+        f"axis, not to the {1e3 * fit.held_out_rms:.3f} mm of rows of this path"
+    )
+    help_ = "measure single poses all over the workspace (`postproc plan`), or further paths"
+    return [Diagnostic("DAT032", "warning", message, fit.data.source, help=help_)]
 
 
 def larger_noise(fit: Fit) -> Noise:

@@ -10,7 +10,7 @@ import numpy as np
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic
-from postproc.fit.findings import too_loud
+from postproc.fit.findings import one_path, too_loud
 from postproc.fit.fitted import Fit
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
@@ -43,8 +43,8 @@ def recorded_model(fit: Fit) -> Model:
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026 and DAT027."""
-    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit)]
+    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026, DAT027 and DAT032."""
+    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
+from postproc.fit.findings import data_findings, one_path
 from postproc.fit.least_squares import fit_model
+from postproc.fit.record import cautions
 from postproc.identify.diagnose import diagnose
 from postproc.measure.table import read_measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import BASE, effect_library
 from tests.measure.tables import HEADER, points
@@ -80,3 +85,19 @@ def test_rows_of_an_arm_that_stands_are_no_record():
     state = read_measurements(Source("record.csv", f"{head}\n{body}".encode()), load_robot("irb4600_60_205")).state
     assert state.v is not None and not is_record(state)
     assert is_record(read_measurements(record(0.0, 5), load_robot("irb4600_60_205")).state)
+
+
+def test_rows_of_one_path_say_how_far_they_tell():
+    """A path of two seconds tells its own rows far better than poses between them; one of a minute goes everywhere."""
+    short, long = base(record(0.0, 7, rows=200, rate=100.0)), base(record(0.0, 7, rows=300, rate=5.0))
+    assert one_path(long) == []
+    (found,) = one_path(short)
+    assert (found.code, found.severity) == ("DAT032", "warning")
+    assert found in cautions(short) and found in data_findings(short)
+    q = short.data.state.q
+    away = np.random.default_rng(8).uniform(q.min(axis=0), q.max(axis=0), (200, 6))
+    seen = predict(short.model, short.model.state(away))[:, :3, 3]
+    error = np.sqrt(np.mean((1e3 * seen - points(np.degrees(away))) ** 2))
+    told = float(re.search(r"good to (\S+) mm", found.message)[1])
+    assert error > 3e3 * short.held_out_rms
+    assert 0.3 * error < told < 3 * error
