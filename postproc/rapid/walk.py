@@ -84,6 +84,9 @@ def forgiven(finding: Diagnostic) -> Diagnostic:
 
 def _follow_rest(flow: Flow, unknown: State) -> None:
     """Motions that no known way leads to, and routines that some call means which no known way leads to."""
+    for routine in flow.program.all_routines():
+        if not routine.source.lent:
+            _interrupt(flow, routine, unknown)
     calls = _calls(flow.program)
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
@@ -112,8 +115,22 @@ def _start(flow: Flow, routine: Routine, state: State) -> Memory:
     return memory
 
 
+def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
+    """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
+    for body in bodies(routine) if routine.kind == "TRAP" else routine.handlers:
+        if "@moves" not in flow.changes.of(body, routine):
+            continue
+        frame = unbound_frame(routine)
+        memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
+        forget(memory, flow.changes.everything, "is not certain here")
+        flow.ways.lose()
+        flow.conditional += 1
+        flow.body(body, memory)
+        flow.conditional -= 1
+
+
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
-    """Handlers, and code that no known way leads to: every motion on its own, whatever ran before."""
+    """Code that no known way leads to: every motion on its own, whatever ran before."""
     forget(memory, flow.changes.everything, "is not certain here")
     for body in bodies(routine):
         for statement in statements_in(body):

@@ -466,7 +466,9 @@ def test_calls_that_multiply_are_cut_off_and_still_accounted_for(monkeypatch: py
 
 def test_a_loop_index_in_a_handler_is_not_missing_data() -> None:
     found = walk_program(program(module(f"ERROR FOR i FROM 1 TO 2 DO {move('i')} ENDFOR", P)))
-    assert [e.reason for e in found.events] == ["the loop index `i` is not known"]
+    assert [(e.reason, e.target.trans[0]) for e in found.events if e.target] == [(None, 1), (None, 2)]
+    hidden = walk_program(program(module(f"RETURN; FOR i FROM 1 TO 2 DO {move('i')} ENDFOR", P)))
+    assert [e.reason for e in hidden.events] == ["the loop index `i` is not known"]
     assert found.diagnostics == ()
 
 
@@ -502,9 +504,25 @@ def test_a_branch_that_no_call_takes_makes_no_other_run_of_the_rest() -> None:
         "ENDPROC TRAP stopped go 2; ENDTRAP PROC other()",
     ],
 )
-def test_a_call_that_is_not_followed_may_lead_elsewhere(more: str) -> None:
+def test_handlers_and_traps_call_with_what_they_know(more: str) -> None:
     data = P + f"VAR num n; PROC go(num n) {move('n')} ENDPROC PROC work() go 1; {more} ENDPROC"
-    assert [e.elsewhere for e in events("work;", data) if e.statement.routine == "go"] == [True]
+    found = [e for e in events("work;", data) if e.statement.routine == "go"]
+    assert [(e.target.trans[0], e.loose, e.first, e.elsewhere) for e in found if e.target] == [
+        (1, False, True, False),
+        (2, True, True, False),
+    ]
+    found = events("work;", data.replace("go 2", "go CPos().x"))
+    assert [e.elsewhere for e in found if e.statement.routine == "go"] == [True]
+
+
+def test_the_motions_of_a_handler_are_one_way() -> None:
+    found = events(
+        f"{move('1')} ERROR {move('2')} {move('3')} IF ERRNO=ERR_A THEN {move('4')} ENDIF {move('5')} RETRY;", P
+    )
+    assert [(e.target.trans[0], e.first, e.again) for e in found if e.target] == [
+        (1, True, None), (2, True, None), (3, False, None), (4, False, None), (5, False, None), (3, False, 2),
+        (5, False, None),
+    ]  # fmt: skip
 
 
 def test_a_routine_that_nobody_calls_hands_its_own_targets_on() -> None:
