@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 
-from postproc.effects.asking import displacement_of
 from postproc.effects.base import Effect
 from postproc.effects.parameters import unit_suffix
 from postproc.fit.fitted import Fit
@@ -35,27 +34,15 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
 
 
 def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:
-    """``half_gap[2] 0.109 ± 0.001 mrad`` for every fitted parameter of an effect.
+    """``half_gap[2] 0.109 ± 0.001 mrad`` for every fitted parameter of an effect; only their number if more than most.
 
-    The value has the digits that its standard deviation leaves it. If there are more than most: their number, and how
-    far they turn the joints.
+    The value has the digits that its standard deviation leaves it.
     """
     values = list(fitted_values(fit, key))
     if len(values) > most:
-        turned = [f"joint {j}: {size:.3f} mrad rms on these poses" for j, size in turned_joints(fit, key)]
-        return [f"{len(values)} numbers, in the model file", *turned]
+        return [f"{len(values)} numbers, in the model file"]
     width = max((len(name) for name, *_ in values), default=0)
     return [f"{name:{width}s} {with_sigma(value, sigma)} {unit}".rstrip() for name, value, sigma, unit in values]
-
-
-def turned_joints(fit: Fit, key: str) -> list[tuple[int, float]]:
-    """The joints, from 1, that an effect of the fit turns, and how far: rms over the poses [mrad]."""
-    effect, state = fit.model.effect(key), fit.problem.sensitivity.state
-    turned = None if effect is None else displacement_of(effect, state).joint
-    if turned is None:
-        return []
-    size = 1e3 * np.sqrt(np.mean(turned**2, axis=0))
-    return [(int(j) + 1, float(size[j])) for j in np.flatnonzero(size)]
 
 
 def place(label: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -64,15 +64,15 @@ class Candidate:
 
 @dataclass
 class Stock:
-    """What stays the same while the rows in use and the springs do; refits move it by a few parts in a thousand.
+    """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
 
     Args:
-        forms: of every effect where the model has nothing of it; by_load: (n, r, 6) whitened displacement by a unit of
-            every load, for some number of poses.
+        forms: of every effect where the model has nothing of it, by its key and what the model has that they depend on;
+            by_load: (n, r, 6) whitened displacement by a unit of every load, for some springs and number of poses.
     """
 
-    forms: dict[str, Forms] = field(default_factory=dict)
-    by_load: dict[tuple[int, int], Array] = field(default_factory=dict)
+    forms: dict[tuple[str, ...], Forms] = field(default_factory=dict)
+    by_load: dict[Hashable, Array] = field(default_factory=dict)
 
 
 @dataclass
@@ -95,17 +95,26 @@ class Screen:
         Of a sum always the terms alone: `beside` puts one after those that are there.
         """
         cls, held = self.classes[key], self.problem.model.effect(key)
+        known = (key, *self._depends_on(cls))
         if is_sum(cls) or (current is None and held is None):
-            if key not in self.stock.forms:
-                self.stock.forms[key] = forms_of(self.problem, cls)
-            return self.stock.forms[key]
-        alone = self.stock.forms.get(key, ())
+            if known not in self.stock.forms:
+                self.stock.forms[known] = forms_of(self.problem, cls)
+            return self.stock.forms[known]
+        alone = self.stock.forms.get(known, ())
         if current is not None:
             return forms_of(self.problem, cls, current, alone or self.held.get(key, ()))
         if key not in self.held and held is not None:
             found = forms_of(self.problem, cls, held, alone)
             self.held[key] = Forms(g for f in found if (g := self._more(f, held)) is not None)
         return self.held[key]
+
+    def _depends_on(self, cls: type[Effect]) -> tuple[str, ...]:
+        """Effects of the model that change how one moves the arm: springs under its load, loads that it follows."""
+        springs, loads = cls.load is not Effect.load, "load" in cls.reads
+        model = self.problem.model.effects
+        return tuple(
+            e.key for e in model if (springs and "load" in e.reads) or (loads and type(e).load is not Effect.load)
+        )
 
     def odds(self, key: str, current: Effect | None) -> list[float]:
         """How ordinary each form is, 0 where what is there leaves no room for it."""

@@ -165,6 +165,10 @@ def _by_block(fit: Fit, beside: Sequence[Suspect]) -> Array:
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
-    """Worth its parameters, significant after counting effects and forms, and large enough to matter."""
+    """Worth its parameters, significant after counting effects and forms, and large enough to matter.
+
+    More of an effect that the model has (the lag of one more joint) is one among its own forms, not among all effects.
+    """
+    tried = 1 if base.model.effect(candidate.key) is not None else effects
     before = base.linear.square
-    return candidate.evidence > 0 and candidate.p_value * effects < SIGNIFICANT and candidate.fall > MATERIAL * before
+    return candidate.evidence > 0 and candidate.p_value * tried < SIGNIFICANT and candidate.fall > MATERIAL * before

@@ -30,13 +30,12 @@ class Search:
     classes: Mapping[str, type[Effect]]
     patterns: Patterns
     outside: list[Suspect]
-    cache: dict[tuple[bytes, tuple[str, ...]], Stock] = field(default_factory=dict)
+    cache: dict[bytes, Stock] = field(default_factory=dict)
     seen: dict[Hashable, list[Suspect]] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        springs = tuple(e.key for e in self.fit.model.effects if "load" in e.reads)
-        stock = self.cache.setdefault((self.fit.problem.weights.used.tobytes(), springs), Stock())
+        stock = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), Stock())
         return Screen(self.fit.problem, self.classes, self.fit.free, stock)
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:

@@ -114,13 +114,27 @@ def _select(
             if taken is None:
                 refused.add(best.key)
                 continue
-            missing = [m for m in missing if m.candidate.key != best.key] + [taken]
+            missing = _with(missing, taken)
         elif outside is not None and len(search.outside) < PATTERNS:
             search.outside = [*search.outside, outside]
         else:
             break
         ranked, refused = ranking(search), set()
     return missing, fork
+
+
+def _with(missing: list[Missing], taken: Missing) -> list[Missing]:
+    """What is missing and what was taken; more of an effect that stands there goes with it (a further joint)."""
+    at = next((i for i, m in enumerate(missing) if m.candidate.key == taken.candidate.key), None)
+    if at is None:
+        return [*missing, taken]
+    first, more = missing[at], taken.candidate
+    told = [more.label] if more.effect.roughness() is not None else [first.candidate.label, more.label]
+    whole = replace(
+        first.candidate, effect=more.effect, free=more.free, fit=more.fit, label="; ".join(filter(None, told))
+    )
+    every = [*missing[:at], replace(first, candidate=whole), *missing[at + 1 :]]
+    return [*every[:-1], replace(every[-1], held_out_after=taken.held_out_after)]
 
 
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:

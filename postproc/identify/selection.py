@@ -15,7 +15,7 @@ from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import Form, Forms, forms_nearby, make_form, ordinary
-from postproc.identify.gains import Gain, gain, gains
+from postproc.identify.gains import DIM, Gain, gain, gains
 
 UNLIKELY = {
     "bearing_tilt": 6.0,
@@ -33,7 +33,8 @@ DEEPEST = 8
 def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     """The best composition of an effect's forms: the best one, then more of its own while each is worth its parameters.
 
-    Two starts, the best form and the best among the narrowest; None where no form moves anything.
+    Twice: from the best form on, and of the narrowest alone, so that nothing is fitted that only goes with the rest
+    (all joints for the sake of three). None where no form moves anything.
     """
     forms = screen.forms(key, None)
     price = _prices(screen.odds(key, None))
@@ -45,9 +46,13 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     seen = [i for i, g in enumerate(measured) if g.count and np.isfinite(price[i])]
     narrow = min((forms[i].columns.shape[1] for i in seen), default=0)
     thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
-    starts = {best, max(thin, key=lambda i: worth[i])} if thin else set()
+    # A free function grows finer, too.
+    widest = np.inf if forms[best].effect.roughness() is not None else narrow
+    starts = [(best, np.inf), (max(thin, key=lambda i: worth[i]), widest)] if thin else []
+    if len(thin) == len(seen) or starts[:1] == starts[1:]:
+        starts = starts[:1]
     visible = max((measured[i].visible for i in seen), default=0.0)
-    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], price[i]) for i in starts]
+    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], price[i], w) for i, w in starts]
     if not found:
         form = screen.beside(forms[best], None)
         return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, price[best], visible, 1.0)
@@ -92,7 +97,8 @@ def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidat
     )
 
 
-def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float) -> Candidate:
+def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
+    """A form with more of its own while each is worth its parameters, of those that move no more than ``widest``."""
     outer, total = linear, linear.square
     beside = np.zeros(len(form.refit), dtype=bool)
     if form.along is not None:
@@ -107,8 +113,9 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float)
             nearest, whole, cost = nearer
             effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
             searched += cost
-        inner = linear.extended(columns)
-        found = _further(screen, inner, form.key, effect) if whole.evidence > searched else None
+        # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
+        inner = linear.extended(columns, DIM**0.5)
+        found = _further(screen, inner, form.key, effect, widest) if whole.evidence > searched else None
         if found is None:
             break
         option, cost = found
@@ -164,10 +171,11 @@ def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) ->
     return None if best is None else (best, gain_, paid)
 
 
-def _further(screen: Screen, inner: Linear, key: str, effect: Effect) -> tuple[Form, float] | None:
+def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: float) -> tuple[Form, float] | None:
     """What is best added to an effect, and its price; None where nothing is worth that."""
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
-    worth = [g.evidence - p for g, p in zip(gains(inner, forms), prices, strict=True)]
+    every = zip(forms, gains(inner, forms), prices, strict=True)
+    worth = [g.evidence - price if form.columns.shape[1] <= widest else -np.inf for form, g, price in every]
     k = max(range(len(forms)), key=lambda i: worth[i], default=None)
     return None if k is None or worth[k] <= 0 else (screen.beside(forms[k], effect), prices[k])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -46,7 +46,7 @@ class Glimpse:
 
     problem: Problem
     linear: Linear
-    known: dict[tuple[int, int], Array] = field(default_factory=dict)
+    known: dict[Hashable, Array] = field(default_factory=dict)
 
     def answers(self, effects: Sequence[Effect]) -> Array:
         """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
@@ -63,9 +63,9 @@ class Glimpse:
 
     def by_load(self, first: int) -> Array:
         """(n, r, 6) whitened displacement by a unit of the joints' torques, or of the wrench on a body."""
-        at = len(self.problem.data), first
+        seen = self.problem.softer
+        at = len(self.problem.data), first, *(e.key for e in seen.springs)
         if at not in self.known:
-            seen = self.problem.softer
             unit = np.zeros((6, len(seen.state), 54))
             unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
             self.known[at] = seen.matrix @ np.stack([seen.by_load(one) for one in unit], axis=2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +34,8 @@ def headline(d: Diagnosis) -> str:
         return (
             f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
         )
-    names = joined([_named(m) for m in d.missing])
+    every = [_named(m) for m in d.missing]
+    names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = "them" if len(d.missing) > 1 else "it"
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
     fell += _of_little_worth(d)
@@ -58,14 +59,10 @@ def headline(d: Diagnosis) -> str:
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:
-    """What this data leaves open of every effect that was found: what it could be as well, what would not be seen."""
+    """What this data would not show beside what was found."""
     for m in d.missing:
-        name = f"`{m.candidate.key}`"
-        alike, unseen = (joined([f"`{key}`" for key in keys], "or") for keys in (m.alike, m.unseen))
-        if alike:
-            yield f"On this data {name} could as well be {alike}."
-        if unseen:
-            yield f"Beside {name} this data would not show {unseen}."
+        if m.unseen:
+            yield f"Beside `{m.candidate.key}` this data would not show {_any_of(m.unseen)}."
 
 
 def _extent(d: Diagnosis, s: Suspect) -> str:
@@ -96,8 +93,14 @@ def too_few(fit: Fit) -> bool:
 
 
 def _named(m: Missing) -> str:
+    """An effect with its place, and what explains this data as well."""
     where = place(m.candidate.label)
-    return f"`{m.candidate.key}`" + (f" ({where})" if where else "")
+    rivals = f" or, as far as this data can tell, {_any_of(m.alike)}" if m.alike else ""
+    return f"`{m.candidate.key}`" + (f" ({where})" if where else "") + rivals
+
+
+def _any_of(keys: Iterable[str]) -> str:
+    return joined([f"`{key}`" for key in keys], "or")
 
 
 def title(d: Diagnosis, m: Missing) -> str:

@@ -60,11 +60,6 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
         found.append(
             Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells")
         )
-    return [*found, *_check_copies(cells)] if measured else found
-
-
-def _check_copies(cells: Cells) -> list[Diagnostic]:
-    found: list[Diagnostic] = []
     skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
     seen: dict[tuple[str, ...], int] = {}
     repeated = 0

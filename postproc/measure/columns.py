@@ -23,8 +23,6 @@ WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")
 APPROACH = tuple(f"dir{j}" for j in range(1, 7))
 SPEED = tuple(f"v{j}_deg_s" for j in range(1, 7))
 ACCELERATION = tuple(f"a{j}_deg_s2" for j in range(1, 7))
-MEASURED = (*POSITION, *ORIENTATION, *MEASURED_JOINTS, "sigma_mm")
-"""What an instrument gives; everything else is commanded, or a condition."""
 TEXT = ("pose_id", "session", "target")
 BY_CHANNEL: Mapping[str, str] = {
     "v": "`v1_deg_s` .. `v6_deg_s`",

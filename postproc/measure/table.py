@@ -12,10 +12,10 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure import columns as names
-from postproc.measure.cells import Cells, read_cells
+from postproc.measure.cells import read_cells
 from postproc.measure.checks import check_measurements
 from postproc.measure.commanded import commanded_joints, program_targets
-from postproc.measure.layout import ColumnMap, read_column_map
+from postproc.measure.layout import read_column_map
 from postproc.measure.lookup import Table, missing_help
 from postproc.measure.measurements import Measurements
 from postproc.measure.own import own_channels, row_order
@@ -44,8 +44,7 @@ def read_measurements(
     """
     diagnostics: list[Diagnostic] = []
     layout = read_column_map(column_map)
-    cells = read_cells(source, layout, diagnostics)
-    table = Table(cells, layout if measured else _to_be_measured(layout, cells), diagnostics)
+    table = Table(read_cells(source, layout, diagnostics), layout, diagnostics)
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, "orientation")
     measured_joints = table.vector(names.MEASURED_JOINTS)
@@ -77,18 +76,6 @@ def read_measurements(
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))
-
-
-def _to_be_measured(layout: ColumnMap, cells: Cells) -> ColumnMap:
-    """A column map without what is measured, as far as a table of poses to come has no such columns."""
-    gone = {name for name, m in layout.columns.items() if name in names.MEASURED and cells.at(m.name) < 0}
-    columns = {name: m for name, m in layout.columns.items() if name not in gone}
-    seen = {
-        key: turn
-        for key, turn in layout.rotations.items()
-        if key != "orientation" or all(cells.at(name) >= 0 for name in turn.columns)
-    }
-    return replace(layout, columns=columns, rotations=seen)
 
 
 def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None) -> tuple[State, bool]:

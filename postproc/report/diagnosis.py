@@ -70,10 +70,15 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
 
 
 def _verdict(document: dict[str, Any]) -> dict[str, object]:
-    missing = ", ".join(m["effect"] for m in document["missing"])
+    missing = ", ".join(" or ".join([m["effect"], *_alike(m)]) for m in document["missing"])
     if document["verdict"] == "missing":
         return {"missing": missing}
     return {"verdict": document["verdict"], "found": missing or None}
+
+
+def _alike(missing: dict[str, Any]) -> list[str]:
+    """What explains the data as well as an effect that was found."""
+    return [key for key in missing["not_separable_from"] if key not in missing["not_seen_beside"]]
 
 
 def _found(found: Diagnosis, document: dict[str, Any]) -> Section:

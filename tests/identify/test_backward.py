@@ -18,7 +18,12 @@ def named(key, evidence):
 
 def test_an_effect_that_the_others_cover_goes(monkeypatch):
     first, second = named("backlash", -3.0), named("arm_load", 80.0)
-    fits = {("arm_load",): SimpleNamespace(linear=SimpleNamespace(square=500.0)), ("backlash",): None}
+    fits = {
+        ("arm_load",): SimpleNamespace(
+            linear=SimpleNamespace(square=500.0), model=SimpleNamespace(effect=lambda key: None)
+        ),
+        ("backlash",): None,
+    }
     monkeypatch.setattr(backward, "refit_all", lambda base, fit, others, noise: fits[tuple(c.key for c in others)])
     monkeypatch.setattr(backward, "ranking", lambda search: [first])
     search = Search(None, {}, None, [])

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from postproc.effects.arm_load import ArmLoad
+from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
 from postproc.effects.contract import State
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.link_geometry import LinkGeometry
+from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_growth import ThermalGrowth
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
@@ -23,7 +25,8 @@ from postproc.identify.add import add_effects
 from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
-from postproc.identify.judgement import _by_block, impossible, judged, predicts_better, refit
+from postproc.identify.judgement import _by_block, convincing, impossible, judged, predicts_better, refit
+from postproc.identify.ranking import Search
 from postproc.identify.selection import compose
 from postproc.measure.measurements import Measurements
 from postproc.patterns.suspects import Suspect, places
@@ -54,6 +57,11 @@ def _lifted(g, arm):
         return Wrenches([point_load(3, p, np.broadcast_to([0.0, 0, 4000.0], p.shape))])
 
     return Hidden("balloon", "", force=force)
+
+
+def _loose(g, arm):
+    gaps = np.array([0, 2e-4, 2.5e-4, 0, 4e-4, 0])
+    return Hidden("backlash", "backlash", joint=lambda s, tau: -gaps * s.approach)
 
 
 def _once(s):
@@ -219,3 +227,31 @@ def test_growth_at_the_reference_counts_once_growth_with_temperature_is_seen():
     found = compose(Screen(base.problem, {ThermalGrowth.key: ThermalGrowth}), base.linear, ThermalGrowth.key)
     nu, square = base.linear.freedom, base.linear.square
     assert found.evidence > 0.8 * nu * np.log(square / (square - found.fall))
+
+
+def test_lost_motion_of_three_joints_is_told_as_theirs():
+    """After the largest, all joints at once would tell more than one more of them."""
+    data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
+    base = base_fit(data)
+    found = compose(Screen(base.problem, {Backlash.key: Backlash}), base.linear, Backlash.key)
+    assert sorted(found.label.split("; ")) == ["joint 2", "joint 3", "joint 5"]
+
+
+def test_what_follows_loads_is_asked_anew_beside_a_further_load_and_nothing_else_is():
+    data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
+    base = base_fit(data)
+    loaded = replace(base, problem=base.problem.at([*base.model.effects, ArmLoad(body=(3,), mass_kg=[200.0])]))
+    search = Search(base, {c.key: c for c in (NonlinearCompliance, Backlash, PayloadError)}, None, [])
+    beside = replace(search, fit=loaded)
+    same = {key: search.screen().forms(key, None) is beside.screen().forms(key, None) for key in search.classes}
+    assert same == {"nonlinear_compliance": False, "backlash": True, "payload_error": True}
+
+
+def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():
+    data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
+    base = base_fit(data)
+    none = np.zeros(6, dtype=bool)
+    more = Candidate("backlash", Backlash(), none, "joint 2", 9.0, 0.1 * base.linear.square, 1, 0.0, 9.0, 1e-3)
+    assert not convincing(more, base, 20)
+    there = replace(base, problem=base.problem.at([*base.model.effects, Backlash()]))
+    assert convincing(more, there, 20)

@@ -11,6 +11,7 @@ import pytest
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify import search as module
+from postproc.identify.candidate import Candidate
 from postproc.identify.ranking import Search
 from postproc.patterns.suspects import Suspect
 
@@ -135,3 +136,18 @@ def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
     monkeypatch.setattr(module, "columns_of", lambda problem, effect, free: column)
     best = SimpleNamespace(effect=None, free=None, evidence=worth, fall=fall, count=1)
     assert module._lives_on_a_row(search, best) is alone
+
+
+def test_more_of_an_effect_goes_with_what_stands_there_already():
+    def found(key, label, after, size=2):
+        none = np.zeros(size, dtype=bool)
+        effect = SimpleNamespace(roughness=lambda: None)
+        return module.Missing(Candidate(key, effect, none, label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9), after, ("drift",))
+
+    lag, wrist, more = found("lag", "joint 2", 5.0), found("wrist", "", 2.0), found("lag", "joint 6", 1.0, 3)
+    both = module._with([lag, wrist], more)
+    assert [(m.candidate.key, m.candidate.label, m.held_out_after) for m in both] == [
+        ("lag", "joint 2; joint 6", 5.0),
+        ("wrist", "", 1.0),
+    ]
+    assert both[0].candidate.free is more.candidate.free and module._with([lag], wrist) == [lag, wrist]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -336,11 +334,3 @@ def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
     asked = read_measurements(source, robot, measured=False)
     assert np.degrees(asked.state.q[:, 0]) == pytest.approx([0.0, 5.0])
     assert np.isnan(asked.position).all()
-    # The map of the measured table serves as well, and an arm may be asked twice about one pose.
-    turned = {"columns": ["A", "B", "C"], "form": "ZYX"}
-    layout = {"columns": {"x_mm": "Wert X", "sigma_mm": "s", "q1_deg": "q1_deg"}, "orientation": turned}
-    twice = replace(source, data=source.data + b"B,5,10,20,30,40,50\n")
-    again = read_measurements(twice, robot, column_map=layout, measured=False)
-    assert (len(again), again.rotation, again.diagnostics) == (3, None, ())
-    with pytest.raises(PostprocError, match="Wert X"):
-        read_measurements(twice, robot, column_map=layout)
