@@ -114,13 +114,14 @@ def point_jacobian(along: Directions, point: Array) -> Array:
     return np.concatenate([linear, along.spin], axis=-1).transpose(0, 2, 1)
 
 
-def spread(along: Directions, beyond: Array) -> Array:
+def spread(along: Directions, forces: Array) -> Array:
     """Generalised forces J^T w of wrenches, (n, m).
 
     Args:
-        beyond: (n, 8, 6) force [N] and moment about the base origin [N m], summed over body k and all after it.
+        forces: (n, 8, 6) force [N] and moment about the base origin [N m] on each body and the flange.
     """
-    w = beyond[:, list(along.carried)]
+    # A coordinate bears what acts on the first body that it moves, and on all after it.
+    w = np.cumsum(forces[:, ::-1], axis=1)[:, ::-1][:, list(along.carried)]
     force, moment = w[..., :3], w[..., 3:]
     # spin . (M - origin x F), written without the cross product of every coordinate.
     turning = np.einsum("nmi,nmi->nm", along.spin, moment - np.cross(along.origin, force))

@@ -31,7 +31,7 @@ def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tup
     load = -arm.rnea(coordinates(chain, arm), state.v, state.a)
     forces, torques = applied(model, state, chain, deflection)
     if forces is not None:
-        load = load + spread(along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
+        load = load + spread(along, forces)
     body_load: Array | None = None
     if springs:
         body_load = np.full((len(state), 7, 6), np.nan)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.model.places import BODY
 from postproc.robot.arm import Robot
 
 
@@ -22,7 +23,7 @@ class Multibody:
 
     Attributes:
         joint: (6,) column of each arm joint; spring: (bodies, 6) columns of each virtual spring; both in chain order.
-        columns: the latter by the number of the body.
+        columns: the latter by the number of the body; place: (size,) place of each coordinate, as `places` counts them.
     """
 
     def __init__(self, robot: Robot, gravity: Array, bodies: tuple[int, ...]) -> None:
@@ -63,6 +64,10 @@ class Multibody:
         self.joint = np.array(joint)
         self.spring = np.array(spring, dtype=int).reshape(len(bodies), 6)
         self.columns = dict(zip(bodies, self.spring, strict=True))
+        self.place = np.empty(self.size, dtype=int)
+        self.place[self.joint] = np.arange(6)
+        for b, own in self.columns.items():
+            self.place[own] = BODY + 6 * b + np.arange(6)
 
     @property
     def size(self) -> int:

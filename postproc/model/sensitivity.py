@@ -99,9 +99,8 @@ class Sensitivity:
     def by_load(self, load: Array) -> Array:
         """(n, 60) displacement of the springs by a further load (n, 54)."""
         state, n = self.state, len(self.state)
-        forces = load[:, 6:].reshape(n, 8, 6)
-        every = np.empty((n, 48))
-        every[:, self.column] = spread(self.along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
+        every = np.empty((n, BODY + 42))
+        every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
         loaded = state.with_(
             joint_load=np.asarray(state.joint_load) + load[:, :6] + every[:, :6],
             body_load=np.asarray(state.body_load) + every[:, 6:].reshape(n, 7, 6),
@@ -125,9 +124,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     if chain.tip is None:
         chain = deflected_chain(model.robot, chain.q, rest.deflection.body, True)
     along = directions(model.robot, chain, ALL_BODIES)
-    column = np.empty(48, dtype=int)
-    column[model.elastic.joint] = np.arange(6)
-    column[model.elastic.spring.ravel()] = np.arange(6, 48)
+    column = model.elastic.place
     J = np.zeros((n, 6, PLACES))
     J[:, :, column] = point_jacobian(along, rest.T_base_tcp[:, :3, 3])
     R_tool = rest.chain.T_base_flange[:, :3, :3] @ state.T_flange_tcp[..., :3, :3]
@@ -150,11 +147,7 @@ def grown_sensitivity(model: Model, state: State) -> Sensitivity:
     nudged = model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
     rest = equilibrium(model, state, active_bodies(nudged, state))
     at, found = sensitivity(model, rest), tangent(model, rest)
-    bodies = found.frame.bodies
-    place = np.empty(bodies.size, dtype=int)
-    place[bodies.joint] = np.arange(6)
-    for b, columns in bodies.columns.items():
-        place[columns] = BODY + 6 * b + np.arange(6)
+    place = found.frame.bodies.place
     matrix = at.matrix.copy()
     matrix[:, :, place] = matrix[:, :, place] @ found.give
     return replace(at, matrix=matrix)

@@ -9,12 +9,13 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.contract import Displacement, Load, State
+from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
 from postproc.model.equilibrium import Equilibrium, carries_load
 from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
+from postproc.model.places import BODY, PLACES, flat, flat_load
 
 LOAD_STEP = 0.1  # [N, N m]: effects are linear in the load, or smooth over tens of N m
 POSE_STEP = 1e-6  # [rad, m]
@@ -104,38 +105,22 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
 def _effect_loads(model: Model, rest: Equilibrium, at: Frame) -> Array:
     """Derivative of the effects' loads by the coordinates, by central differences of the effects."""
     bodies = at.bodies
-    K = np.zeros((len(rest.state), bodies.size, bodies.size))
-    if not any(_loads(model, rest.state)):
-        return K
-    for k in range(bodies.size):
+    n = len(rest.state)
+    K = np.zeros((n, bodies.size, bodies.size))
+    loading = [e for e in model.effects if type(e).load is not Effect.load]
+    for k in range(bodies.size) if loading else ():
         sides = []
         for step in (POSE_STEP, -POSE_STEP):
             moved = at.coordinates.copy()
             moved[:, k] += step
             body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
-            there = Frame(bodies, chain, directions(model.robot, chain, bodies.bodies), moved)
             state = rest.state.with_(T_base_body=chain.T_base_body)
-            sides.append(sum_loads([load_of(e, state) for e in model.effects], there))
+            load = sum((flat_load(load_of(e, state), n) for e in loading), np.zeros((1, 54)))
+            sides.append(spread(directions(model.robot, chain, bodies.bodies), load[:, 6:].reshape(n, 8, 6)))
+            sides[-1][:, bodies.joint] += load[:, :6]
         K[:, :, k] = (sides[0] - sides[1]) / (2 * POSE_STEP)
     return K
-
-
-def _loads(model: Model, state: State) -> list[bool]:
-    return [bool(s.body) or s.joint is not None for s in (load_of(e, state) for e in model.effects)]
-
-
-def sum_loads(shares: list[Load], at: Frame) -> Array:
-    """Loads of effects on all coordinates, (n, m)."""
-    n = len(at.coordinates)
-    forces = np.zeros((n, 8, 6))
-    result = np.zeros((n, at.bodies.size))
-    for share in shares:
-        if share.joint is not None:
-            result[:, at.bodies.joint] += share.joint
-        for b, wrench in share.body.items():
-            forces[:, b] += wrench
-    return result + spread(at.along, np.cumsum(forces[:, ::-1], axis=1)[:, ::-1])
 
 
 def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
@@ -152,25 +137,13 @@ def load_compliance(model: Model, state: State, bodies: Multibody) -> Array:
 
 
 def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, step: float) -> Array:
-    assert state.joint_load is not None
-    joint, body = state.joint_load, state.body_load
-    if k in bodies.joint:
-        joint = joint.copy()
-        joint[:, int(np.flatnonzero(bodies.joint == k)[0])] += step
+    n, place = len(state), int(bodies.place[k])
+    joint, body = np.array(state.joint_load), state.body_load
+    if place < BODY:
+        joint[:, place] += step
     elif body is not None:
-        row, axis = np.argwhere(bodies.spring == k)[0]
         body = body.copy()
-        body[:, bodies.bodies[row], axis] += step
-    moved = state.with_(joint_load=joint, body_load=body)
-    return sum_coordinates([displacement_of(e, moved) for e in readers], bodies, len(state))
-
-
-def sum_coordinates(shares: list[Displacement], bodies: Multibody, n: int) -> Array:
-    """Displacements of joints and ends of bodies as coordinates in chain order, (n, m)."""
-    result = np.zeros((n, bodies.size))
-    for share in shares:
-        if share.joint is not None:
-            result[:, bodies.joint] += share.joint
-        for b, xi in share.body.items():
-            result[:, bodies.columns[b]] += xi
-    return result
+        body.reshape(n, 42)[:, place - BODY] += step
+    loaded = state.with_(joint_load=joint, body_load=body)
+    every = sum((flat(displacement_of(e, loaded), n) for e in readers), np.zeros((1, PLACES)))
+    return np.asarray(every[:, bodies.place])
