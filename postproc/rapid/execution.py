@@ -12,7 +12,7 @@ from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import FOUND, MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
-from postproc.rapid.memory import Constants, Memory
+from postproc.rapid.memory import Constants, Frame, Memory, Reference
 from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program
@@ -57,6 +57,7 @@ class Execution(ABC):
         self.repeats = Repeats(self.maker)
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
+        self.conditions: dict[str, int] = {}  # conditions in force when a routine was entered last
         self.returned: Value | NotKnown | None = None
         self.jumps: dict[str, Mapping[str, int]] = {}
         # Long programs may take more steps.
@@ -175,17 +176,27 @@ class Execution(ABC):
         return word, close + 1
 
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | NotKnown | None:
-        if routine.key in self.stack or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
+        frame = bound_frame(routine, pieces, memory, self.tree)
+        if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
             self.ways.doubt()
             self.passed_over.add(routine.key)
             return NotKnown(f"`{routine.name}` is not followed here")
-        frame = bound_frame(routine, pieces, memory, self.tree)
         inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
+        own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
+        outer = {key: memory.changed[key] for key in own if routine.key in self.stack}
         result = self.enter(routine, inner)
-        memory.changed = inner.changed
+        memory.changed = {**inner.changed, **outer} if outer else inner.changed
         return result
+
+    def endless(self, routine: Routine, frame: Frame) -> bool:
+        """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
+        if routine.key not in self.stack:
+            return False
+        references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
+        own = any(bound.declaration.routine.lower() == routine.name.lower() for bound in references)
+        return own or not frame.bindings or self.conditional > self.conditions[routine.key]
 
     def function(self, call: Call, memory: Memory) -> Value | None:
         """Value of a function of the program's own; None if it has none of that name.

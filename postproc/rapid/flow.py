@@ -28,6 +28,7 @@ class Flow(Loops):
         conditional, exits = self.conditional, self.ways.exits
         self.ways.exits = frozenset()
         self.stack.append(routine.key)
+        self.conditions[routine.key] = conditional
         self.body(routine.body, memory)
         self.stack.pop()
         self.conditional = conditional

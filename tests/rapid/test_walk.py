@@ -538,8 +538,21 @@ def test_a_routine_that_nobody_calls_hands_its_own_targets_on() -> None:
 
 
 def test_a_routine_that_calls_itself_runs_elsewhere_too() -> None:
-    data = P + f"PROC go(num n) {move('n')} IF n<3 go n+1; ENDPROC"
+    data = P + f"PROC go(num n) {move('n')} IF DInput(d)=1 go n+1; ENDPROC"
     assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [(1, True)]
+    data = P + f"PROC go(num n) {move('n')} go n+1; ENDPROC"  # the controller stops some day
+    assert {e.elsewhere for e in events("go 1;", data)} == {True}
+
+
+def test_a_routine_that_calls_itself_is_followed_while_its_conditions_are_known() -> None:
+    data = P + f"PROC go(num n) VAR num k:=0; k:=k+n; IF n<3 go n+1; {move('n+10*k')} ENDPROC"
+    assert [(e.target.trans[0], e.elsewhere) for e in events("go 1;", data) if e.target] == [
+        (33, False), (22, False), (11, False),
+    ]  # fmt: skip
+    data = P + "FUNC num fac(num n) IF n<2 RETURN 1; RETURN n*fac(n-1); ENDFUNC"
+    assert x(move("fac(4)"), data) == [24]
+    data = P + f"VAR num m:=2; PROC go(VAR num n) VAR num k; n:=n-1; k:=n; IF n>0 go k; {move('k')} ENDPROC"
+    assert [e.reason is None for e in events("go m;", data)] == [False]  # it hands its own data to itself
 
 
 MEASURED = 'PERS wobjdata w:=[FALSE,TRUE,"",[[1,2,3],[1,0,0,0]],[[4,5,6],[1,0,0,0]]];'
