@@ -19,6 +19,8 @@ from postproc.robot.kinematics import forward
 SHOWN = 5
 FEW = 8
 SMALL_DEG = 7.0
+COARSE = 0.99 * np.radians(0.01)
+"""Step of angles [rad] whose rounding stands beside the noise of an instrument."""
 OWN_M, OWN_TURN = 1e-5, 1e-4
 """No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
 RADIANS = (
@@ -31,7 +33,7 @@ def check_measurements(
     data: Measurements, robot: Robot, cells: Cells, turns: Turns | None, measured: bool = True
 ) -> list[Diagnostic]:
     """All findings about a table; of poses that nobody has measured those about their angles."""
-    found = [*_check_cells(data, cells, measured), *_check_rounding(cells), *check_sizes(data, robot, cells)]
+    found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     if data.tool_known or len(rows) < FEW:
         small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < np.radians(SMALL_DEG)
@@ -74,21 +76,14 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
     return found
 
 
-def _check_rounding(cells: Cells) -> list[Diagnostic]:
-    columns = [name for name in (f"q{j}_deg" for j in range(1, 7)) if name in cells.header]
-    if not columns or len(cells.rows) < 8:
+def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
+    step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
+    if step < COARSE:
         return []
-    digits = 0
-    for name in columns:
-        for cell in cells.text(name):
-            text = cell.replace(",", ".").rstrip("0")
-            digits = max(digits, len(text.partition(".")[2]) if "e" not in text.lower() else 9)
-    if digits > 2:
-        return []
-    step = 10.0**-digits
     # A rounding error is uniform: its standard deviation is step / sqrt(12); 1.5 m is the lever of a middle-sized arm.
-    error = np.deg2rad(step) / np.sqrt(12) * 1.5e3
-    message = f"all joint angles are multiples of {step:g} deg; if rounded, that alone is an error of {error:.2f} mm"
+    error = step / np.sqrt(12) * 1.5e3
+    message = f"all joint angles are multiples of {np.rad2deg(step):g} deg"
+    message += f"; if rounded, that alone is an error of {error:.2f} mm"
     help_ = "export the angles with four decimals; ignore this if the poses were commanded with these round angles"
     return [Diagnostic("DAT010", "warning", message, cells.source, cells.span(0), help_)]
 
