@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from postproc.rapid.evaluate import evaluate, whole
-from postproc.rapid.expressions import Component, Expression, Index, Name
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration
+from postproc.rapid.trees import Component, Expression, Index, Name
 from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value, unknown_part
 
 Path = list[int | str]

@@ -9,10 +9,10 @@ from postproc.diagnostics import Span
 from postproc.rapid.changes import BY_REFERENCE, paired
 from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.events import Handed
-from postproc.rapid.expressions import Expression, Index, Name
 from postproc.rapid.memory import Binding, Frame, Memory, Reference
 from postproc.rapid.motion import Piece
 from postproc.rapid.syntax import Parameter, Routine
+from postproc.rapid.trees import Expression, Index, Name
 from postproc.rapid.values import NotKnown
 
 Tree = Callable[[Span, Memory], Expression]

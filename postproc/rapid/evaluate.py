@@ -8,7 +8,8 @@ from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
 from postproc.rapid import functions
-from postproc.rapid.expressions import (
+from postproc.rapid.pose import quat_mult
+from postproc.rapid.trees import (
     Aggregate,
     Binary,
     Call,
@@ -22,7 +23,6 @@ from postproc.rapid.expressions import (
     Truth,
     Unary,
 )
-from postproc.rapid.pose import quat_mult
 from postproc.rapid.values import Data, Fields, NotKnown, Value
 
 

@@ -1,4 +1,4 @@
-"""Expressions evaluated, routines called and events made while a program is walked."""
+"""Expressions evaluated and routines called while a program is walked."""
 
 from __future__ import annotations
 
@@ -10,20 +10,19 @@ from postproc.rapid.assign import forget, store
 from postproc.rapid.calls import bound_frame
 from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import FOUND, MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.expressions import Call, Expression, ExpressionError, read_whole_expression
+from postproc.rapid.events import FOUND
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.memory import Constants, Frame, Memory, Reference
 from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program
-from postproc.rapid.records import RobTarget
-from postproc.rapid.repeats import Repeats
+from postproc.rapid.recorder import Recorder
 from postproc.rapid.signatures import MOVE, meant_instruction
 from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
+from postproc.rapid.trees import Call, Expression
 from postproc.rapid.values import Data, NotKnown, Value
-from postproc.rapid.ways import NOWHERE, Ways
 
 MAX_CALLS = 30  # depth
 MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
@@ -31,7 +30,7 @@ MAX_TREES = 5_000  # expressions kept for the next time they are executed
 
 
 class Execution(ABC):
-    """What is common to all statements; ``events`` grows with every motion.
+    """What is common to all statements; the ``recorder`` keeps every motion.
 
     ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
@@ -40,21 +39,14 @@ class Execution(ABC):
         self.program = program
         self.changes = Changes(program)
         self.constants = Constants(program)
-        self.ways = Ways()
         self.diagnostics: list[Diagnostic] = []
-        self.visited: dict[str, set[int]] = {}
-        self.elsewhere: set[StatementKey] = set()  # statements that run again with another target
-        self.first: dict[StatementKey, MotionEvent] = {}
-        self.only_new = False
-        self.supposed = False  # what runs now has run before as far as its calls tell: only what is new in it counts
+        self.maker = EventMaker(program, self.diagnostics)
+        self.recorder = Recorder(self.maker)
+        self.ways = self.recorder.ways
         self.entered: set[str] = set()  # routines
         self.followed: set[tuple[str, int]] = set()  # calls
         self.passed_over: set[str] = set()  # routines that some call means that is not followed
-        self.emitting = True  # motions become events; not while something is tried out
-        self.returning = False  # from the end of a loop to the first motion of its next turn
         self.conditional = 0
-        self.maker = EventMaker(program, self.diagnostics)
-        self.repeats = Repeats(self.maker)
         self.reported: set[tuple[str, str]] = set()
         self.stack: list[str] = []
         self.conditions: dict[str, int] = {}  # conditions in force when a routine was entered last
@@ -121,7 +113,10 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
-            self.move(motion, memory)
+            self.steps += self.recorder.move(motion, memory, self.conditional > 0)
+            found = motion.argument("found")
+            if found is not None:
+                self.assign(found.span, NotKnown(f"`{found.text}` {FOUND}"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
         if word == "%":
@@ -131,11 +126,11 @@ class Execution(ABC):
         routine = self.program.routine(word, memory.frame.routine.module)
         pieces = read_arguments(source.data, start, statement.span[1])
         if routine is not None:
-            place, supposed = (source.path, statement.span[0]), self.supposed
-            self.supposed = supposed and place in self.followed
+            place, supposed = (source.path, statement.span[0]), self.recorder.supposed
+            self.recorder.supposed = supposed and place in self.followed
             self.followed.add(place)
             self.call_routine(routine, pieces, memory)
-            self.supposed = supposed
+            self.recorder.supposed = supposed
         elif word in STATE:
             run_state_instruction(word, pieces, memory, lambda span: self.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
@@ -209,9 +204,10 @@ class Execution(ABC):
             return None
         pieces = [("", a.span, a.span) for a in call.arguments]
         pieces += [("\\" + name, value.span if value else (0, 0), (0, 0)) for name, value in call.options]
-        emitting, self.emitting = self.emitting, self.emitting and not memory.trial
+        recorder, emitting = self.recorder, self.recorder.emitting
+        recorder.emitting = emitting and not memory.trial
         result = self.call_routine(routine, pieces, memory)
-        self.emitting = emitting
+        recorder.emitting = emitting
         if isinstance(result, Value):
             return Value(result.data, routine.type)
         raise result if isinstance(result, NotKnown) else NotKnown(f"`{call.name}` gives no known value")
@@ -228,42 +224,6 @@ class Execution(ABC):
         elif isinstance(now, float) and isinstance(more, float):
             data = now - more if word == "decr" else now + more
         self.assign(pieces[0][1], data, memory)
-
-    def move(self, statement: MotionStatement, memory: Memory) -> None:
-        if self.emitting and (not self.returning or self.ways.ends - {NOWHERE}):
-            self.go(statement, memory)
-            if self.returning and statement.interpolation != "none":
-                self.ways.ends = frozenset()
-        found = statement.argument("found")
-        if found is not None:
-            self.assign(found.span, NotKnown(f"`{found.text}` {FOUND}"), memory)
-
-    def go(self, statement: MotionStatement, memory: Memory) -> None:
-        """Add the events of one execution."""
-        seen = self.visited.setdefault(statement.source.path, set())
-        new = statement.span[0] not in seen
-        seen.add(statement.span[0])
-        if not new and self.only_new and (self.supposed or self.same_target(statement, memory)):
-            self.ways.lose()
-            return
-        make = self.maker.event if new else self.repeats.event
-        event = make(statement, memory, self.conditional > 0)
-        if not new and self.only_new and event.reason is not None:
-            self.elsewhere.add(statement.key)
-            self.ways.lose()
-            return
-        if self.returning and event.reason is not None:
-            return
-        self.steps += self.ways.go(event) - 1
-        self.first.setdefault(statement.key, event)
-
-    def same_target(self, statement: MotionStatement, memory: Memory) -> bool:
-        """Whether a further execution goes where the first one went."""
-        first = self.first[statement.key]
-        to = statement.argument("to")
-        if to is None or not isinstance(first.target, RobTarget):
-            return True
-        return self.maker.targets.robtarget(statement.source, to.span, memory)[0] == first.target
 
     def report_once(
         self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str

@@ -1,4 +1,4 @@
-"""Expressions as trees with byte spans.
+"""Expressions read into trees.
 
 Precedence, low to high: OR XOR, AND, NOT, relations, + -, * / DIV MOD, sign (ABB RAPID reference, "Expressions").
 """
@@ -6,10 +6,23 @@ Precedence, low to high: OR XOR, AND, NOT, relations, + -, * / DIV MOD, sign (AB
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from postproc.diagnostics import Span
 from postproc.rapid.tokens import NAMES, tokenize
+from postproc.rapid.trees import (
+    Aggregate,
+    Binary,
+    Call,
+    Component,
+    Expression,
+    Index,
+    Name,
+    Number,
+    Star,
+    Text,
+    Truth,
+    Unary,
+)
 
 MAX_NESTING = 40
 MAX_OPERATORS = 150
@@ -18,88 +31,6 @@ MAX_OPERATORS = 150
 class ExpressionError(ValueError):
     """The text is not an expression this reader knows."""
 
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    span: Span
-    value: float
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    span: Span
-    value: str
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    span: Span
-    value: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Star:
-    """``*``: a position stored without a name, invisible in the text."""
-
-    span: Span
-
-
-@dataclass(frozen=True, slots=True)
-class Name:
-    """``name`` is in lower case, ``text`` as it is written."""
-
-    span: Span
-    name: str
-    text: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Index:
-    span: Span
-    base: Expression
-    indices: tuple[Expression, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Component:
-    span: Span
-    base: Expression
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class Aggregate:
-    span: Span
-    items: tuple[Expression, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Call:
-    """``name`` is in lower case, ``text`` as it is written."""
-
-    span: Span
-    name: str
-    arguments: tuple[Expression, ...]
-    options: tuple[tuple[str, Expression | None], ...] = ()
-    text: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Unary:
-    span: Span
-    operator: str
-    operand: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class Binary:
-    span: Span
-    operator: str
-    left: Expression
-    right: Expression
-
-
-Expression = Number | Text | Truth | Star | Name | Index | Component | Aggregate | Call | Unary | Binary
 
 PRECEDENCE = {
     "or": 1, "xor": 1, "and": 2, "=": 4, "<>": 4, "<": 4, ">": 4, "<=": 4, ">=": 4,

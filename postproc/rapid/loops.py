@@ -100,7 +100,7 @@ class Loops(Execution):
         self.conditional += not certain
         if not self.body(body, memory):
             self.ways.leave()
-        elif moves and self.emitting and not self.returning and not self.only_new:
+        elif moves and self.recorder.emitting and not self.recorder.returning and not self.recorder.only_new:
             self.return_to_begin(body, memory, keys)
         self.conditional -= not certain
         forget(memory, keys, "is changed in a loop")
@@ -110,15 +110,15 @@ class Loops(Execution):
         """Follow the arm from the end of a turn to the first motion of the next one."""
         ends = self.ways.ends
         forget(memory, keys, "is changed in a loop")
-        self.returning = True
+        self.recorder.returning = True
         self.body(body, memory)
-        self.returning = False
+        self.recorder.returning = False
         self.ways.ends = ends
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
         """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
         found: set[str] = set()
-        if self.emitting and not self.exhausted(memory.frame.routine.source):
+        if self.recorder.emitting and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
                 ends = self.tried(body, memory, keys, found)
                 if ends <= found:
@@ -132,9 +132,9 @@ class Loops(Execution):
         ends, exits, returned, conditional = self.ways.ends, self.ways.exits, self.returned, self.conditional
         forget(memory, unknown, "is changed in a loop")
         before = _values(memory, keys)
-        self.emitting = False
+        self.recorder.emitting = False
         self.body(body, memory)
-        self.emitting = True
+        self.recorder.emitting = True
         after = _values(memory, keys)
         memory.changed, memory.frame.bindings = changed, bindings
         self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional

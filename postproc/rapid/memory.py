@@ -9,13 +9,14 @@ from postproc.diagnostics import Span
 from postproc.rapid import patterns
 from postproc.rapid.changes import Changes
 from postproc.rapid.evaluate import evaluate, pick, whole
-from postproc.rapid.expressions import Call, ExpressionError, Name, read_whole_expression
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.literals import read_literal_numbers
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import Pose
 from postproc.rapid.syntax import Declaration, Routine
 from postproc.rapid.tokens import skip
+from postproc.rapid.trees import Call, Name
 from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, PartlyKnown, Value, unknown_part, zero
 
 MAX_ELEMENTS = 1_000_000

@@ -9,22 +9,14 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.assign import store
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Base, Origin, OriginKind
-from postproc.rapid.expressions import (
-    Call,
-    Component,
-    Expression,
-    ExpressionError,
-    Index,
-    Name,
-    Star,
-    read_whole_expression,
-)
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.pose import about, add, quat_mult, subtract
 from postproc.rapid.records import JointTarget, Pose, RobTarget, Vec3
 from postproc.rapid.spans import TargetSpans
 from postproc.rapid.syntax import Declaration
+from postproc.rapid.trees import Call, Component, Expression, Index, Name, Star
 from postproc.rapid.values import NotKnown, Value, to_jointtarget, to_robtarget
 
 RUNTIME = Origin("runtime")

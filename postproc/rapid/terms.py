@@ -6,18 +6,10 @@ from collections.abc import Iterator
 
 from postproc.rapid.evaluate import evaluate, names_in
 from postproc.rapid.events import MotionStatement, Origin
-from postproc.rapid.expressions import (
-    Call,
-    Component,
-    Expression,
-    ExpressionError,
-    Index,
-    Name,
-    Number,
-    read_whole_expression,
-)
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.memory import Memory
 from postproc.rapid.tokens import identifiers
+from postproc.rapid.trees import Call, Component, Expression, Index, Name, Number
 from postproc.rapid.values import NotKnown
 
 Term = tuple[str, Expression]

@@ -59,7 +59,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     for routine in started:
         _start(flow, routine, State.initial())
     count, found = len(flow.ways.events), tuple(flow.diagnostics)
-    flow.only_new = True
+    flow.recorder.only_new = True
     unknown = State.initial().forgotten(flow.changes.everything)
     for routine in uncalled:
         if routine.key not in flow.entered:
@@ -68,7 +68,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
         targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
         others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
-        flow.elsewhere |= others
+        flow.recorder.elsewhere |= others
         events = _marked(flow)[:count]
         return Walk(events, (*found, *rough_orientations(events)))
     events = _marked(flow)
@@ -91,18 +91,19 @@ def _follow_rest(flow: Flow, unknown: State) -> None:
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
         if not routine.source.lent and (loose or any(True for _ in _unreached(flow, routine))):
-            flow.supposed = routine.key in flow.entered and not loose
+            flow.recorder.supposed = routine.key in flow.entered and not loose
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
-            flow.supposed = False
+            flow.recorder.supposed = False
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run with other targets on ways that are not followed."""
-    if not flow.elsewhere:
+    if not flow.recorder.elsewhere:
         return flow.ways.events
     return [
-        replace(event, elsewhere=True) if event.statement.key in flow.elsewhere else event for event in flow.ways.events
+        replace(event, elsewhere=True) if event.statement.key in flow.recorder.elsewhere else event
+        for event in flow.ways.events
     ]
 
 
@@ -147,7 +148,7 @@ def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
 def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine that have no event yet."""
     known = flow.program.motions.get(routine.source.path, {})
-    seen = flow.visited.setdefault(routine.source.path, set())
+    seen = flow.recorder.visited.setdefault(routine.source.path, set())
     for body in bodies(routine):
         for statement in statements_in(body):
             if statement.span[0] in known and statement.span[0] not in seen:

@@ -1,0 +1,69 @@
+"""Motions recorded as events while a program is walked, and what has been recorded already."""
+
+from __future__ import annotations
+
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.memory import Memory
+from postproc.rapid.records import RobTarget
+from postproc.rapid.repeats import Repeats
+from postproc.rapid.steps import EventMaker
+from postproc.rapid.ways import NOWHERE, Ways
+
+
+class Recorder:
+    """Records motions.
+
+    Args:
+        ways: the events, and after which of them the arm may stand.
+        visited: offsets of the statements that have an event, by file; first: their first events.
+        elsewhere: statements that run again with another target.
+        only_new: only what has not been recorded yet counts.
+        supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
+        emitting: motions become events; not while something is tried out.
+        returning: from the end of a loop to the first motion of its next turn.
+    """
+
+    def __init__(self, maker: EventMaker) -> None:
+        self.maker = maker
+        self.repeats = Repeats(maker)
+        self.ways = Ways()
+        self.visited: dict[str, set[int]] = {}
+        self.first: dict[StatementKey, MotionEvent] = {}
+        self.elsewhere: set[StatementKey] = set()
+        self.only_new = self.supposed = False
+        self.emitting, self.returning = True, False
+
+    def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
+        """One execution; how many events it takes beyond the first."""
+        if not self.emitting or (self.returning and not self.ways.ends - {NOWHERE}):
+            return 0
+        more = self._go(statement, memory, conditional)
+        if self.returning and statement.interpolation != "none":
+            self.ways.ends = frozenset()
+        return more
+
+    def _go(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
+        seen = self.visited.setdefault(statement.source.path, set())
+        new = statement.span[0] not in seen
+        seen.add(statement.span[0])
+        if not new and self.only_new and (self.supposed or self._same_target(statement, memory)):
+            self.ways.lose()
+            return 0
+        make = self.maker.event if new else self.repeats.event
+        event = make(statement, memory, conditional)
+        if not new and self.only_new and event.reason is not None:
+            self.elsewhere.add(statement.key)
+            self.ways.lose()
+            return 0
+        if self.returning and event.reason is not None:
+            return 0
+        self.first.setdefault(statement.key, event)
+        return self.ways.go(event) - 1
+
+    def _same_target(self, statement: MotionStatement, memory: Memory) -> bool:
+        """Whether a further execution goes where the first one went."""
+        first = self.first[statement.key]
+        to = statement.argument("to")
+        if to is None or not isinstance(first.target, RobTarget):
+            return True
+        return self.maker.targets.robtarget(statement.source, to.span, memory)[0] == first.target
