@@ -133,14 +133,20 @@ class Fit:
         return np.asarray(self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
 
     @cached_property
+    def sigma(self) -> dict[tuple[str, int], float]:
+        """Standard deviation of each parameter that was fitted, by effect and index in its vector."""
+        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return dict(zip(self.parameters, deviations.tolist(), strict=True))
+
+    @cached_property
     def intervals(self) -> dict[str, Array]:
         """Half width of the 95 % interval of each parameter by effect (Student's t), NaN where it was not fitted."""
         from scipy.special import stdtrit
 
-        width = stdtrit(max(self.freedom, 1.0), 0.975) * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        wide = float(stdtrit(max(self.freedom, 1.0), 0.975))
         result = {e.key: np.full(len(e.vector()), np.nan) for e in self.model.effects}
-        for (key, i), w in zip(self.parameters, width, strict=True):
-            result[key][i] = w
+        for (key, i), deviation in self.sigma.items():
+            result[key][i] = wide * deviation
         return result
 
     @cached_property

@@ -125,8 +125,7 @@ def parameters_json(fit: Fit, key: str) -> dict[str, list[list[float | None]]]:
     effect = fit.model.effect(key)
     if effect is None:
         return {}
-    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
-    known = [float(sigma[key, i]) if (key, i) in sigma else None for i in range(len(effect.vector()))]
+    known = [fit.sigma.get((key, i)) for i in range(len(effect.vector()))]
     pairs = iter(zip(effect.vector().tolist(), known, strict=True))
     return {n: [list(next(pairs)) for _ in range(int(np.prod(effect.shape(n))))] for n in effect.parameters()}
 

@@ -26,11 +26,10 @@ def fitted_values(fit: Fit, key: str) -> Iterator[tuple[str, float, float, str]]
     effect = fit.model.effect(key)
     if effect is None:
         return
-    sigma = dict(zip(fit.parameters, np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)), strict=True))
     for i, ((name, unit), value) in enumerate(zip(_entries(effect), effect.vector(), strict=True)):
-        if (key, i) in sigma:
+        if (key, i) in fit.sigma:
             factor, shown = _readable(unit)
-            yield name, factor * float(value), factor * float(sigma[key, i]), shown
+            yield name, factor * float(value), factor * fit.sigma[key, i], shown
 
 
 def values_lines(fit: Fit, key: str, most: int = FEW) -> list[str]:

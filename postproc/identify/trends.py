@@ -17,6 +17,9 @@ FEWEST, MOST, IN_EACH = 12, 48, 30
 CELLS = 200
 """So many values a channel has: what is nearer is one (levels of a grid, a thermometer's steps) and never parted."""
 
+DAMPING = 0.05
+"""Lever [m] below which no joint is blamed for what it could hardly cause."""
+
 
 @dataclass(frozen=True)
 class Trend:
@@ -62,12 +65,12 @@ def joint_errors(fit: Fit) -> Array:
 
 
 def joint_inverse(fit: Fit) -> Array:
-    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] of the coordinates that were measured, damped with s = 0.05 m.
+    """(n, 6, 3) J^+ = J^T (J J^T + s^2)^-1 [rad/m] of the coordinates that were measured, damped with s = DAMPING.
 
     Near singular directions no joint is blamed for what it could hardly cause.
     """
     J = fit.problem.sensitivity.matrix[:, :3, :6] * np.isfinite(fit.problem.error[:, :3, None])
-    square = J @ np.swapaxes(J, 1, 2) + 0.05**2 * np.eye(3)
+    square = J @ np.swapaxes(J, 1, 2) + DAMPING**2 * np.eye(3)
     return np.asarray(np.swapaxes(np.linalg.solve(square, J), 1, 2))
 
 

@@ -85,18 +85,12 @@ class Measurements:
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """The rows of an index or of a mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
-        return replace(
-            self,
-            state=self.state.rows(picked),
-            position=self.position[picked],
-            rotation=None if self.rotation is None else self.rotation[picked],
-            joint=None if self.joint is None else self.joint[picked],
-            sigma=None if self.sigma is None else self.sigma[picked],
-            pose_id=tuple(self.pose_id[i] for i in picked) if self.pose_id else (),
-            row=tuple(self.row[i] for i in picked) if self.row else (),
-            line=tuple(self.line[i] for i in picked) if self.line else (),
-            file=tuple(self.file[i] for i in picked) if self.file else (),
-        )
+        some: dict[str, Any] = {name: getattr(self, name) for name in ("position", "rotation", "joint", "sigma")}
+        some = {name: values if values is None else values[picked] for name, values in some.items()}
+        for name in ("pose_id", "row", "line", "file"):
+            values = getattr(self, name)
+            some[name] = tuple(values[i] for i in picked) if values else ()
+        return replace(self, state=self.state.rows(picked), **some)
 
     @cached_property
     def step(self) -> float:

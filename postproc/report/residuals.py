@@ -10,7 +10,7 @@ from postproc.arrays import Array
 from postproc.fit.channels import fit_channels, unit_of
 from postproc.fit.fitted import Fit, distances
 from postproc.identify.compare import WORST
-from postproc.identify.trends import Trend, joint_inverse, residual_trends
+from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
 from postproc.identify.verdict import suspect_size
 from postproc.patterns.suspects import Suspect
 from postproc.report.charts import Bins, Mark, scatter
@@ -23,7 +23,6 @@ HOW = (
     "explain it. "
     "A pattern is physics that the model lacks, a cloud is noise."
 )
-DAMPING = 0.05  # [m], as in `joint_inverse`: no joint is blamed for what it could hardly cause
 
 
 def workspace_section(fit: Fit, title: str = "Where it is off") -> Section:
