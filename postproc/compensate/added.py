@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.decisions import SAME_MM, same_value
 from postproc.compensate.insertions import insertion_of
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
+from postproc.compensate.texts import SAME_MM, same_value
 from postproc.compensate.values import Insertion, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.motion.refusals import STILL

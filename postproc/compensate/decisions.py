@@ -12,17 +12,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 
 from postproc.compensate.sharing import Users, fully_wished, led_elsewhere, straight
-from postproc.compensate.values import Change, Place, TargetValue, Wish
-from postproc.rapid.events import Base, MotionEvent, Origin, StatementKey
+from postproc.compensate.texts import (
+    SAME_MM,
+    ArgumentKey,
+    PlaceKey,
+    agree,
+    base_of,
+    by_argument,
+    by_place,
+    circles_apart,
+    one_target,
+    same_value,
+    serves_these,
+    text_of,
+)
+from postproc.compensate.values import Change, Place, Wish
+from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 
-SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
-SAME_QUATERNION = 2e-6
 DIFFERENT = "it runs several times and each time needs another correction"
 WAYS = "the arm comes to it by several ways and each needs another correction"
 LENT = "it stands in a file that is only read along"
@@ -30,10 +41,6 @@ ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 FOLLOWS = "it follows the target that it is derived from"
 
 IN_PLACE: Mapping[str, Place] = {"inline": "aggregate", "declared": "declaration", "element": "element"}
-
-ArgumentKey = tuple[StatementKey, str]  # a motion statement and the role of its argument
-# Path and offset of the literal numbers of a target, or of the whole argument of a call.
-PlaceKey = tuple[Literal["numbers", "call"], str, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +62,6 @@ class Decisions:
     serving: frozenset[PlaceKey] = frozenset()
 
 
-def same_value(a: TargetValue, b: TargetValue, within_mm: float = SAME_MM) -> bool:
-    return (
-        a.robconf == b.robconf
-        and float(np.abs(np.subtract(a.pose.trans, b.pose.trans)).max()) <= within_mm
-        and float(np.abs(np.subtract(a.pose.rot, b.pose.rot)).max()) <= SAME_QUATERNION * within_mm / SAME_MM
-    )
-
-
 def decide_changes(
     runs: Mapping[int, MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float = SAME_MM
 ) -> Decisions:
@@ -72,9 +71,9 @@ def decide_changes(
         runs: all executions (see ``possible_runs``); wishes: of those that can be compensated.
         users: from ``target_users``; least: see ``straight`` [mm].
     """
-    wishes = _circles_apart(wishes)
-    places = _by_place(wishes)
-    arguments = _by_argument(wishes)
+    wishes = circles_apart(wishes)
+    places = by_place(wishes)
+    arguments = by_argument(wishes)
     wished = {w.move.row for w in wishes}
     complete, astray = fully_wished(runs, wished), led_elsewhere(runs, wished)
     bases: dict[StatementKey, set[str]] = {}
@@ -82,8 +81,8 @@ def decide_changes(
         for key in use.derived:
             bases.setdefault(key, set()).add(name)
 
-    serving = frozenset(k for k, group in places.items() if _serves_these(k, group, users, complete))
-    editable = {k for k in serving if _agree(places[k])}
+    serving = frozenset(k for k, group in places.items() if serves_these(k, group, users, complete))
+    editable = {k for k in serving if agree(places[k])}
     while True:
         refused, following = _refuse(arguments, editable, bases, complete, astray, least)
         # A declaration stays as it is when a statement that uses it does, or one that is derived from it, or one that
@@ -92,8 +91,8 @@ def decide_changes(
         untouched = refused.keys() | {
             key
             for (key, _), group in arguments.items()
-            if key not in following and any(_text_of(w, editable) is None for w in group)
-            if not _agree(group) and _base(group) is None
+            if key not in following and any(text_of(w, editable) is None for w in group)
+            if not agree(group) and base_of(group) is None
         }
         kept = {
             k for k in editable if not any(w.event.statement.key in untouched or w.names & fixed for w in places[k])
@@ -103,15 +102,15 @@ def decide_changes(
         editable = kept
     changes = []
     for place in places:
-        if place in editable and (here := [w for w in places[place] if _text_of(w, editable) == place]):
+        if place in editable and (here := [w for w in places[place] if text_of(w, editable) == place]):
             changes.append(_change(here[0], place[0]))
     edited: dict[StatementKey, Place] = dict.fromkeys(following, "derived")
     for (key, _), group in arguments.items():
         if key in refused or key in following:
             continue
-        texts = [text for w in group if (text := _text_of(w, editable)) is not None]
+        texts = [text for w in group if (text := text_of(w, editable)) is not None]
         if len(texts) < len(group):
-            displaced = None if _agree(group) else _displaced(group, least)
+            displaced = None if agree(group) else _displaced(group, least)
             changes.append(displaced or _change(group[0], "argument"))
             edited[key] = "argument"
         else:
@@ -119,55 +118,6 @@ def decide_changes(
             called = handed and (texts[0][0] == "call" or group[0].origin.kind == "inline")
             edited.setdefault(key, "call" if called else IN_PLACE[group[0].origin.kind])
     return Decisions(tuple(changes), refused, following, edited, serving)
-
-
-def _by_place(wishes: Sequence[Wish]) -> dict[PlaceKey, list[Wish]]:
-    places: dict[PlaceKey, list[Wish]] = {}
-    for wish in wishes:
-        for place in _places(wish):
-            places.setdefault(place, []).append(wish)
-    return places
-
-
-def _by_argument(wishes: Sequence[Wish]) -> dict[ArgumentKey, list[Wish]]:
-    arguments: dict[ArgumentKey, list[Wish]] = {}
-    for wish in wishes:
-        arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
-    return arguments
-
-
-def _circles_apart(wishes: Sequence[Wish]) -> list[Wish]:
-    """Circle points get texts of their own where they alone keep others from sharing the target that they name."""
-    alike = {key for key, group in _by_argument(wishes).items() if _agree(group)}
-    apart: set[ArgumentKey] = set()
-    for group in _by_place(wishes).values():
-        goals = [wish for wish in group if wish.role == "to"]
-        circles = {(wish.event.statement.key, wish.role) for wish in group if wish.role == "via"}
-        if goals and circles <= alike and _agree(goals) and not _agree(group):
-            apart |= circles
-    return [replace(w, apart=True) if (w.event.statement.key, w.role) in apart else w for w in wishes]
-
-
-def numbers_of(origin: Origin) -> PlaceKey | None:
-    """Where the numbers of a target stand, in a file that may change."""
-    spans = origin.spans
-    return None if spans is None or spans.source.lent else ("numbers", spans.source.path, spans.whole[0])
-
-
-def _places(wish: Wish) -> list[PlaceKey]:
-    """Texts that could hold a corrected value, the one to prefer first."""
-    if wish.apart:
-        return []
-    spans, handed, numbers = wish.origin.spans, wish.origin.handed, numbers_of(wish.origin)
-    found: list[PlaceKey] = [numbers] if numbers is not None else []
-    if handed is not None and not handed.source.lent and (spans is None or spans.whole[0] != handed.span[0]):
-        found.append(("call", handed.source.path, handed.span[0]))
-    return found
-
-
-def _text_of(wish: Wish, editable: set[PlaceKey]) -> PlaceKey | None:
-    """The text that holds a corrected value; None where only the statement's own argument can."""
-    return next((place for place in _places(wish) if place in editable), None)
 
 
 def _refuse(
@@ -183,31 +133,31 @@ def _refuse(
     moved: set[RobTarget] = set()  # targets that have new numbers where they stand
     for group in arguments.values():
         for wish in group:
-            if _text_of(wish, editable) is not None:
+            if text_of(wish, editable) is not None:
                 edited |= wish.names
                 moved.add(wish.target)
     refused: dict[StatementKey, str] = {}
     following: dict[StatementKey, frozenset[str]] = {}
     for (key, _), group in arguments.items():
-        if all(_text_of(w, editable) is not None for w in group):
+        if all(text_of(w, editable) is not None for w in group):
             continue
         lent = group[0].event.statement.source.lent
-        replaced = key in complete and not lent and _base(group) is not None
-        if replaced and not _agree(group) and _displaced(group, least) is not None:
+        replaced = key in complete and not lent and base_of(group) is not None
+        if replaced and not agree(group) and _displaced(group, least) is not None:
             continue
         followed = edited & bases.get(key, set())
         # It would follow in some of its runs only, or a function decides how.
         stays = any(w.origin.base is not None and w.origin.base.target not in moved for w in group)
-        if followed and not _agree(group) and (stays or any(w.origin.root is None for w in group)):
+        if followed and not agree(group) and (stays or any(w.origin.root is None for w in group)):
             refused[key] = DIFFERENT
             continue
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.
-        if followed and (lent or not _agree(group) or any("%" in name for name in followed)):
+        if followed and (lent or not agree(group) or any("%" in name for name in followed)):
             following[key] = frozenset(followed)
         elif lent:
             refused[key] = LENT
-        elif not _agree(group) and (key not in complete or _displaced(group, least) is None):
-            refused[key] = WAYS if any(w.event.way for w in group) and _one_target(group) else DIFFERENT
+        elif not agree(group) and (key not in complete or _displaced(group, least) is None):
+            refused[key] = WAYS if any(w.event.way for w in group) and one_target(group) else DIFFERENT
         elif key in astray or any(w.event.elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
@@ -219,7 +169,7 @@ def _displaced(group: Sequence[Wish], least: float) -> Change | None:
     What ``Offs`` displaces by another amount each time is replaced; any other argument is put into an ``Offs``, and so
     is one whose displacement goes with a number that the statement names.
     """
-    base = _base(group)
+    base = base_of(group)
     numbers = [dict(wish.event.numbers) for wish in group]
     shifts = []
     for wish in group:
@@ -244,45 +194,6 @@ def _displaced(group: Sequence[Wish], least: float) -> Change | None:
     if not way.slopes:
         return Change(base.source, base.span, value)
     return replace(whole, value=value, displacement=replace(way, constant=(0.0, 0.0, 0.0)), inner=base.span)
-
-
-def _base(group: Sequence[Wish]) -> Base | None:
-    """What is one target in all runs of a statement: what ``Offs`` displaces, or its own."""
-    base = group[0].origin.base
-    if base is not None and all(wish.origin.base == base for wish in group):
-        return base
-    statement = group[0].event.statement
-    argument = statement.argument(group[0].role)
-    if argument is None or not _one_target(group):
-        return None
-    return Base(statement.source, argument.span, group[0].target)
-
-
-def _one_target(group: Sequence[Wish]) -> bool:
-    return len({w.target for w in group}) == 1
-
-
-def _agree(group: Sequence[Wish]) -> bool:
-    return all(same_value(group[0].value, w.value) for w in group[1:])
-
-
-def _serves_these(
-    place: PlaceKey, group: Sequence[Wish], users: Mapping[str, Users], complete: frozenset[StatementKey]
-) -> bool:
-    """Whether editing the text that a group of wishes shares changes nothing but targets of compensated moves."""
-    origin = group[0].origin
-    if origin.handed is not None and (place[0] == "call" or origin.declaration is None):
-        known = users.get(origin.handed.parameters[0])
-        return known is not None and known.derived | known.plain <= complete
-    if origin.declaration is None:
-        return True  # an inline aggregate belongs to its statement alone
-    known = users.get(origin.declaration)
-    if known is None or not known.derived <= complete:
-        return False
-    if origin.kind == "element":
-        # Statements that use other elements do not matter, but one whose index is not known may mean this one.
-        return known.plain <= complete
-    return known.plain == {w.event.statement.key for w in group}
 
 
 def _change(wish: Wish, where: str) -> Change:

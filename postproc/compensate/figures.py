@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from postproc.compensate.outcomes import in_transition, own_moves
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
+from postproc.compensate.transitions import in_transition, own_moves
 from postproc.motion.values import Flags
 
 

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
+from postproc.compensate.transitions import finding, for_the_next, in_transition, transient_finding, transition_findings
 from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
-from postproc.motion.values import Flags
-from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.events import MotionEvent, MotionStatement
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
@@ -45,7 +44,7 @@ def judge_statements(
         if event.again is None:
             runs.setdefault(event.statement.key, []).append(index)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
-    at_goal = np.where(after.goal_steady & ~_for_the_next(plan), after.goal_distance, 0.0)
+    at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
     for statement in program.statements:
@@ -55,7 +54,7 @@ def judge_statements(
         outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
         outcomes.append(outcome)
         if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
-            findings.append(_finding("CMP005", "warning", statement, f"left as it is: {outcome.reason}",
+            findings.append(finding("CMP005", "warning", statement, f"left as it is: {outcome.reason}",
                                      "the neighbours are corrected; check the path around this statement"))  # fmt: skip
             continue
         rows = [moves[i] for i in indices if i in moves]
@@ -64,12 +63,12 @@ def judge_statements(
             what = "the path to this target" if way > end else "this target itself"
             text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
             farthest = max(rows, key=lambda i: max(worst[i], at_goal[i]))
-            findings.append(_finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, way > end)))
+            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, way > end)))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end is known only when the program runs"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
-    findings += _searched_findings(outcomes, events) + _transition_findings(plan) + _transient_finding(plan, after)
+    findings += _searched_findings(outcomes, events) + transition_findings(plan) + transient_finding(plan, after)
     return outcomes, findings
 
 
@@ -157,34 +156,6 @@ def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
     return worst
 
 
-def _for_the_next(plan: Plan) -> Flags:
-    """(m,) moves whose targets are corrected for the state in which the next move starts."""
-    result = np.zeros(len(plan.motion.moves), dtype=bool)
-    result[[t.move for t in plan.transitions if t.where == BEFORE_TARGET and t.of_load]] = True
-    return result
-
-
-def own_moves(plan: Plan) -> Flags:
-    """(m,) moves of the files that may change."""
-    return np.array([not move.event.statement.source.lent for move in plan.motion.moves])
-
-
-def in_transition(plan: Plan, after: Deviation) -> np.ndarray:
-    """(n,) samples at which the correction passes over from one state to another."""
-    samples = plan.motion.samples
-    inside = np.zeros(len(after.distance), dtype=bool)
-    order = np.argsort(after.owner, kind="stable")
-    first = np.searchsorted(after.owner[order], np.arange(len(samples.goal) + 1))
-    for t in plan.transitions:
-        if not t.of_load:
-            continue
-        low, high = samples.u[t.samples[0]], samples.u[t.samples[1]]
-        margin = 1.0 / max(1, int(samples.goal[t.move] - samples.start[t.move]))
-        rows = order[first[t.move] : first[t.move + 1]]
-        inside[rows] |= (after.u[rows] >= low - margin) & (after.u[rows] <= high + margin)
-    return inside
-
-
 def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
     """CMP018 once for every routine whose corrected statements also run displaced by what a search has found."""
     searched = {e.statement.key for e in events if e.searched}
@@ -201,49 +172,5 @@ def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent
             " search has found: measured from a stated position, that holds the error of the arm and is corrected twice"
         )
         help_ = "give the runs that go with the search a routine of their own, or find both positions by searches"
-        findings.append(_finding("CMP018", "warning", found[0].statement, text, help_))
+        findings.append(finding("CMP018", "warning", found[0].statement, text, help_))
     return findings
-
-
-def _transition_findings(plan: Plan) -> list[Diagnostic]:
-    largest: dict[StatementKey, Transition] = {}
-    own = own_moves(plan)
-    for t in plan.transitions:
-        key = plan.motion.moves[t.move].event.statement.key
-        if own[t.move] and t.of_load and (key not in largest or largest[key].size_m < t.size_m):
-            largest[key] = t
-    findings = []
-    for t in largest.values():
-        if MM * t.size_m < UNCHANGED_MM:
-            continue
-        move = plan.motion.moves[t.move]
-        text = f"the correction changes by {MM * t.size_m:.3f} mm {t.where}, within {t.duration:.2f} s"
-        if move.welding:
-            action = "start and end the seam with a stop"
-            if plan.motion.sides is not None:
-                action = "no target undoes lost motion: turn the torch or the work so that the joint goes on one way"
-            elif plan.motion.options.force_on == "arc":
-                action += ", or let the force act on the whole program"
-            text += ", while the arc burns"
-            findings.append(_finding("CMP008", "warning", move.event.statement, text, action))
-        else:
-            findings.append(_finding("CMP007", "info", move.event.statement, text))
-    return findings
-
-
-def _transient_finding(plan: Plan, after: Deviation) -> list[Diagnostic]:
-    """The largest deviation while the arm speeds up or slows down, where that is above the tolerance."""
-    mine = own_moves(plan)[after.owner]
-    rows = np.flatnonzero(mine & after.space & ~after.steady & ~in_transition(plan, after))
-    if not len(rows) or after.distance[rows].max() <= plan.motion.options.tolerance_m:
-        return []
-    worst = rows[int(np.argmax(after.distance[rows]))]
-    move = plan.motion.moves[int(after.owner[worst])]
-    off = MM * after.distance[worst]
-    text = f"while the arm speeds up or slows down it is up to {off:.3f} mm off, most on the way to here"
-    return [_finding("CMP009", "info", move.event.statement, text)]
-
-
-def _finding(code: str, severity: str, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
-    assert severity in ("error", "warning", "info")
-    return Diagnostic(code, severity, text, statement.source, statement.span, help_)  # type: ignore[arg-type]

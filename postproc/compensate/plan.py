@@ -10,13 +10,14 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.added import added_statements
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
-from postproc.compensate.decisions import Decisions, PlaceKey, decide_changes, numbers_of
+from postproc.compensate.decisions import Decisions, decide_changes
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
 from postproc.compensate.insertions import why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
 from postproc.compensate.sharing import Users, possible_runs, shared_shifts
 from postproc.compensate.targets import Pieces, divide_moves, divided_alike
+from postproc.compensate.texts import PlaceKey, numbers_of
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
 from postproc.model.arm import Model
