@@ -9,10 +9,11 @@ from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.assign import forget, store
 from postproc.rapid.calls import bound_frame
 from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
+from postproc.rapid.declared import Declared
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import FOUND
 from postproc.rapid.expressions import ExpressionError, read_whole_expression
-from postproc.rapid.memory import Constants, Frame, Memory, Reference
+from postproc.rapid.memory import Frame, Memory, Reference
 from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program
@@ -38,7 +39,7 @@ class Execution(ABC):
     def __init__(self, program: Program) -> None:
         self.program = program
         self.changes = Changes(program)
-        self.constants = Constants(program)
+        self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
         self.maker = EventMaker(program, self.diagnostics)
         self.recorder = Recorder(self.maker)

@@ -5,21 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from postproc.diagnostics import Span
-from postproc.rapid import patterns
 from postproc.rapid.changes import Changes
-from postproc.rapid.evaluate import evaluate, pick, whole
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
-from postproc.rapid.literals import read_literal_numbers
+from postproc.rapid.declared import Declared
+from postproc.rapid.evaluate import pick
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import Pose
 from postproc.rapid.syntax import Declaration, Routine
-from postproc.rapid.tokens import skip
 from postproc.rapid.trees import Call, Name
-from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, PartlyKnown, Value, unknown_part, zero
-
-MAX_ELEMENTS = 1_000_000
+from postproc.rapid.values import Data, Fields, NotKnown, PartlyKnown, Value, unknown_part
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,18 +40,6 @@ class Frame:
         return {*self.bindings, *(p.name for p in self.routine.parameters)}
 
 
-class Constants:
-    """Values that declarations give, each read once."""
-
-    def __init__(self, program: Program) -> None:
-        self.program = program
-        self.values: dict[str, Value | NotKnown] = {}
-        self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
-        self.records: Mapping[str, Fields] = {
-            **RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}
-        }  # fmt: skip
-
-
 @dataclass(slots=True)
 class Memory:
     """Present values by key, over the initial values; a copy is cheap and independent.
@@ -67,7 +49,7 @@ class Memory:
 
     program: Program
     changes: Changes
-    constants: Constants
+    constants: Declared
     frame: Frame
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
@@ -121,7 +103,7 @@ class Memory:
         if declaration is None or isinstance(bound, Value | NotKnown):
             return pick(self.lookup(name), indices)
         written = len(indices) <= len(declaration.dims) and self.is_initial(declaration)
-        span = self.part_span(declaration, indices) if written else None
+        span = self.constants.part_span(declaration, indices) if written else None
         if span is None:
             try:
                 return pick(self.value(declaration), indices)
@@ -130,7 +112,7 @@ class Memory:
                 if (unknown := unknown_part(found.data)) is not None:
                     raise unknown from None
                 return found
-        data = self._initial(declaration, span).data
+        data = self.constants.initial(declaration, span, self._home).data
         rank = max(0, len(declaration.dims) - len(indices))
         return Value(data, declaration.type, rank, declaration.key, indices)
 
@@ -177,44 +159,16 @@ class Memory:
         Raises:
             NotKnown: it gives none.
         """
-        key = declaration.key
-        known = self.constants.values.get(key)
-        if known is None:
-            self.constants.values[key] = NotKnown(f"the value of `{declaration.name}` depends on itself")
-            try:
-                known = self._initial(declaration, declaration.init)
-            except NotKnown as error:
-                known = error
-            self.constants.values[key] = known
-        if isinstance(known, NotKnown):
-            raise known
-        return known
+        return self.constants.value(declaration, self._home)
 
     def initialise(self, declaration: Declaration) -> None:
         """Give a routine's own variable its initial value, as every call does."""
         if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
             return
         try:
-            self.changed[declaration.key] = self._initial(declaration, declaration.init).data
+            self.changed[declaration.key] = self.constants.initial(declaration, declaration.init, self._home).data
         except NotKnown as error:
             self.changed[declaration.key] = error
-
-    def _initial(self, declaration: Declaration, span: Span | None) -> Value:
-        rank = len(declaration.dims)
-        if span is None:
-            if declaration.storage == "PERS":
-                raise NotKnown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
-            return Value(self._zeros(declaration), declaration.type, rank)
-        if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
-            numbers = read_literal_numbers(declaration.source.data, *span)
-            if numbers is not None:
-                return Value(numbers, declaration.type, rank, declaration.key)
-        home = self._home(declaration)
-        try:
-            tree = read_whole_expression(declaration.source.data, *span)
-        except ExpressionError as error:
-            raise NotKnown(f"the value of `{declaration.name}` cannot be read: {error}") from error
-        return Value(evaluate(tree, home).data, declaration.type, rank, declaration.key)
 
     def _home(self, declaration: Declaration) -> Memory:
         """The scope in which a declaration's own expression is read."""
@@ -225,54 +179,3 @@ class Memory:
                 declaration.source, (0, 0), declaration.module, "PROC", "", False, "", empty, empty, empty
             )
         return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})
-
-    def _zeros(self, declaration: Declaration) -> Data:
-        data = zero(declaration.type, self.records)
-        total = 1
-        for span in reversed(declaration.dims):
-            try:
-                size = evaluate(read_whole_expression(declaration.source.data, *span), self._home(declaration)).data
-            except ExpressionError as error:
-                raise NotKnown(f"the size of `{declaration.name}` cannot be read") from error
-            total *= max(1, whole(size))
-            if total > MAX_ELEMENTS:
-                raise NotKnown(f"`{declaration.name}` is too large to follow")
-            data = (data,) * whole(size)
-        return data
-
-    def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
-        """Span of an array element or a component in the text of its declaration; None if it is not written there.
-
-        Args:
-            indices: of elements and components, from 1.
-        """
-        if declaration.init is None:
-            return None
-        span = declaration.init
-        for level, index in enumerate(indices):
-            spans = self.constants.elements.get((declaration.key, indices[:level]))
-            if spans is None:
-                spans = element_spans(declaration.source.data, span)
-                self.constants.elements[declaration.key, indices[:level]] = spans
-            if level >= len(declaration.dims) and not spans:
-                return None
-            if not 1 <= index <= len(spans):
-                raise NotKnown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
-            span = spans[index - 1]
-        return span
-
-
-def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
-    """Spans of the items of the aggregate at ``span``; none if it is none."""
-    start, end = span
-    if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
-        return ()
-    found = []
-    at = start + 1
-    while at < end - 1:
-        part = patterns.PART.match(data, at, end - 1)
-        stop = part.end() if part else end - 1
-        first = skip(data, at, stop)
-        found.append((first, patterns.trimmed(data, first, stop)))
-        at = stop + 1
-    return tuple(found)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from dataclasses import dataclass, field
 
-from postproc.diagnostics import Diagnostic, Severity, Source
+from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.motion import fits, read_motion
+from postproc.rapid.names import all_declarations, declared_names, named_routines, with_constants, without_aliases
 from postproc.rapid.parse import parse
 from postproc.rapid.signatures import SIGNATURES
-from postproc.rapid.syntax import Declaration, Module, Parameter, Routine, Statement
-
-Typed = TypeVar("Typed", Declaration, Parameter, Routine)
+from postproc.rapid.syntax import Declaration, Module, Routine, Statement
 
 
 @dataclass(frozen=True)
@@ -98,10 +96,10 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
         found, problems = _read_source(source)
         modules += found
         diagnostics += problems
-    modules = _without_aliases(modules)
+    modules = without_aliases(modules)
     fixed = frozenset(name.lower() for name in constants)
-    names = _fixed(_names(modules, diagnostics), fixed, diagnostics)
-    routines = _routines(modules)
+    names = with_constants(declared_names(modules, diagnostics), fixed, diagnostics)
+    routines = named_routines(modules)
     motions: dict[str, dict[int, MotionStatement]] = {}
     for module in modules:
         known = motions.setdefault(module.source.path, {})
@@ -118,7 +116,7 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
                         known[statement.span[0]] = motion
                         diagnostics += _check(motion)
     statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
-    declarations = tuple(_all_declarations(modules))
+    declarations = tuple(all_declarations(modules))
     told = tuple(diagnostics)
     return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, fixed)
 
@@ -150,104 +148,6 @@ def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
         help = "give a file with MODULE .. ENDMODULE"
         problems.append(Diagnostic("RAP011", "error", "there is no MODULE in the file", source, None, help))
     return modules, problems
-
-
-def _without_aliases(modules: list[Module]) -> list[Module]:
-    """The same with the types that ALIAS renames by their own names."""
-    aliases = {r.name: r.fields[0][1] for m in modules for r in m.records if r.fields and not r.fields[0][0]}
-    if not aliases:
-        return modules
-
-    def meant(item: Typed) -> Typed:
-        return replace(item, type=aliases.get(item.type.lower(), item.type))
-
-    return [
-        replace(
-            module,
-            records=tuple(
-                replace(r, fields=tuple((name, aliases.get(kind, kind)) for name, kind in r.fields))
-                for r in module.records
-                if r.name not in aliases
-            ),
-            declarations=tuple(map(meant, module.declarations)),
-            routines=tuple(
-                replace(
-                    meant(r), parameters=tuple(map(meant, r.parameters)), declarations=tuple(map(meant, r.declarations))
-                )
-                for r in module.routines
-            ),
-        )
-        for module in modules
-    ]
-
-
-def _all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
-    for module in modules:
-        yield from module.declarations
-        for routine in module.routines:
-            yield from routine.declarations
-
-
-def _names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
-    """See ``Program.names``."""
-    names: dict[str, Declaration] = {}
-    declarations = list(_all_declarations(modules))
-    # PERS data of one name is one in all tasks, and only one of them need give its value.
-    valued = {(d.name.lower(), d.type): d for d in declarations if _shared(d) and d.init is not None}
-    for declared in declarations:
-        declaration = declared
-        if _shared(declared) and declared.init is None:
-            declaration = valued.get((declared.name.lower(), declared.type), declared)
-        if not declared.routine and declaration.scope != "LOCAL":
-            first = names.setdefault(f"..{declared.name.lower()}", declaration)
-            lent = first.source.lent or declared.source.lent
-            if (
-                first is not declaration
-                and first.module.lower() != declared.module.lower()
-                and not (lent and _shared(declared))
-            ):
-                diagnostics.append(
-                    Diagnostic(
-                        "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
-                        declaration.source, declaration.span, "give the files of one task only, each once",
-                    )
-                )  # fmt: skip
-        known = names.setdefault(declared.key, declaration)
-        if known is not declaration and known.source is declared.source:
-            text = f"`{declared.name}` is declared twice in `{declared.routine or declared.module}`"
-            help_ = "the controller does not load such a module: give one of them another name"
-            other = _value_text(known) != _value_text(declared)  # then nobody knows which of the two is meant
-            severity: Severity = "error" if other else "warning"
-            diagnostics.append(Diagnostic("RAP012", severity, text, declared.source, declared.span, help_))
-    return names
-
-
-def _value_text(declaration: Declaration) -> bytes:
-    return b"" if declaration.init is None else declaration.source.data[slice(*declaration.init)]
-
-
-def _shared(declaration: Declaration) -> bool:
-    return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine
-
-
-def _fixed(
-    names: dict[str, Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
-) -> dict[str, Declaration]:
-    for name in sorted(constants - {d.name.lower() for d in names.values()}):
-        text = f"`{name}`, which is to be constant, is declared in none of the files"
-        diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
-    return {key: replace(d, storage="CONST") if d.name.lower() in constants else d for key, d in names.items()}
-
-
-def _routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
-    routines: dict[tuple[str, str], Routine] = {}
-    for module in modules:
-        for routine in module.routines:
-            name = routine.name.lower()
-            routines.setdefault((module.name.lower(), name), routine)
-            if not routine.local:
-                routines.setdefault(("", name), routine)
-    return routines
 
 
 def _check(motion: MotionStatement) -> Iterator[Diagnostic]:

@@ -82,7 +82,7 @@ class Targets:
         return done
 
     def _spans(self, declaration: Declaration, at: tuple[int, ...], memory: Memory) -> TargetSpans | None:
-        span = memory.part_span(declaration, at)
+        span = memory.constants.part_span(declaration, at)
         literal = read_literal_target(declaration.source, *span) if span is not None else None
         return literal[1] if literal else None
 

@@ -1,0 +1,121 @@
+"""What declarations say: their values and the parts of these, read from the text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from postproc.diagnostics import Span
+from postproc.rapid import patterns
+from postproc.rapid.evaluate import Scope, evaluate, whole
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.literals import read_literal_numbers
+from postproc.rapid.program import Program
+from postproc.rapid.syntax import Declaration
+from postproc.rapid.tokens import skip
+from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, Value, zero
+
+MAX_ELEMENTS = 1_000_000
+
+Home = Callable[[Declaration], Scope]
+
+
+class Declared:
+    """Values that declarations give, each read once; ``home`` is the scope in which one is read."""
+
+    def __init__(self, program: Program) -> None:
+        self.values: dict[str, Value | NotKnown] = {}
+        self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
+        self.records: Mapping[str, Fields] = {
+            **RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}
+        }  # fmt: skip
+
+    def value(self, declaration: Declaration, home: Home) -> Value:
+        """The value that the declaration itself gives.
+
+        Raises:
+            NotKnown: it gives none.
+        """
+        key = declaration.key
+        known = self.values.get(key)
+        if known is None:
+            self.values[key] = NotKnown(f"the value of `{declaration.name}` depends on itself")
+            try:
+                known = self.initial(declaration, declaration.init, home)
+            except NotKnown as error:
+                known = error
+            self.values[key] = known
+        if isinstance(known, NotKnown):
+            raise known
+        return known
+
+    def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
+        """The value that a span of a declaration's text gives, that of data without a value where there is none.
+
+        Raises:
+            NotKnown: it gives none.
+        """
+        rank = len(declaration.dims)
+        if span is None:
+            if declaration.storage == "PERS":
+                raise NotKnown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
+            return Value(self._zeros(declaration, home), declaration.type, rank)
+        if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
+            numbers = read_literal_numbers(declaration.source.data, *span)
+            if numbers is not None:
+                return Value(numbers, declaration.type, rank, declaration.key)
+        try:
+            tree = read_whole_expression(declaration.source.data, *span)
+        except ExpressionError as error:
+            raise NotKnown(f"the value of `{declaration.name}` cannot be read: {error}") from error
+        return Value(evaluate(tree, home(declaration)).data, declaration.type, rank, declaration.key)
+
+    def _zeros(self, declaration: Declaration, home: Home) -> Data:
+        data = zero(declaration.type, self.records)
+        total = 1
+        for span in reversed(declaration.dims):
+            try:
+                size = evaluate(read_whole_expression(declaration.source.data, *span), home(declaration)).data
+            except ExpressionError as error:
+                raise NotKnown(f"the size of `{declaration.name}` cannot be read") from error
+            total *= max(1, whole(size))
+            if total > MAX_ELEMENTS:
+                raise NotKnown(f"`{declaration.name}` is too large to follow")
+            data = (data,) * whole(size)
+        return data
+
+    def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
+        """Span of an array element or a component in the text of its declaration; None if it is not written there.
+
+        Args:
+            indices: of elements and components, from 1.
+        """
+        if declaration.init is None:
+            return None
+        span = declaration.init
+        for level, index in enumerate(indices):
+            spans = self.elements.get((declaration.key, indices[:level]))
+            if spans is None:
+                spans = element_spans(declaration.source.data, span)
+                self.elements[declaration.key, indices[:level]] = spans
+            if level >= len(declaration.dims) and not spans:
+                return None
+            if not 1 <= index <= len(spans):
+                raise NotKnown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
+            span = spans[index - 1]
+        return span
+
+
+def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
+    """Spans of the items of the aggregate at ``span``; none if it is none."""
+    start, end = span
+    if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
+        return ()
+    found = []
+    at = start + 1
+    while at < end - 1:
+        part = patterns.PART.match(data, at, end - 1)
+        stop = part.end() if part else end - 1
+        first = skip(data, at, stop)
+        found.append((first, patterns.trimmed(data, first, stop)))
+        at = stop + 1
+    return tuple(found)
