@@ -31,9 +31,8 @@ Angles rounded to 0.001 deg then leave a standard deviation below 0.01 rad/s^2, 
 def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     """The state with speeds, accelerations and approach sides, where time-stamped rows are a record of moving joints.
 
-    v_i = (h^2 q_{i+1} + (H^2 - h^2) q_i - H^2 q_{i-1}) / (h H (h + H)) with the times h before and H after row i, of
-    second order (Fornberg 1988); one-sided at the ends of a record. Accelerations are those of the parabola through
-    the rows around (Savitzky & Golay 1964). What the table states itself is kept.
+    Speeds are differences of second order, one-sided at the ends of a record. Accelerations are those of the parabola
+    through the rows around (Savitzky & Golay 1964). What the table states itself is kept.
     """
     derived = {"joint speeds": state.v, "accelerations": state.a, "approach sides": state.approach}
     lacking = [name for name, channel in derived.items() if channel is None]
@@ -68,26 +67,27 @@ def is_record(state: State) -> bool:
     return bool(close and np.median(np.abs(state.v).max(axis=1)) > STILL)
 
 
+def _runs(joined: NDArray[np.bool_]) -> list[slice]:
+    """The records: rows that follow each other."""
+    starts = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(joined) + 1]])
+    return [slice(first, end) for first, end in pairwise(starts.tolist())]
+
+
 def _speeds(q: Array, time: Array, joined: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
     """(n, 6) speeds of rows in the order of time, 0 where a row has no neighbour; (n,) which have one."""
-    slope = np.diff(q, axis=0) / np.where(joined, np.diff(time), 1.0)[:, None]
-    before = np.concatenate([[False], joined])
-    after = np.concatenate([joined, [False]])
-    h = np.where(before, np.concatenate([[1.0], np.diff(time)]), 1.0)
-    H = np.where(after, np.concatenate([np.diff(time), [1.0]]), 1.0)
-    left, right = np.vstack([np.zeros((1, 6)), slope]), np.vstack([slope, np.zeros((1, 6))])
-    # The mean of both slopes, each weighed by the other's time.
-    share = np.where(before & after, H / (h + H), before.astype(float))[:, None]
-    v = share * left + np.where(after[:, None], 1.0 - share, 0.0) * right
-    return v, before | after
+    v, known = np.zeros_like(q), np.zeros(len(q), dtype=bool)
+    for some in _runs(joined):
+        if some.stop - some.start > 1:
+            v[some], known[some] = np.gradient(q[some], time[some], axis=0), True
+    return v, known
 
 
 def _accelerations(q: Array, time: Array, joined: NDArray[np.bool_], rate: float) -> Array:
     """(n, 6) accelerations of rows in the order of time, 0 in records too short for a parabola."""
     size = 2 * max(1, int(np.ceil(AROUND_S * rate))) + 1
     a = np.zeros_like(q)
-    starts = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(q)]])
-    for first, end in pairwise(starts):
+    for run in _runs(joined):
+        first, end = run.start, run.stop
         some = min(size, end - first)
         if some < 3:
             continue
@@ -119,7 +119,6 @@ def _moves(q: Array, v: Array, joined: NDArray[np.bool_]) -> bool:
 def _sides(v: Array, joined: NDArray[np.bool_]) -> Array:
     """(n, 6) side from which each joint came, kept while it stands; 0 where a record has not moved it yet."""
     side = np.where(np.abs(v) > STILL, np.sign(v), 0.0)
-    start = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(v)]])
-    first = np.repeat(start[:-1], np.diff(start))[:, None]
+    first = np.concatenate([np.full(run.stop - run.start, run.start) for run in _runs(joined)])[:, None]
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(v))[:, None], -1), axis=0)
     return np.where(last >= first, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)
