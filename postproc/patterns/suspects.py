@@ -161,10 +161,12 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     all_ = first.fall / max(first.share, 1e-12)
     mine = {s.channel for s in same}
     others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
-    others = [s for s in others if (s.channel, s.where) != (first.channel, first.where)]
+    # A second part that follows the same there comes after another channel of the first.
+    again = [s for s in others if (s.channel, s.where) == (first.channel, first.where)]
+    others = [s for s in others if not any(s is a for a in again)]
     # What else the same place follows comes before other places.
     best: dict[str, Suspect] = {}
     for suspect in sorted(suspects, key=lambda s: s.where != first.where):
         best.setdefault(suspect.channel, suspect)
     dresses = [s for channel, s in best.items() if channel not in mine and not any(s is i for i in instead)]
-    return [*same[:1], *others, *same[1:2], *instead, *elsewhere, *dresses][:count]
+    return [*same[:1], *others, *same[1:2], *again, *instead, *elsewhere, *dresses][:count]

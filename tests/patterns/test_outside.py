@@ -125,6 +125,15 @@ def test_a_second_structure_comes_before_other_dresses_of_the_first():
     assert "q1" not in {s.channel for s in by_channel([ranked[0], more])}
 
 
+def test_a_second_part_of_the_same_channel_is_listed():
+    """The draft has both."""
+    nothing = np.zeros((1, 3, 1))
+    first, wave = (
+        Suspect("q2", "joint 2", t, 0.5, 50.0, 50.0, nothing, np.full(1, x)) for t, x in (("a", 1), ("b", 2))
+    )
+    assert [s.pattern for s in by_channel([first], [wave])] == ["a", "b"]
+
+
 def test_what_a_pose_tells_is_listed_where_it_does_not_tell_the_first():
     """Only that can be drafted, though it leaves more."""
     nothing, way = np.zeros((1, 3, 1)), np.ones(1)
