@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.patterns.chains import chains
-from postproc.patterns.every import PLACES, Patterns, grown, odds, switched
+from postproc.patterns.every import Patterns, grown, odds, switched
 from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
@@ -28,6 +28,8 @@ ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 FEW, CHAINS = 4, 4
 """Values of a channel that has no shapes side by side; channels at places that are asked for them."""
+ELSEWHERE = 2
+"""Further places at which the best kind of pattern is sharpened."""
 ODDS = 16.0
 """A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
 
@@ -136,30 +138,29 @@ class Tried:
     def sharpen(self, most: int = 8) -> None:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
-        Each at the place where it tells most; what turns out best is tried everywhere.
+        Each at the place where it tells most, the best of them at two more; what turns out best is tried everywhere.
         """
-        done: set[tuple[tuple[str, ...], str]] = set()
         ranked = sorted(self.found, key=lambda f: -f.worth)
         best, plain = ranked[0], ranked[0].worth
+        of_best, done = _kind(best), set[tuple[tuple[str, ...], str]]()
         for one in ranked:
-            kind = (tuple(s.label for s in one.pattern.signals), one.pattern.kind)
             least = max(0.0, plain - ODDS)
             if len(done) == most or self._could(one, NARROWER) < least:
                 break
-            if kind in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
+            if _kind(one) in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
                 continue
-            done.add(kind)
-            closest = self._closest(one)
+            done.add(_kind(one))
+            closest, switched = self._sharpened(one, best.worth)
             plain = max(plain, closest.worth)
-            best = max(best, closest, key=lambda f: f.worth)
-            known = len(self.found)
-            more = [self._closest(other) for other in self._switched(closest, max(0.0, best.worth))]
-            best = max(best, *more, key=lambda f: f.worth) if more else best
-            if not any(other.worth > closest.worth for other in more):
-                del self.found[known:]
-        for where, signal in self._channels([best, *ranked[:MOST]]):
-            if self._all_left(where) > best.worth:
-                best = max(best, self._several(where, signal), key=lambda f: f.worth)
+            if switched.worth > best.worth:
+                best, of_best = switched, _kind(one)
+        # Nearby places answer alike, and each has its own edge, phase or period.
+        near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != best.where}
+        for one in sorted(near.values(), key=lambda f: -f.worth)[:ELSEWHERE]:
+            best = max(best, self._sharpened(one, best.worth)[1], key=lambda f: f.worth)
+        for one, signal in self._channels([best, *ranked[:MOST]]):
+            if self._could(one, NARROWER) > best.worth:
+                best = max(best, self._several(one.where, signal), key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if self.every.sensible(best.pattern, where):
@@ -168,9 +169,19 @@ class Tried:
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
         seen = self._seen(one.where)
-        most = min(times * one.fall, 0.99 * seen.linear.square)
+        most = min(times * one.fall, max(one.fall, above(self.linear)))
         price = tries * odds(one.pattern, self.every.kinds)
         return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
+
+    def _sharpened(self, one: Found, least: float) -> tuple[Found, Found]:
+        """A pattern closer, and the better of that and what another channel makes of it, if that may reach a worth."""
+        closest = self._closest(one)
+        known = len(self.found)
+        every = [closest, *(self._closest(other) for other in self._switched(closest, max(0.0, closest.worth, least)))]
+        best = max(every, key=lambda f: f.worth)
+        if best is closest:
+            del self.found[known:]
+        return closest, best
 
     def _closest(self, one: Found) -> Found:
         best = one
@@ -178,11 +189,6 @@ class Tried:
             one = self._best(one.where, values_of(near), *self._made(one.pattern, CLOSER, near.__getitem__), 1)[0]
             best = max(best, one, key=lambda f: f.worth)
         return best
-
-    def _all_left(self, where: str) -> float:
-        """What a shape would be worth there if it left nothing above the noise."""
-        linear, count = self._seen(where).linear, self._seen(where).count
-        return float(_worth(linear.square, above(self.linear), count, linear.freedom, PLACES))
 
     def _several(self, where: str, signal: Signal) -> Found:
         """Shapes of a signal side by side, each with its own size: several slips, a tooth that lags and leads."""
@@ -194,18 +200,18 @@ class Tried:
         some = chains(self.problem, seen, self.moves[where], signal, worth)
         return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
 
-    def _channels(self, ranked: Sequence[Found]) -> list[tuple[str, Signal]]:
-        """Places and signals of the best patterns: angles themselves, too, of what follows their size or their sum."""
+    def _channels(self, ranked: Sequence[Found]) -> list[tuple[Found, Signal]]:
+        """The best patterns with their signals: angles themselves, too, of what follows their size or their sum."""
         plain = {p.signals[0].label: p.signals[0] for p in self.every.every if p.kind == "line"}
-        some: dict[tuple[str, str], Signal] = {}
+        some: dict[tuple[str, str], tuple[Found, Signal]] = {}
         for one in ranked:
             for s in one.pattern.signals:
                 label = s.label.strip("|")
                 for signal in (plain.get(label, s), *(plain[name] for name in plain if name in label.split())):
                     known = sum(name == signal.label for _, name in some)
                     if known < 2 and len(np.unique(signal.values)) > FEW:
-                        some.setdefault((one.where, signal.label), signal)
-        return [(where, signal) for (where, _), signal in some.items()][:CHAINS]
+                        some.setdefault((one.where, signal.label), (one, signal))
+        return list(some.values())[:CHAINS]
 
     def _made(self, pattern: Pattern, times: float, made: Made) -> tuple[float, Made]:
         """Odds of those that were made of a pattern, so many times as rare, and how to make one."""
@@ -234,6 +240,10 @@ class Tried:
         found = self._best(one.where, values, *made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
         return [f for f in found if f.worth > one.worth - ODDS and self.every.sensible(f.pattern, f.where)]
+
+
+def _kind(one: Found) -> tuple[tuple[str, ...], str]:
+    return tuple(s.label for s in one.pattern.signals), one.pattern.kind
 
 
 def above(linear: Linear) -> float:

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from postproc.fit.channels import channels
 from postproc.identify.diagnose import diagnose
+from postproc.patterns.every import patterns
 from postproc.patterns.formula import sharper
 from postproc.patterns.shapes import of_channel
 from postproc.patterns.signals import channel_signal
-from postproc.patterns.suspects import Suspect, by_channel
+from postproc.patterns.suspects import Suspect, by_channel, find_suspects
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as library
 from tests.independent.cells import Hidden, column
@@ -89,6 +91,21 @@ def test_a_name_stays_beside_a_pattern_of_another_channel():
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "unknown" and [m.candidate.key for m in found.missing] == ["thermal_joint_drift"]
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q3", "joint 3")
+
+
+def loaded_ripple(g, arm) -> Hidden:
+    """A gear of joint 3 that ripples by its load, with no whole number a turn."""
+    law = lambda s, tau: column(2, 4e-7 * tau[:, 2] * np.cos(3.5 * s.q[:, 2] + 0.3))  # noqa: E731
+    return Hidden("loaded_ripple", "unknown", channels=("q3", "load3"), joint=law)
+
+
+@pytest.mark.parametrize("seed", [431, 433])
+def test_a_law_is_told_at_its_own_joint_where_the_casting_beside_it_looks_better_at_first(seed):
+    data, _ = cell(loaded_ripple, seed=seed, noise=0.03, poses=90)
+    fit = base_fit(data)
+    state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
+    first = find_suspects(fit.problem, fit.linear, patterns(channels(state, position), state, position))[0]
+    assert (first.where, set(first.channels)) == ("joint 3", {"q3", "load3"}) and first.share > 0.99
 
 
 def test_one_bad_reading_is_no_law():
