@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.robot.kinematics import skew
+from postproc.robot.pose import transform
 
 FLAT = 0.2
 """Singular values of the linear map lie this far apart where points on a plane or a line tell nothing across it."""
@@ -62,9 +65,8 @@ def align(
     spread = max(float(np.sqrt(np.median(np.sum(y0**2, axis=1)))), 1e-12)
     n = len(p)
     design = np.zeros((n, 3, 15))
-    for axis in range(3):
-        design[:, axis, 3 * axis : 3 * axis + 3] = y0 / spread
-        design[:, axis, 9 + axis] = -1.0
+    design[:, :, :9] = np.einsum("nk,ij->nijk", y0 / spread, np.eye(3)).reshape(n, 3, 9)
+    design[:, :, 9:12] = -np.eye(3)
     design[:, :, 12:] = -R if tool else 0.0
     near = np.eye(3, 15, 12) * LOOSE
     weight = np.ones(n)
@@ -102,34 +104,20 @@ def _refine(
         residual = y - base - shift
         error = np.linalg.norm(residual, axis=1)
         weight = _weights(error)
-        design = np.zeros((n, 3, 9))
-        design[:, :, :3] = np.eye(3)
-        design[:, 0, 4], design[:, 0, 5] = base[:, 2], -base[:, 1]
-        design[:, 1, 3], design[:, 1, 5] = -base[:, 2], base[:, 0]
-        design[:, 2, 3], design[:, 2, 4] = base[:, 1], -base[:, 0]
-        design[:, :, 6:] = rotation @ R
+        design = np.concatenate([np.broadcast_to(np.eye(3), (n, 3, 3)), -skew(base), rotation @ R], axis=2)
         root = np.sqrt(weight)[:, None]
         equations = np.vstack([(design * root[:, :, None]).reshape(-1, 9), np.eye(3, 9, 6) * LOOSE])
         step, *_ = np.linalg.lstsq(equations, np.append(residual * root, -LOOSE * tool), rcond=1e-10)
-        rotation = _turn(np.asarray(step[3:6], dtype=float)) @ rotation
+        rotation = Rotation.from_rotvec(step[3:6]).as_matrix() @ rotation
         shift, tool = shift + step[:3], tool + step[6:]
         if np.linalg.norm(step) < 1e-10:
             break
     residual = y - (p + R @ tool) @ rotation.T - shift
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotation, shift
     typical = float(np.median(np.linalg.norm(residual, axis=1)))
-    return Alignment(T, tool, scale, mirrored, residual, typical)
+    return Alignment(transform(shift, rotation), tool, scale, mirrored, residual, typical)
 
 
 def _weights(error: Array) -> Array:
     """Huber weights at twice the median error."""
     limit = max(2.0 * float(np.median(error)), 1e-12)
     return np.minimum(1.0, limit / np.maximum(error, 1e-300))
-
-
-def _turn(vector: Array) -> Array:
-    from scipy.spatial.transform import Rotation
-
-    turned: Array = Rotation.from_rotvec(vector).as_matrix()
-    return turned
