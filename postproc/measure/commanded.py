@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.cells import Cells
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.program import read_program
-from postproc.rapid.records import JointTarget, Pose, RobTarget
+from postproc.rapid.records import JointTarget, RobTarget
+from postproc.rapid.units import flange_matrix, tool_matrix
 from postproc.rapid.walk import walk
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
@@ -83,14 +83,14 @@ def program_targets(
     if unknown:
         help_ = "give the module that declares it (user.sys, CalibData.mod) beside the program: `--with`"
         raise PostprocError([replace(d, help=help_) if d.code == "RAP020" else d for d in unknown])
-    T_flange_tcp = np.array([_pose(event.tool.tframe) for event in visited])
+    T_flange_tcp = np.array([tool_matrix(event.tool) for event in visited])
     q = np.full((len(visited), 6), np.nan)
     free = [i for i, event in enumerate(visited) if isinstance(event.target, RobTarget)]
     for i, event in enumerate(visited):
         if isinstance(event.target, JointTarget):
             q[i] = np.radians(event.target.robax)
     if free:
-        T = np.array([_base_tcp(visited[i]) for i in free]) @ np.linalg.inv(T_flange_tcp[free])
+        T = np.array([flange_matrix(visited[i]) for i in free])
         conf = np.array([visited[i].target.robconf for i in free])  # type: ignore[union-attr]
         solution = joint_solution(robot, T, conf)
         q[free] = solution.q
@@ -110,14 +110,3 @@ def _visited(program: Source | Sequence[Source]) -> dict[str, MotionEvent]:
         if argument is not None and event.target is not None:
             events.setdefault(argument.text.strip().lower(), event)
     return events
-
-
-def _base_tcp(event: MotionEvent) -> Array:
-    assert isinstance(event.target, RobTarget)
-    frame = _pose(event.wobj.uframe) @ _pose(event.wobj.oframe) @ _pose(event.displacement)
-    return np.asarray(frame @ _pose(Pose(event.target.trans, event.target.rot)))
-
-
-def _pose(pose: Pose) -> Array:
-    rotation = Rotation.from_quat(np.array(pose.rot)[[1, 2, 3, 0]]).as_matrix()
-    return transform(np.array(pose.trans) * 1e-3, rotation)
