@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,16 @@ from postproc.fit.problem import Problem
 from postproc.fit.step import FRAMES, Masks, Name, Slope, sizes
 
 
-def slope(problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float]) -> Slope:
+def slope(
+    problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[str, float], before: Collection[Name] = ()
+) -> Slope:
     """The slope by all free parameters that the data determines, effect by effect; the others are held.
 
     A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or
     where it only repeats what stands before it (rank 1e-7).
+
+    Args:
+        before: what the slope before had; where two do the same, the choice is not made anew at every step.
     """
     kept: list[Array] = []
     parameters: list[Name] = []
@@ -33,7 +38,11 @@ def slope(problem: Problem, masks: Masks, frozen: set[Name], strength: Mapping[s
             # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
-            good, basis = _determined(columns, 10 * sizes(problem, effect)[index], basis)
+            good, far = np.zeros(len(index), dtype=bool), 10 * sizes(problem, effect)[index]
+            first = np.array([(effect.key, int(i)) in before for i in index])
+            for some in (first, ~first):
+                if some.any():
+                    good[some], basis = _determined(columns[:, some], far[some], basis)
         kept.append(columns if good.all() else columns[:, good])
         parameters += [(effect.key, int(i)) for i in index[good]]
         held += [(effect.key, int(i)) for i in index[~good]]

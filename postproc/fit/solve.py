@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,12 +38,15 @@ class Terms:
             it is not given.
         robust: Huber weights for all rows; rows far off are set aside in any case and named.
         closely: share of the sum of squares below which a step is none.
+        determined: what a fit of the same rows with fewer effects has found. What stands for an effect that it lacked
+            must not stay: where this fit cannot determine it, it goes back to null.
     """
 
     free: Masks = field(default_factory=dict)
     strength: Mapping[str, float] = field(default_factory=dict)
     robust: bool = False
     closely: float = SETTLED
+    determined: frozenset[Name] = frozenset()
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
@@ -54,7 +57,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
 
     Args:
         noise: of the instrument. terms: with masks for all effects.
-        fresh: effects that no fit has seen: what the data cannot determine of them stands at null.
+        fresh: effects that no fit has seen.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
@@ -64,6 +67,8 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     stopped: set[Name] = set()
     at: Slope | None = None
     place, good = problem, False
+    home = _home(problem, fresh, terms.determined)
+    kept: tuple[Name, ...] = ()
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
             weights, aside = reweighted(problem, base, noise, terms.robust)
@@ -71,10 +76,12 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
                 problem = problem.weighted(weights)
                 at, good = None if at is None else at.reweighted(weights), False
         if at is None:
-            at, place, good = slope(problem, terms.free, set(), terms.strength), problem, True
+            at, place, good = slope(problem, terms.free, set(), terms.strength, kept), problem, True
             # Coefficients of a free function are told by its smoothness where the data is silent.
             _enough(problem, int(np.sum(at.penalty == 0.0)))
-            problem, fresh = _null_where_held(problem, at.held, fresh), frozenset()
+            kept = at.parameters
+            if sweep < SWEEPS // 2:  # what is just about determined might come and go for ever
+                problem = _held_at_home(problem, at.held, home)
             if problem is not place:
                 at = None
                 continue
@@ -94,21 +101,33 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             at = None
     # Screening looks for directions beside these columns: they must be those of the very place.
     if at is None or place is not problem or stopped:
-        at = slope(problem, terms.free, stopped, terms.strength)
+        at = slope(problem, terms.free, stopped, terms.strength, kept)
     bound = tuple(sorted(stopped))
     strength = dict(terms.strength)
     return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)
 
 
-def _null_where_held(problem: Problem, held: Sequence[Name], fresh: frozenset[str]) -> Problem:
-    """What the data cannot determine of a new effect stands at null, whatever its starting values were."""
+def _home(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
+    """Where parameters stand that the data cannot determine, by effect.
+
+    Null for what stands for a new effect or stood for it before; else what the model knows.
+    """
+    home = {}
+    for effect in problem.model.effects:
+        x, amplitude = effect.vector(), effect.amplitudes()
+        gone = [amplitude[i] and (effect.key in fresh or (effect.key, i) in determined) for i in range(len(x))]
+        home[effect.key] = np.where(gone, effect.null_vector(), x)
+    return home
+
+
+def _held_at_home(problem: Problem, held: Collection[Name], home: Mapping[str, Array]) -> Problem:
+    """The problem with what is held where it belongs; frames and free functions stay."""
     effects = []
     for effect in problem.model.effects:
-        x, null, amplitude = effect.vector().copy(), effect.null_vector(), effect.amplitudes()
-        index = [i for key, i in held if key == effect.key and amplitude[i]]
-        x[index] = null[index]
-        known = effect.key not in fresh or effect.key in FRAMES or effect.roughness() is not None
-        effects.append(effect if known or (x == effect.vector()).all() else effect.with_vector(x))
+        x = effect.vector()
+        back = np.array([(effect.key, i) in held for i in range(len(x))]) & (x != home[effect.key])
+        known = effect.key in FRAMES or effect.roughness() is not None or not back.any()
+        effects.append(effect if known else effect.with_vector(np.where(back, home[effect.key], x)))
     changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
     return problem.at(effects) if changed else problem
 
