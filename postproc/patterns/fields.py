@@ -10,13 +10,10 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
 from postproc.model.places import TOOL
-from postproc.patterns import signals
 from postproc.patterns.felt import felt_by_tool
-from postproc.patterns.sight import SEEN, Sight
-from postproc.patterns.signals import tool_poses
+from postproc.patterns.sight import SEEN, WRIST, Sight
 
 PLACE = ("x", "y", "z")
-WRIST = ("q5", "q6", "q4")
 
 
 @dataclass(frozen=True)
@@ -50,12 +47,10 @@ def fields(problem: Problem) -> Iterator[Field]:
     yield Field("instrument, axes of their own scale and angle", PLACE, smooth, scaled, tuple(axes))
     yield Field("instrument, curved axes", PLACE, smooth, _everywhere(problem, _squares(p)), _products(axes))
     state = problem.sensitivity.state
-    turn = tool_poses(state)[:, :3, :3]
-    for k, axis in enumerate("xyz"):
-        # The squares of a direction sum to one.
-        moves = _everywhere(problem, _squares(turn[:, :, k])[:, :5])
-        codes = _products([f"({signals.TOOL})[:, {i}, {k}]" for i in range(3)])[:5]
-        yield Field(f"instrument, seen along {axis} of the tool", WRIST, "by where the tool points", moves, codes)
+    # The squares of a direction sum to one.
+    beam = _products([f"{sight.beam_code}[{i}]" for i in range(3)] if sight.beam_code else [])[:5]
+    moves = _everywhere(problem, _squares(sight.beam)[:, :5])
+    yield Field("instrument, seen from the tool", WRIST, "by where the beam comes from", moves, beam)
     tool = problem.sensitivity.matrix[:, :, TOOL : TOOL + 3]
     for what, names, felt, code in felt_by_tool(state, problem.rest.T_base_tcp[:, :3, 3]):
         most = max(float(np.abs(felt).max()), 1e-300)

@@ -10,16 +10,18 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.channels import varies
 from postproc.model.equilibrium import Equilibrium
-from postproc.patterns.cycles import GEAR, sways, waves
+from postproc.patterns.cycles import GEAR, LOW, sways, waves
 from postproc.patterns.formula import Pattern, sharper
 from postproc.patterns.shapes import of_signal
-from postproc.patterns.signals import Signal, place_code
+from postproc.patterns.signals import TOOL, Signal, place_code
 from postproc.robot.pose import displace
 
 SEEN = "seen"
 """What a draft calls the (n, 3) measured point as the instrument sees it [m]."""
 _LEVEL = f"{SEEN} @ [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0] * 3]"
 _RISING = f"np.cross({_LEVEL} / np.hypot({SEEN}[:, 0], {SEEN}[:, 1])[:, None], {SEEN})"
+WRIST = ("q5", "q6", "q4")
+"""Channels that turn the tool most."""
 WAYS: Mapping[str, tuple[str, str]] = {
     "azimuth": (f"np.cross([0.0, 0.0, 1.0], {SEEN})", "rad"),
     "elevation": (_RISING, "rad"),
@@ -34,10 +36,17 @@ Sources: ASME B89.4.19-2006; Hughes, Forbes, Lewis, Sun, Veal and Nasr (2011), M
 
 @dataclass(frozen=True)
 class Sight:
-    """The predicted point (n, 3) in the axes of the measurement [m], and its text over a state."""
+    """The predicted point (n, 3) in the axes of the measurement [m], and its text over a state.
+
+    Args:
+        beam: (n, 3) the direction to it in the axes of the tool: a reflector that is seen from the side is off.
+        beam_code: the same as text, (3, n).
+    """
 
     point: Array
     code: str
+    beam: Array
+    beam_code: str
 
     @classmethod
     def of(cls, rest: Equilibrium) -> Sight:
@@ -47,7 +56,11 @@ class Sight:
         T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
         place = place_code(rest.state, rest.T_base_tcp[:, :3, 3])
         code = f"{place} @ {np.round(T[:3].T, 6).tolist()}" if place else ""
-        return cls(rest.T_base_tcp[:, :3, 3] @ T[:3, :3].T + T[:3, 3], code)
+        point = rest.T_base_tcp[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
+        beam = np.einsum("nji,nj->ni", rest.T_base_tcp[:, :3, :3], point @ T[:3, :3])
+        text = f"np.einsum('nji,nj->in', ({TOOL})[:, :3, :3], {SEEN} @ {np.round(T[:3, :3], 6).tolist()})"
+        text = f"({text} / np.linalg.norm({SEEN}, axis=1))" if code else ""
+        return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)
 
     def moves(self) -> dict[str, Array]:
         """(n, 3) how far it moves by an error of one of each reading."""
@@ -76,6 +89,14 @@ class Sight:
         distance = Signal(("distance",), np.hypot(level, z), whole, "x", "the instrument's distance")
         for signal in (azimuth(self.point, known, "the instrument's azimuth"), elevation, distance):
             yield from _shapes(signal if known else replace(signal, code=""), "instrument")
+        for k, axis in enumerate("xyz" if known else ""):
+            u, (i, j) = self.beam, ((k + 1) % 3, (k + 2) % 3)
+            to, around = (f"the beam's angle {way} axis {axis} of the tool" for way in ("to", "around"))
+            code = f"np.arctan2({self.beam_code}[{j}], {self.beam_code}[{i}])"
+            tilted = Signal(WRIST, np.arccos(u[:, k]), f"np.arccos({self.beam_code}[{k}])", "q", to)
+            turned = Signal(WRIST, np.arctan2(u[:, j], u[:, i]), code, "q", around)
+            for signal in (tilted, turned):
+                yield from _shapes(signal, "instrument", max(LOW) + 1)
         for air in slow:
             text = f"{air.whole} times {distance.label}"
             path = distance if known else replace(distance, code="")
@@ -97,9 +118,9 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
     return Signal(("azimuth",), values, text, "q", f"{label} atan2(y, x)", bare=True)
 
 
-def _shapes(signal: Signal, where: str) -> Iterator[Pattern]:
+def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Pattern]:
     if varies(signal.values):
-        again = waves(signal, range(1, GEAR + 1)) if signal.unit == "q" else sways(signal)
+        again = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
         yield from (_only_at(where, p) for p in (*of_signal(signal), *again))
 
 

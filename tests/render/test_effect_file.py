@@ -129,11 +129,12 @@ def test_what_a_law_reads_is_taken_from_its_text() -> None:
 
 
 def nest(g, arm) -> Hidden:
-    """The reflector's nest shows its two lobes to an instrument that sees it from elsewhere."""
+    """The reflector's nest shows its two lobes to the beam: its distance is off by where that comes from."""
 
     def world(s, p):
-        along = arm.forward(s.q, np.eye(4)).flange[:, :3, 0]
-        return 4e-4 * (along[:, :1] ** 2 - along[:, 1:2] ** 2) * [1.0, 0.0, 0.5]
+        turn, beam = arm.forward(s.q, np.eye(4)).flange[:, :3, :3], p / np.linalg.norm(p, axis=1)[:, None]
+        seen = np.einsum("nji,nj->ni", turn, beam)
+        return 3e-4 * np.cos(2 * np.arctan2(seen[:, 1], seen[:, 0]) - 0.7)[:, None] * beam
 
     return Hidden("nest", "unknown", channels=("q5", "q6", "q4"), world=world)
 
