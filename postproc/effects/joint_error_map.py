@@ -50,6 +50,10 @@ class JointErrorMap(
             np.tile(np.repeat(joint, self.order), 2), np.concatenate([np.sin(angle), np.cos(angle)], axis=1)
         )
 
+    @property
+    def label(self) -> str:
+        return f"{named(self.joint)}, orders to {self.order}"
+
     def roughness(self) -> Array:
         return np.asarray(np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint)))
 
@@ -64,14 +68,13 @@ class JointErrorMap(
         choices = [self.joint, tuple(sorted((*self.joint, *moving)))] if several and moving else [self.joint]
         size = 6 * len(state) * len(choices[-1])
         orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, self.joint, k))]
-        return tuple(
-            tuple(
-                type(self)(joint=joint, order=k, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
-                for k in reversed(orders or [self.order])
-            )
-            for joint in choices
-            for fall in FALLS
-        )
+        every = (orders or [self.order])[::-1]
+        return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
+
+    def on(self, joint: tuple[int, ...], order: int | None = None, fall: float | None = None) -> Self:
+        """A map that does nothing, of other joints, orders or smoothness, for the angles that this one has seen."""
+        order, fall = order or self.order, self.fall if fall is None else fall
+        return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
 
     def outside(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""

@@ -19,7 +19,7 @@ from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward, terms_needed
 from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested
-from postproc.identify.lines import lines_or_map
+from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
@@ -114,7 +114,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
-    missing = terms_needed(search, start, missing, noise)
+    missing = perhaps_a_map(search, terms_needed(search, start, missing, noise), noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)

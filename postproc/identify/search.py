@@ -43,6 +43,11 @@ class Missing:
         """What this data does not tell it from."""
         return (*self.alike, *self.unseen)
 
+    def or_else(self, key: str) -> Missing:
+        """The same, which this data does not tell from a further effect."""
+        unseen = tuple(k for k in self.unseen if k != key)
+        return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
+
 
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.

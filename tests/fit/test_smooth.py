@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,16 @@ def test_the_chosen_strength_is_the_likeliest():
     best = max(np.geomspace(1e-3, 1e3, 601), key=likelihood)
     assert found.strength == pytest.approx(best, rel=0.07)
     assert found.likelihood == pytest.approx(likelihood(found.strength), abs=1e-3)
+
+
+def test_a_function_that_could_take_up_everything_leaves_half_of_the_numbers():
+    """What is as smooth as the penalty expects, without noise: at any strength below it is all as likely."""
+    rng = np.random.default_rng(2)
+    form = JointErrorMap(joint=(1, 2, 3, 4, 5, 6), order=40)
+    columns = 3e4 * rng.normal(size=(150, len(form.vector())))
+    y = columns @ (rng.normal(size=columns.shape[1]) * form.scale() / form.roughness())
+    known = Linear(y, np.zeros((150, 0)), np.arange(150))
+    found = likeliest(known, SimpleNamespace(columns=lambda form, mask: columns), form)
+    own = columns * (form.scale() / form.roughness())
+    value = np.maximum(np.linalg.eigvalsh(own @ own.T), 0.0)
+    assert np.sum(value / (value + found.strength**2)) <= 75

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
+from postproc.identify import lines
 from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
@@ -36,7 +39,7 @@ def _hidden(*shares):
 
 
 @pytest.mark.parametrize(
-    ("shares", "lines", "expected"),
+    ("shares", "waves", "expected"),
     [
         ((_smooth,), [(3, 2), (3, 5)], {"joint_error_map"}),
         ((_line(2, 2), _line(2, 5)), [(3, 2), (3, 5)], {"transmission_error"}),
@@ -44,10 +47,10 @@ def _hidden(*shares):
     ],
     ids=["a smooth function", "two lines", "a smooth function and a line of another joint"],
 )
-def test_lines_give_way_to_a_map_where_it_predicts_better(shares, lines, expected):
+def test_lines_give_way_to_a_map_where_it_predicts_better(shares, waves, expected):
     data, _ = cell(_hidden(*shares), seed=640130, poses=120)
     base = base_fit(data)
-    joint, order = zip(*lines, strict=True)
+    joint, order = zip(*waves, strict=True)
     wave = TransmissionError(joint=joint, order=order)
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
@@ -149,3 +152,41 @@ def test_a_third_line_on_a_joint_that_the_model_has_two_of_is_no_form():
     odds = screen.odds(TransmissionError.key, None)
     joints = {f.effect.joint[-1] for f, p in zip(screen.forms(TransmissionError.key, None), odds, strict=True) if p}
     assert 3 not in joints and 2 in joints
+
+
+def _all_joints(s):
+    g = np.random.default_rng(3)
+    shares = np.zeros((len(s.q), 6))
+    for j in range(6):
+        size, phase = g.normal(size=25) / np.arange(1, 26), g.uniform(0, 6.3, 25)
+        size *= 2.8e-4 / np.linalg.norm(size)
+        shares[:, j] = np.sin(s.q[:, j, None] * np.arange(1, 26) + phase) @ size
+    return shares
+
+
+def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint_by_joint():
+    data, _ = cell(_hidden(_all_joints), seed=640150, poses=60)
+    base = base_fit(data)
+    wave = TransmissionError(joint=(2, 1, 5), order=(3.0, 1.0, 1.0))
+    fit = fit_model(base.model, base.data, [wave])
+    candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 6, 0.0, 1.0, 0.0)
+    search = Search(fit, effect_library(), None, [])
+    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms)], None)
+    assert [m.candidate.key for m in missing] == ["joint_error_map"]
+    assert missing[0].candidate.label.startswith("joints 1, 2, 3, 4, 5 and 6")
+    assert search.fit.held_out_rms < 0.9 * fit.held_out_rms
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_lines_that_predict_no_better_than_a_map_could_as_well_be_one(monkeypatch, better):
+    named = SimpleNamespace(key="transmission_error")
+    told, other = (
+        Missing(named, 1e-5, ("arm_load",), ("joint_error_map",)),
+        Missing(SimpleNamespace(key="backlash"), 1e-5),
+    )
+    trial = lines.Trial(told, np.zeros(2, dtype=bool), named, SimpleNamespace())
+    monkeypatch.setattr(lines, "_trial", lambda search, missing, noise: trial)
+    monkeypatch.setattr(lines, "predicts_better", lambda after, before, errors: better and before is trial.fit)
+    found = lines.perhaps_a_map(SimpleNamespace(fit=None), [told, other], None)
+    assert [m.alike for m in found] == [("arm_load",) if better else ("arm_load", "joint_error_map"), ()]
+    assert [m.unseen for m in found] == [("joint_error_map",) if better else (), ()]
