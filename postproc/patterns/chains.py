@@ -48,7 +48,8 @@ def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: W
     [one], _ = _settled(gram, along, tries, worth, [])
     yield replace(some[one], kind="line", tries=float(tries[one]), finer=None)
     # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
-    for start in (("line", "step"), tuple(kinds)):
+    starts = [("line", "step"), tuple(kinds)] if kinds["step"] else [tuple(kinds)]
+    for start in starts:
         among = np.flatnonzero([p.kind in start for p in some])
         inside = gram[among][:, :, among], along[among], tries[among]
         taken, before = _settled(*inside, worth, _pair(*inside, worth)[:1])

@@ -17,11 +17,11 @@ from tests.independent import unknown_effects as kinds
 WEAR = np.round(np.random.default_rng(3).uniform(0, 10, 1000), 2)
 
 
-def told(law, poses: int = 90) -> list[str]:
+def told(law, poses: int = 90, wear=WEAR) -> list[str]:
     """What is told of joint 2 where it follows a column of the table, and how much of it remains."""
     data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=poses)
     fit = base_fit(data)
-    row, wear = fit.problem.row, WEAR[: len(data)]
+    row, wear = fit.problem.row, wear[: len(data)]
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 4e-4 * law(wear)[row]
     y = moved + np.random.default_rng(1).normal(size=len(row))
     T = np.tile(np.eye(4), (len(wear), 7, 1, 1))
@@ -53,3 +53,8 @@ def test_a_saw_tooth_of_less_than_two_teeth_is_a_line_with_a_jump():
 def test_a_bump_and_a_step_are_neither_more_bumps_nor_more_steps():
     shapes = told(lambda x: np.exp(-0.5 * ((x - 3) / 0.5) ** 2) + 0.8 * (x > 6))
     assert [shape.split()[0] for shape in shapes] == ["bump", "step"]
+
+
+def test_a_column_of_few_values_has_no_edges_and_is_told_all_the_same():
+    """Between six values that lie far apart nothing was measured."""
+    assert told(lambda x: (x - 4) ** 2, wear=np.floor(WEAR * 0.6))[0].startswith("another value at each of")
