@@ -14,6 +14,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source
 from postproc.effects.contract import State
 from postproc.measure.alignment import align
 from postproc.measure.cells import read_cells
+from postproc.measure.clock import going_on
 from postproc.measure.layout import read_column_map
 from postproc.measure.measurements import Measurements
 from postproc.measure.own import row_order
@@ -24,8 +25,6 @@ from postproc.robot.kinematics import forward
 
 NOTHING = ("v", "a", "approach", "payload_mass", "payload_center", "wrench")
 """What a table leaves out where there was none of it (or nobody knows the side); others were not recorded."""
-PAUSE_S = 1.0
-"""Between tables whose clocks were set back: what follows the time goes on, and no record spans them."""
 FEW = 8
 
 
@@ -137,24 +136,13 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
         session=np.concatenate(session).astype(int),
         session_names=every,
         temperature=_shared("temperature_C", [s.temperature for s in states], tables, found),
-        time=_shared("time_s", _going_on([s.time for s in states]), tables, found),
+        time=_shared("time_s", going_on([s.time for s in states]), tables, found),
         channels=channels,
     )
     state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
     if tables[0].tool_known:
         state = state.with_(T_flange_tcp=np.concatenate([s.T_flange_tcp for s in states]))
     return state if state.time is not None else state.with_(channels={**channels, **row_order(state)})
-
-
-def _going_on(times: Sequence[Array | None]) -> list[Array | None]:
-    """Clocks that were set back between tables, as one that goes on."""
-    end, result = -np.inf, []
-    for time in times:
-        if time is not None and len(time):
-            time = time if time.min() > end else time - time.min() + end + PAUSE_S
-            end = float(time.max())
-        result.append(time)
-    return result
 
 
 def _shared(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source
 from postproc.effects.contract import State
+from postproc.measure.clock import FEWEST, evenly, without_restarts
 
 GAP_S = 0.25
 """Rows farther apart in time than this do not belong to one record."""
@@ -20,7 +21,6 @@ FASTEST = 15.0
 """Joint speed [rad/s] that no arm reaches: the times cannot be seconds."""
 STILL = 1e-3
 """Joint speed [rad/s] below which a joint stands; it keeps the side from which it came."""
-FEWEST = 10
 AROUND_S = 0.04
 """Accelerations are taken from the rows so near at least on both sides: rounded angles of 1 kHz tell none from three.
 
@@ -32,16 +32,23 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
     """The state with speeds, accelerations and approach sides, where time-stamped rows are a record of moving joints.
 
     Speeds are differences of second order, one-sided at the ends of a record. Accelerations are those of the parabola
-    through the rows around (Savitzky & Golay 1964). What the table states itself is kept.
+    through the rows around (Savitzky & Golay 1964). What the table states itself is kept. A clock that began anew goes
+    on, and one whose stamps are coarse for rows that come evenly is taken from their count.
     """
     derived = {"joint speeds": state.v, "accelerations": state.a, "approach sides": state.approach}
     lacking = [name for name, channel in derived.items() if channel is None]
     if not {"joint speeds", "accelerations"} & set(lacking) or state.time is None or not np.isfinite(state.q).all():
         return state, []
-    order = np.argsort(state.time, kind="stable")
-    q, time = state.q[order], state.time[order]
+    whole, restarts = without_restarts(state.time)
+    order = np.argsort(whole, kind="stable")
+    q, time = state.q[order], whole[order]
     session = np.zeros(len(q)) if state.session is None else state.session[order]
-    joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & (session[1:] == session[:-1])
+    alike = session[1:] == session[:-1]
+    lines = [(run, evenly(time[run])) for run in _runs((np.diff(time) <= GAP_S) & alike)]
+    counted = [(run, line) for run, line in lines if line is not None]
+    for run, line in counted:
+        time[run] = line
+    joined = (np.diff(time) > 0) & (np.diff(time) <= GAP_S) & alike
     v, known = _speeds(q, time, joined)
     if known.sum() < max(FEWEST, 0.5 * len(q)) or not _moves(q, v, joined):
         return state, []
@@ -52,11 +59,13 @@ def with_motion(state: State, source: Source) -> tuple[State, list[Diagnostic]]:
         f"{int(known.sum())} of {len(q)} rows are a record of the moving arm ({rate:.3g} rows a second): "
         f"{what} are derived from `time_s` and the angles"
     )
+    message += f"; the clock begins anew {restarts} times and goes on" if restarts else ""
+    message += "; it counts the rows, for which its stamps are coarse" if counted else ""
     help_ = "columns v1_deg_s .. and a1_deg_s2 .. from the controller are better, where it records them"
     found = Diagnostic("DAT014", "info", message, source, help=help_)
     approach = _sides(v, joined)[back] if state.approach is None else state.approach
     a = _accelerations(q, time, joined, rate)[back] if state.a is None else state.a
-    return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach), [found]
+    return state.with_(v=v[back] if state.v is None else state.v, a=a, approach=approach, time=time[back]), [found]
 
 
 def is_record(state: State) -> bool:

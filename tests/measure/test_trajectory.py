@@ -68,6 +68,31 @@ def test_a_gap_divides_records():
     assert np.abs(data.state.a).max() < 30
 
 
+def test_a_clock_that_begins_anew_goes_on():
+    """Three runs below each other, each counted from zero: their rows are no neighbours in time."""
+    runs = [swing(start + np.arange(60) / 25) for start in (0.0, 7.0, 11.0)]
+    q, v = (np.vstack(part) for part in zip(*runs, strict=True))
+    data = read_measurements(table(q, np.tile(np.arange(60) / 25, 3)), load_robot("irb4600_60_205"))
+    assert np.degrees(data.state.v) == pytest.approx(v, abs=25)
+    inner = np.flatnonzero(~np.isin(np.arange(180) % 60, (0, 59)))
+    assert np.degrees(data.state.v)[inner] == pytest.approx(v[inner], abs=3)
+    assert (np.diff(data.state.time) > 0).all()
+    assert "the clock begins anew 2 times and goes on" in data.diagnostics[0].message
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02])
+def test_stamps_coarser_than_the_rows_are_counted(step):
+    time = np.arange(200) / 125
+    q, v = swing(time)
+    data = read_measurements(table(q, np.floor(time / step) * step), load_robot("irb4600_60_205"))
+    assert np.degrees(data.state.v) == pytest.approx(v, abs=0.02 * np.abs(v).max())
+    assert "(125 rows a second)" in data.diagnostics[0].message and "it counts the rows" in data.diagnostics[0].message
+    # Where rows were lost they are no count of the time.
+    lost = np.r_[:80, 100:200]
+    data = read_measurements(table(q[lost], np.floor(time[lost] / step) * step), load_robot("irb4600_60_205"))
+    assert not any("it counts the rows" in d.message for d in data.diagnostics)
+
+
 @pytest.mark.parametrize("pause", [0.1, 10.0])
 def test_poses_that_only_follow_each_other_are_at_rest(pause):
     q = poses(60)
