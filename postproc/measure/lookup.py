@@ -22,7 +22,8 @@ UNIT_LENGTH = 1e-2
 """By so much the length of a quaternion may differ from 1."""
 UNIT_OF_FORM = {"wxyz": "1", "xyzw": "1", "rotvec": "rad"}
 """Units of orientations that state none; others are in degrees."""
-STAMPS = frozenset({"time", "timestamp", "time stamp", "time_stamp", "datetime", "date time", "date_time"})
+ENGLISH = {"time", "timestamp", "time_stamp", "datetime", "date_time"}
+STAMPS = ENGLISH | {"zeit", "uhrzeit", "zeitstempel", "heure", "horodatage", "hora", "ora"}
 
 
 class Table:
@@ -48,7 +49,9 @@ class Table:
         found = names.recognised(header, units)
         taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
-            stamped = [theirs for theirs in header if theirs.lower() in STAMPS and theirs not in mapped]
+            stamped = [
+                theirs for theirs in header if theirs.lower().replace(" ", "_") in STAMPS and theirs not in mapped
+            ]
             if stamped and self._stamps(stamped[0]) is not None:
                 taken["time_s"] = MappedColumn(stamped[0], "s")
         if taken:

@@ -128,10 +128,11 @@ def with_columns(names, cells) -> bytes:
         ("time_s", lambda s: f"2026-03-12T14:{s // 60:02d}:{s % 60:02d}.5"),
         ("time_s", lambda s: f"2026-03-12 14:{s // 60:02d}:{s % 60:02d}+01:00"),
         ("Timestamp", lambda s: f"12.03.2026 14:{s // 60:02d}:{s % 60:02d}"),
+        ("Zeit", lambda s: f"14:{s // 60:02d}:{s % 60:02d}"),
         ("date time", lambda s: f"3/12/2026 2:{s // 60:02d}:{s % 60:02d} PM"),
         ("time", lambda s: f"{(23 + (s + 3500) // 3600) % 24:02d}:{(s + 3500) // 60 % 60:02d}:{(s + 3500) % 60:02d}"),
     ],
-    ids=["ISO", "zone", "points", "slashes", "over midnight"],
+    ids=["ISO", "zone", "points", "German", "slashes", "over midnight"],
 )
 def test_time_stamps_become_seconds(name, stamp):
     found = read(with_columns(name, [stamp(17 * i) for i in range(len(Q))]))
