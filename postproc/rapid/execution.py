@@ -6,13 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
-from postproc.rapid.assign import forget, store
+from postproc.rapid.accessor import Accessor
+from postproc.rapid.assign import forget
 from postproc.rapid.calls import bound_frame
-from postproc.rapid.changes import READ_ONLY, STATE, Changes, argument_name
+from postproc.rapid.changes import READ_ONLY, STATE, Changes
 from postproc.rapid.declared import Declared
-from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import FOUND
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.memory import Frame, Memory, Reference
 from postproc.rapid.missing import undeclared
 from postproc.rapid.motion import Piece, read_arguments
@@ -22,12 +21,11 @@ from postproc.rapid.signatures import MOVE, meant_instruction
 from postproc.rapid.state import run_state_instruction
 from postproc.rapid.steps import EventMaker
 from postproc.rapid.syntax import Routine, Statement
-from postproc.rapid.trees import Call, Expression
+from postproc.rapid.trees import Call
 from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_CALLS = 30  # depth
 MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
-MAX_TREES = 5_000  # expressions kept for the next time they are executed
 
 
 class Execution(ABC):
@@ -56,7 +54,7 @@ class Execution(ABC):
         # Long programs may take more steps.
         self.steps = -10 * len(program.statements)
         self.depth = 0
-        self.trees: dict[tuple[str, Span], Expression] = {}
+        self.data = Accessor()
 
     def exhausted(self, source: Source) -> bool:
         """Whether no more turns and calls are followed; the first time this is reported."""
@@ -70,46 +68,6 @@ class Execution(ABC):
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
         """Run a routine's body; what it returns."""
 
-    def tree(self, span: Span, memory: Memory) -> Expression:
-        """The expression at a span of the present routine's file.
-
-        Raises:
-            NotKnown: it cannot be read.
-        """
-        source = memory.frame.routine.source
-        tree = self.trees.get((source.path, span))
-        if tree is None:
-            try:
-                tree = read_whole_expression(source.data, *span)
-            except ExpressionError as error:
-                raise NotKnown(f"the expression cannot be read: {error}") from error
-            if len(self.trees) < MAX_TREES:
-                self.trees[source.path, span] = tree
-        return tree
-
-    def value(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span.
-
-        Raises:
-            NotKnown: the text alone does not give it.
-        """
-        return evaluate(self.tree(span, memory), memory).data
-
-    def value_or_not(self, span: Span, memory: Memory) -> Data:
-        try:
-            return self.value(span, memory)
-        except NotKnown as error:
-            return error
-
-    def assign(self, target: Span, data: Data, memory: Memory) -> None:
-        try:
-            store(self.tree(target, memory), data, memory)
-        except NotKnown:
-            name = argument_name(memory.frame.routine.source.data, target)
-            declaration = memory.find(name)
-            keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
-            forget(memory, keys, "is not certain here")
-
     def call(self, statement: Statement, memory: Memory) -> None:
         source = memory.frame.routine.source
         motion = self.program.motion(source, statement)
@@ -117,7 +75,7 @@ class Execution(ABC):
             self.steps += self.recorder.move(motion, memory, self.conditional > 0)
             found = motion.argument("found")
             if found is not None:
-                self.assign(found.span, NotKnown(f"`{found.text}` {FOUND}"), memory)
+                self.data.assign(found.span, NotKnown(f"`{found.text}` {FOUND}"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
         if word == "%":
@@ -133,10 +91,10 @@ class Execution(ABC):
             self.call_routine(routine, pieces, memory)
             self.recorder.supposed = supposed
         elif word in STATE:
-            run_state_instruction(word, pieces, memory, lambda span: self.value(span, memory))
+            run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
             self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
-            self.count(word, pieces, memory)
+            self.data.count(word, pieces, memory)
         elif word not in READ_ONLY:
             name = source.data[statement.span[0] : start].decode("latin-1")
             forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
@@ -159,7 +117,7 @@ class Execution(ABC):
         """Routine named by ``%text%`` and where its arguments begin; no name if only the running program knows."""
         data = memory.frame.routine.source.data
         close = data.find(b"%", statement.span[0] + 1, statement.span[1])
-        name = self.value_or_not((statement.span[0] + 1, close), memory)
+        name = self.data.value_or_not((statement.span[0] + 1, close), memory)
         word = name.split(":")[-1].strip().lower() if isinstance(name, str) else ""
         if not word or self.program.routine(word, memory.frame.routine.module) is None:
             forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
@@ -172,7 +130,7 @@ class Execution(ABC):
         return word, close + 1
 
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | NotKnown | None:
-        frame = bound_frame(routine, pieces, memory, self.tree)
+        frame = bound_frame(routine, pieces, memory, self.data.tree)
         if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
             forget(memory, keys, "is changed in a routine that is not followed here")
@@ -212,19 +170,6 @@ class Execution(ABC):
         if isinstance(result, Value):
             return Value(result.data, routine.type)
         raise result if isinstance(result, NotKnown) else NotKnown(f"`{call.name}` gives no known value")
-
-    def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
-        """Incr, Decr, Add and Clear."""
-        if not pieces:
-            return
-        now = self.value_or_not(pieces[0][1], memory)
-        more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
-        data: Data = NotKnown("a counter has no certain value here")
-        if word == "clear":
-            data = 0.0
-        elif isinstance(now, float) and isinstance(more, float):
-            data = now - more if word == "decr" else now + more
-        self.assign(pieces[0][1], data, memory)
 
     def report_once(
         self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str

@@ -55,7 +55,7 @@ class Flow(Loops):
             case "call":
                 self.call(statement, memory)
             case "assign":
-                self.assign(statement.parts[0], self.value_or_not(statement.parts[1], memory), memory)
+                self.data.assign(statement.parts[0], self.data.value_or_not(statement.parts[1], memory), memory)
             case "if" | "test":
                 return self.branches(statement, memory)
             case "for":
@@ -119,7 +119,7 @@ class Flow(Loops):
         verdict: bool | None = False
         for condition in conditions:
             try:
-                if self.value(statement.parts[0], memory) == self.value(condition, memory):
+                if self.data.value(statement.parts[0], memory) == self.data.value(condition, memory):
                     return True
             except NotKnown:
                 verdict = None
@@ -141,7 +141,7 @@ class Flow(Loops):
             return
         value: Value | NotKnown
         try:
-            value = evaluate(self.tree(span, memory), memory)
+            value = evaluate(self.data.tree(span, memory), memory)
         except NotKnown as error:
             value = error
         if self.returned is not None:  # another way returns too

@@ -27,12 +27,12 @@ class Loops(Execution):
         """Run statements; whether the end of them is reached."""
 
     def truth(self, condition: Span, memory: Memory) -> bool | None:
-        data = self.value_or_not(condition, memory)
+        data = self.data.value_or_not(condition, memory)
         return data if isinstance(data, bool) else None
 
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
         hidden = memory.frame.bindings.get(loop.word)
-        bounds = [self.value_or_not(span, memory) for span in loop.parts]
+        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
         turns, step = MAX_TURNS + 1, 1.0
         if all(isinstance(bound, float) for bound in bounds):
             step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
@@ -78,7 +78,7 @@ class Loops(Execution):
     def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
         """Whether the loop itself changes what its condition depends on."""
         try:
-            names = names_in(self.tree(condition, memory))
+            names = names_in(self.data.tree(condition, memory))
         except NotKnown:
             return False
         found = (memory.find(name) for name in names)

@@ -1,0 +1,77 @@
+"""Data read and written by the text of the routine that runs: expressions evaluated, assignments, counters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from postproc.diagnostics import Span
+from postproc.rapid.assign import forget, store
+from postproc.rapid.changes import argument_name
+from postproc.rapid.evaluate import evaluate
+from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.memory import Memory
+from postproc.rapid.motion import Piece
+from postproc.rapid.trees import Expression
+from postproc.rapid.values import Data, NotKnown
+
+MAX_TREES = 5_000  # expressions kept for the next time they are executed
+
+
+class Accessor:
+    """Reads and writes data by spans of the present routine's file; trees of expressions are kept."""
+
+    def __init__(self) -> None:
+        self.trees: dict[tuple[str, Span], Expression] = {}
+
+    def tree(self, span: Span, memory: Memory) -> Expression:
+        """The expression at a span of the present routine's file.
+
+        Raises:
+            NotKnown: it cannot be read.
+        """
+        source = memory.frame.routine.source
+        tree = self.trees.get((source.path, span))
+        if tree is None:
+            try:
+                tree = read_whole_expression(source.data, *span)
+            except ExpressionError as error:
+                raise NotKnown(f"the expression cannot be read: {error}") from error
+            if len(self.trees) < MAX_TREES:
+                self.trees[source.path, span] = tree
+        return tree
+
+    def value(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span.
+
+        Raises:
+            NotKnown: the text alone does not give it.
+        """
+        return evaluate(self.tree(span, memory), memory).data
+
+    def value_or_not(self, span: Span, memory: Memory) -> Data:
+        try:
+            return self.value(span, memory)
+        except NotKnown as error:
+            return error
+
+    def assign(self, target: Span, data: Data, memory: Memory) -> None:
+        try:
+            store(self.tree(target, memory), data, memory)
+        except NotKnown:
+            name = argument_name(memory.frame.routine.source.data, target)
+            declaration = memory.find(name)
+            keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
+            forget(memory, keys, "is not certain here")
+
+    def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
+        """Incr, Decr, Add and Clear."""
+        if not pieces:
+            return
+        now = self.value_or_not(pieces[0][1], memory)
+        more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
+        data: Data = NotKnown("a counter has no certain value here")
+        if word == "clear":
+            data = 0.0
+        elif isinstance(now, float) and isinstance(more, float):
+            data = now - more if word == "decr" else now + more
+        self.assign(pieces[0][1], data, memory)
