@@ -169,7 +169,7 @@ class Tried:
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:
         """What a pattern would be worth if it took so many times as much off, for so many more that are tried."""
         seen = self._seen(one.where)
-        most = min(times * one.fall, max(one.fall, above(self.linear)))
+        most = min(times * one.fall, 0.99 * seen.linear.square)
         price = tries * odds(one.pattern, self.every.kinds)
         return float(_worth(seen.linear.square, most, seen.count, seen.linear.freedom, price))
 
