@@ -93,24 +93,11 @@ def invert_model(model: Model, motion: Motion) -> Exact:
     if len(lit):
         begin = samples.start[lit + 1]
         T_flange[lit], q_goal[lit] = samples.mounts_at(begin).flange(T_work_tcp[begin]), q[begin]
-    lone = np.array([i for i, m in enumerate(samples.moves) if lights_arc(m) and (i + 1 == len(first) or first[i + 1])])
-    if len(lone) and motion.options.force_on == "arc":  # what comes behind it is not known, but that the arc burns
-        rows = samples.goal[lone]
-        mounts, wanted = samples.mounts_at(rows), samples.T_work_tcp[rows]
-        state = motion.at(rows)
-        burning = state.with_(wrench=np.tile([*motion.options.force, *motion.options.moment], (len(rows), 1)))
-        commanded = command(model, burning, mounts.base_tcp(wanted))
-        T_flange[lone], q_goal[lone] = mounts.flange(mounts.seen(commanded.T_base_tcp, wanted)), commanded.q
     for i, move in enumerate(samples.moves):
         if move.kind == "absjoint":
             T_flange[i], q_goal[i] = forward(model.robot, move.q[None])[0], move.q
     _stand_again(samples, T_flange, q_goal)
     return Exact(T_work_tcp, q, T_flange, q_goal)
-
-
-def lights_arc(move: Move) -> bool:
-    """Whether the arc is lit at the goal of a move."""
-    return move.event.weld is not None and move.event.weld.phase == "start"
 
 
 def _stand_again(samples: Samples, T_flange: Array, q_goal: Array) -> None:
@@ -133,8 +120,6 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
         T_target = mount.work(forward(model.robot, move.q[None]))
         T_flange[i] = mount.flange(_shifted(T_target, shift[None]))[0]
         q_goal[i] = move.q
-        if shift.any():
-            q_goal[i] += mount.joints_by_shift(model.robot, move.q[None], T_target)[0] @ shift
     _stand_again(samples, T_flange, q_goal)
     return Exact(exact.T_work_tcp, exact.q, T_flange, q_goal)
 

@@ -36,7 +36,6 @@ from postproc.rapid.records import Pose, RobTarget
 
 DIFFERENT = "it runs several times and each time needs another correction"
 WAYS = "the arm comes to it by several ways and each needs another correction"
-CROSSING = "the correction carries a joint over a quadrant in some of its runs: one configuration does not serve all"
 LENT = "it stands in a file that is only read along"
 ELSEWHERE = "it also runs with other targets, on ways that are not followed"
 FOLLOWS = "it follows the target that it is derived from"
@@ -159,8 +158,6 @@ def _refuse(
             refused[key] = LENT
         elif not agree(group) and (key not in complete or _displaced(group, least) is None):
             refused[key] = WAYS if any(w.event.way for w in group) and one_target(group) else DIFFERENT
-            if len({w.value.robconf for w in group}) > len({w.target.robconf for w in group}):
-                refused[key] = CROSSING
         elif key in astray or any(w.event.elsewhere for w in group):
             refused[key] = ELSEWHERE
     return refused, following
@@ -179,7 +176,7 @@ def _displaced(group: Sequence[Wish], least: float) -> Change | None:
         target = wish.target
         shifts.append(np.subtract(wish.value.pose.trans, target.trans))
         kept = replace(wish.value, pose=Pose(wish.value.pose.trans, target.rot), robconf=target.robconf)
-        turned = replace(group[0].value, pose=Pose(wish.value.pose.trans, group[0].value.pose.rot))
+        turned = replace(wish.value, pose=Pose(wish.value.pose.trans, group[0].value.pose.rot))
         if not same_value(wish.value, kept if base is None else turned):
             return None  # Offs does not turn
     for finest in (least, SAME_MM / 2):  # with fewer numbers if that will do

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
-from postproc.fit.problem import Problem
+from postproc.fit.problem import Problem, Weights
 from postproc.fit.step import Masks
 from postproc.identify.forms import Form, Forms, forms_of, is_sum
 
@@ -62,17 +62,42 @@ class Candidate:
         return self.forming > 0 or type(self.effect).load is not Effect.load
 
 
+LIKE = 0.01
+"""Share by which weights may differ and are still the same."""
+
+
 @dataclass
 class Stock:
     """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
 
     Args:
+        weights: with which it is whitened; those of orientations follow what a fit leaves of them.
         forms: of every effect where the model has nothing of it, by its key and what the model has that they depend on;
             by_load: (n, r, 6) whitened displacement by a unit of every load, for some springs and number of poses.
     """
 
+    weights: Weights | None = None
     forms: dict[tuple[str, ...], Forms] = field(default_factory=dict)
     by_load: dict[Hashable, Array] = field(default_factory=dict)
+
+    def at(self, weights: Weights) -> Stock:
+        """The same with other weights; nothing of it where rows are used that were not, or numbers are mixed."""
+        old, new = self.weights, weights
+        if old is None:
+            return Stock(new)
+        if not np.array_equal(old.used, new.used):
+            return Stock(new)
+        ratio = new.values[new.used] / old.values[old.used]
+        if old.turn is None or new.turn is None:
+            mixed = old.turn is not new.turn
+        else:
+            mixed = not np.allclose(old.turn, new.turn, atol=LIKE)
+        if not mixed and np.abs(ratio - 1).max(initial=0.0) < LIKE:
+            return self
+        if mixed or new.turn is not None:
+            return Stock(new)
+        forms = {key: Forms(form.times(ratio) for form in some) for key, some in self.forms.items()}
+        return Stock(new, forms)
 
 
 @dataclass

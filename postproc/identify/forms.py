@@ -41,6 +41,11 @@ class Form:
     odds: float = 1.0
     sign: int = 0
 
+    def times(self, ratio: Array) -> Form:
+        """The same with (N,) rows of its columns as many times as large."""
+        along = None if self.along is None else self.along * ratio[:, None]
+        return replace(self, columns=self.columns * ratio[:, None], along=along)
+
     def beside(self, effect: Effect) -> Form:
         """A term of a sum after those of an effect: it moves the arm as it does alone."""
         whole = effect.plus(self.effect)

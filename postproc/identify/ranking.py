@@ -35,8 +35,10 @@ class Search:
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        stock = self.cache.setdefault(self.fit.problem.weights.used.tobytes(), Stock())
-        return Screen(self.fit.problem, self.classes, self.fit.free, stock)
+        weights = self.fit.problem.weights
+        used = weights.used.tobytes()
+        self.cache[used] = self.cache.get(used, Stock()).at(weights)
+        return Screen(self.fit.problem, self.classes, self.fit.free, self.cache[used])
 
     def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""

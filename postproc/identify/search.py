@@ -12,7 +12,7 @@ from postproc.fit.worth import schwarz
 from postproc.identify.alike import CLOSE, confusable
 from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, predicts_better, refit
-from postproc.identify.ranking import Search, ranking
+from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
@@ -58,12 +58,35 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """
     named = replace(search, outside=[])
     missing, fork = _select(named, first, [], True)
+    named, missing = _plainer(search, first, named, missing)
     if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
         other, _ = _select(fork.search, ranking(fork.search), fork.missing, False)
         if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing) + CLOSE:
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
+
+
+def _plainer(
+    search: Search, first: list[Candidate], named: Search, missing: list[Missing]
+) -> tuple[Search, list[Missing]]:
+    """A finished search, or the one without what it took first where that can take the shape of plainer effects.
+
+    Both ends of a hose and its slack are eight numbers: where another name came near it, the search is made without it,
+    too, and the whole that is worth more stays.
+    """
+    key = missing[0].candidate.key if missing and missing[0].candidate.far else ""
+    best = next((c.evidence for c in first if c.key == key), np.inf)
+    others = [c for c in first if c.key != key]
+    if not any(c.evidence > NEAR * best for c in others):
+        return named, missing
+    rest = replace(search, outside=[], classes={k: c for k, c in search.classes.items() if k != key})
+    plain, _ = _select(rest, others, [], True)
+    before = search.fit.linear
+    if not plain or _worth(before, rest, plain) <= _worth(before, named, missing):
+        return named, missing
+    rest.classes = named.classes
+    return rest, plain
 
 
 def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:

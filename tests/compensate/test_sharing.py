@@ -7,7 +7,6 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.decisions import CROSSING
 from postproc.compensate.outcomes import SHARED
 from postproc.compensate.sharing import straight
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
@@ -398,16 +397,3 @@ def test_a_circle_point_leaves_the_array_that_it_names_to_the_others() -> None:
     assert found.report["max_error_after_mm"] <= 0.01
     assert re.search(r"MoveC \[\[.*\]\],pa\{1\},", written(found))
     assert independent(text, found).after <= 0.01
-
-
-def test_runs_that_need_different_configurations_share_none() -> None:
-    """Joint 1 passes its quadrant by the correction in one run, which one text cannot say: its statement stays."""
-    data = f"CONST robtarget a:={target(1300, -300)};\nCONST robtarget b:={target(1300, 48.7)};"
-    seam = "PROC seam()\nMoveL a,v100,fine,tT;\nMoveL b,v100,fine,tT;\nENDPROC\n"
-    body = f"MoveJ {target(1300, -300, 760)},v100,fine,tT;\nseam;\nPDispSet [[0,-60,0],[1,0,0,0]];\nseam;\nPDispOff;"
-    found = convert(module(data, body, seam), force=(0.0, -600.0, 0.0))
-    assert [o.status for o in found.outcomes] == ["compensated", "compensated", "skipped"]
-    assert found.outcomes[2].reason == CROSSING
-    alone = convert(module(data, body.partition("PDispSet")[0], seam), force=(0.0, -600.0, 0.0))
-    assert [o.status for o in alone.outcomes] == ["compensated"] * 3
-    assert "[0,0,-1,0]" in written(alone)

@@ -12,7 +12,7 @@ from postproc.compensate.correction import BEFORE_TARGET, FROM_START, commanded_
 from postproc.compensate.outcomes import SHARED
 from postproc.convert import Conversion
 from postproc.rapid.pose import quat_mult
-from tests.compensate.build import arm, body_of, codes, convert, events, independent, module, target, written
+from tests.compensate.build import arm, codes, convert, events, independent, module, target, written
 
 SEAM = "v100,sm,wd,{zone},tT"
 TEXT = module(
@@ -214,17 +214,3 @@ def test_a_jump_of_the_load_stays_one_where_runs_share_their_targets() -> None:
     told = {d.span: d for d in found.diagnostics if d.code == "CMP007"}
     assert {found.outcomes[1].statement.span, found.outcomes[4].statement.span} <= told.keys()
     assert not any(d.help == SHARED for d in found.diagnostics if d.code == "CMP006")
-
-
-def test_the_arc_is_lit_whatever_comes_behind() -> None:
-    """Where the seam goes only the running program knows; that the arc pushes at its start is known."""
-    start = (
-        f"MoveL {target(1350, -480, 800)},v200,z10,tT;\nArcLStart {target(1350, -480)},{SEAM.format(zone='fine')};\n"
-    )
-    known = convert(module("", start + f"ArcLEnd {target(1350, -350)},{SEAM.format(zone='fine')};"), force_on="arc")
-    blind = convert(module("", start + f"ArcLEnd CRobT(),{SEAM.format(zone='fine')};"), force_on="arc")
-    assert known.outcomes[1].shift_mm == blind.outcomes[1].shift_mm
-    assert (blind.outcomes[1].residual_mm or 0.0) > 0.3  # before the arc is lit
-    assert "CMP006" not in codes(blind)
-    lit = [[line for line in body_of(written(c)) if line.startswith("ArcLStart")] for c in (known, blind)]
-    assert lit[0] == lit[1] and len(lit[0]) == 1

@@ -20,11 +20,13 @@ from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
+from postproc.fit.problem import Weights
 from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
 from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
+from postproc.identify.forms import forms_of
 from postproc.identify.judgement import _by_block, convincing, impossible, judged, predicts_better, refit
 from postproc.identify.ranking import Search
 from postproc.identify.selection import compose
@@ -245,6 +247,26 @@ def test_what_follows_loads_is_asked_anew_beside_a_further_load_and_nothing_else
     beside = replace(search, fit=loaded)
     same = {key: search.screen().forms(key, None) is beside.screen().forms(key, None) for key in search.classes}
     assert same == {"nonlinear_compliance": False, "backlash": True, "payload_error": True}
+
+
+def test_forms_follow_the_weights_of_the_present_fit():
+    """Orientations weigh by what a fit leaves of them: what was whitened for a worse fit is not what it was."""
+    data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
+    base = base_fit(data)
+    search = Search(base, {Backlash.key: Backlash}, None, [])
+    first = search.screen().forms(Backlash.key, None)
+    values = base.problem.weights.values
+    heavier = Weights(values * [1.0, 2.0, 3.0])
+    beside = replace(search, fit=replace(base, problem=base.problem.weighted(heavier)))
+    found = beside.screen().forms(Backlash.key, None)
+    for one, other in zip(found, forms_of(base.problem.weighted(heavier), Backlash), strict=True):
+        assert one.columns == pytest.approx(other.columns, rel=1e-12)
+    alike = replace(search, fit=replace(base, problem=base.problem.weighted(Weights(values * 1.001))))
+    assert search.screen().forms(Backlash.key, None) is not first
+    assert alike.screen().forms(Backlash.key, None) is search.screen().forms(Backlash.key, None)
+    fewer = Weights(np.where(np.arange(len(values))[:, None] == 3, 0.0, values))
+    less = replace(search, fit=replace(base, problem=base.problem.weighted(fewer)))
+    assert less.screen().forms(Backlash.key, None)[0].columns.shape[0] == first[0].columns.shape[0] - 3
 
 
 def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():

@@ -38,7 +38,9 @@ class Table(Search):
 def begin(monkeypatch):
     def ranking(search):
         some = search.worth.get(search.now(), {})
-        found = [SimpleNamespace(key=k, evidence=v) for k, v in some.items() if not k.startswith("joint")]
+        found = [
+            SimpleNamespace(key=k, evidence=v, far=k == "hose") for k, v in some.items() if not k.startswith("joint")
+        ]
         return sorted(found, key=lambda c: -c.evidence)
 
     def take(search, best, ranked):
@@ -113,6 +115,17 @@ def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
         "casting joint-3": {"joint total": 2.0},
     }
     assert begin(table) == (["casting", "line"], [])
+
+
+@pytest.mark.parametrize(("near", "together"), [(340.0, 377.0), (340.0, 350.0), (300.0, 377.0)])
+def test_a_hose_gives_way_to_plainer_names_that_came_near_it_and_are_worth_more_together(begin, near, together):
+    table = {
+        "": {"hose": 360.0, "wind-up": near},
+        "hose": {"joint total": 363.0},
+        "wind-up": {"line": 110.0},
+        "wind-up line": {"joint total": together},
+    }
+    assert begin(table) == ((["line", "wind-up"] if (near, together) == (340.0, 377.0) else ["hose"]), [])
 
 
 def test_a_name_that_was_refused_is_asked_again_once_another_is_in(begin):
