@@ -148,6 +148,8 @@ class Screen:
             return [form.odds for form in forms]
         mapped = getattr(self.problem.model.effect("joint_error_map"), "joint", ())
         joint, order = getattr(there, "joint", ()), getattr(there, "order", ())
+        if len(joint) < 2 and not mapped:
+            return [form.odds for form in forms]  # two lines are never many
         lines = ((f.odds, getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
         return [odds * (not _broadband((*joint, *j), (*order, *n), mapped)) for odds, j, n in lines]
 

@@ -77,8 +77,10 @@ def _prices(odds: Sequence[float]) -> list[float]:
     A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
     best of many is good by chance (Davies 1987).
     """
-    total = sum(odds)
-    return [2 * float(np.log(total / one)) if one else np.inf for one in odds]
+    each = np.array(odds, dtype=float)
+    with np.errstate(divide="ignore"):
+        prices: list[float] = (2 * (np.log(max(each.sum(), 1e-300)) - np.log(each))).tolist()
+    return prices
 
 
 def _starts(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
