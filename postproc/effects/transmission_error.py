@@ -69,6 +69,7 @@ class TransmissionError(
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
     """One more term, which alone is screened."""
-    new = old.plus(TransmissionError(joint=(joint,), order=(order,)))
+    term = TransmissionError(joint=(joint,), order=(order,))
+    new = old.plus(term) if old.joint else term
     last = np.tile(np.arange(len(new.order)) == len(old.order), 2)
     return variant(new, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)
