@@ -18,6 +18,8 @@ from postproc.patterns.signals import Signal
 
 MOST = 5
 """Shapes side by side, at most."""
+OWN = 2
+"""The same of a joint by its own angle: more than a pair is the free function that the library has, but for slips."""
 COLUMNS = 600
 """Columns of all shapes of a signal at a place, at most."""
 PAIRED = 150
@@ -31,13 +33,16 @@ Worth = Callable[[Array, int, Array], Array]
 """Of what shapes take off the sum of squares with so many parameters, for so many that were tried."""
 
 
-def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: Worth) -> Iterator[Pattern]:
+def chains(
+    problem: Problem, seen: Place, moves: Array, signal: Signal, worth: Worth, own: bool = False
+) -> Iterator[Pattern]:
     """The best shape of a signal at a place, two, three .., each of them better than any other beside the others.
 
     Each pays for all that it was chosen from, and their order is nothing: n! chains are one.
 
     Args:
         seen, moves: the place as the data sees it, and how the prediction moves with it (n, r, m).
+        own: whether it is a joint, by its own angle.
     """
     some = abrupt(signal, COLUMNS // seen.count)
     kinds = Counter(p.kind for p in some)
@@ -50,13 +55,14 @@ def chains(problem: Problem, seen: Place, moves: Array, signal: Signal, worth: W
     # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
     starts = [("line", "step"), tuple(kinds)] if kinds["step"] else [tuple(kinds)]
     for start in starts:
+        most = OWN if own and len(start) == len(kinds) else MOST
         among = np.flatnonzero([p.kind in start for p in some])
         inside = gram[among][:, :, among], along[among], tries[among]
         taken, before = _settled(*inside, worth, _pair(*inside, worth)[:1])
         while True:
             shapes = _closer(problem, seen, moves, [some[k] for k in among[taken]])
             yield side_by_side(shapes, float(np.prod(tries[among[taken]])) / factorial(len(taken)))
-            if len(taken) == MOST:
+            if len(taken) == most:
                 break
             taken, reached = _settled(*inside, worth, taken)
             if reached < before:

@@ -197,7 +197,8 @@ class Tried:
         def worth(falls: Array, count: int, tries: Array) -> Array:
             return _worth(seen.linear.square, falls, count, seen.linear.freedom, tries)
 
-        some = chains(self.problem, seen, self.moves[where], signal, worth)
+        own = (where,) == tuple(f"joint {name[1:]}" for name in signal.names)
+        some = chains(self.problem, seen, self.moves[where], signal, worth, own)
         return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
 
     def _channels(self, ranked: Sequence[Found]) -> list[tuple[Found, Signal]]:
