@@ -6,6 +6,7 @@ from pathlib import Path
 
 from postproc.cli.conversion import ConvertOptions, unmeasured
 from postproc.cli.finish import finish
+from postproc.cli.inputs import STDIN
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file
@@ -39,6 +40,11 @@ def run(
     from postproc.convert import compensate_program
     from postproc.report.compensation import compensation_page
 
+    if in_place and program == STDIN:
+        text = "`--in-place` writes over a file, and the program comes from stdin"
+        raise PostprocError(
+            Diagnostic("CLI007", "error", text, help="name the result with `-o`, or leave it to stdout")
+        )
     source = read_program_file(program)
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"

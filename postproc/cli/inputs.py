@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from postproc.model.arm import Model
     from postproc.robot.arm import Robot
 
+STDIN = "<stdin>"
+
 
 def read_source(name: str, lent: bool = False) -> Source:
-    """The bytes of a file; ``-`` is stdin.
+    """The bytes of a file; ``-`` on the command line is stdin.
 
     Args:
         lent: it is read along with others and never changed.
@@ -27,8 +29,8 @@ def read_source(name: str, lent: bool = False) -> Source:
     Raises:
         PostprocError: no such file (CLI002), a folder (CLI003), not readable (CLI004), empty (CLI005).
     """
-    if name == "-":
-        source = Source("<stdin>", sys.stdin.buffer.read(), lent)
+    if name == STDIN:
+        source = Source(name, sys.stdin.buffer.read(), lent)
     else:
         source = Source(name, _read(name), lent)
     if not source.data.strip():

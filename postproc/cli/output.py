@@ -21,7 +21,7 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
     """Refuse outputs before anything is done.
 
     Args:
-        inputs: names of the files that are read; None and ``-`` are none.
+        inputs: names of the files that are read; None and stdin are none.
         outputs: files that will be written; None is none.
 
     Raises:

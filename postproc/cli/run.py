@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from postproc.cli.inputs import STDIN
 from postproc.cli.report import print_json, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -23,6 +24,8 @@ MISTAKES = {
     r"(?i)nothing takes .*\.(prg|modx?|sysx?)`": "`--with FILE` reads a second module, `postproc batch` takes several",
 }
 """What is commonly meant by words that no command takes."""
+OUTPUTS = ("-o", "--output", "--report", "--draft", "--rapid")
+"""Options that name a file to write: ``-`` is none."""
 SPACE = "make space, or write elsewhere"
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
@@ -61,8 +64,11 @@ def _call(app: App, arguments: Sequence[str]) -> object:
     from cyclopts import CycloptsError
     from cyclopts.exceptions import UnusedCliTokensError
 
+    # A lone hyphen looks like an option to cyclopts (5.4), wherever it stands.
+    before = ("", *arguments)
+    words = [STDIN if a == "-" and b not in OUTPUTS else a for a, b in zip(arguments, before, strict=False)]
     try:
-        return app(arguments)
+        return app(words)
     except CycloptsError as error:
         text = " ".join(str(error).split())
         if isinstance(error, UnusedCliTokensError):

@@ -250,8 +250,8 @@ def test_the_input_is_never_the_output(tmp_path: Path) -> None:
         with pytest.raises(PostprocError, match="CLI007"):
             check_outputs(("table.csv", None, str(program)), None, output)
     with pytest.raises(PostprocError, match="CLI007"):
-        check_outputs(("-",), tmp_path / "q.mod", tmp_path / "q.mod")
-    check_outputs((str(program), "-"), None, tmp_path / "q.mod", tmp_path / "q.html")
+        check_outputs(("<stdin>",), tmp_path / "q.mod", tmp_path / "q.mod")
+    check_outputs((str(program), "<stdin>"), None, tmp_path / "q.mod", tmp_path / "q.html")
 
 
 def test_in_place_needs_no_output(call: Call, samples: Path, tmp_path: Path) -> None:
@@ -362,3 +362,20 @@ def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.Captur
     assert finishing(b"a\n", b"b\n", target, "json") == (0, b"")
     assert target.read_bytes() == b"b\n"
     assert finishing(b"a\n", b"b\n", target, "check") == (0, b"")
+
+
+@pytest.mark.parametrize("words", (["inspect", "-"], ["compensate", "-", "--check"], ["diff", "{name}", "-"]))
+def test_a_hyphen_reads_stdin(words: list[str], samples: Path) -> None:
+    program = samples / "paper_case.mod"
+    command = [sys.executable, "-m", "postproc", *(word.format(name=program) for word in words)]
+    process = subprocess.run(command, input=program.read_bytes(), capture_output=True, check=False, cwd=samples.parent)
+    assert process.returncode == (1 if "--check" in words else 0), process.stderr
+    assert b"CLI" not in process.stderr
+
+
+def test_stdin_is_no_file_to_write_over(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = call("compensate", "-", "--in-place")
+    assert found.code == 2
+    assert "CLI007" in found.err
+    assert not list(tmp_path.iterdir())
