@@ -58,16 +58,16 @@ def chains(
         most = OWN if own and len(start) == len(kinds) else MOST
         among = np.flatnonzero([p.kind in start for p in some])
         inside = gram[among][:, :, among], along[among], tries[among]
-        taken, before = _settled(*inside, worth, _pair(*inside, worth)[:1])
-        while True:
+        grown = [_settled(*inside, worth, _pair(*inside, worth)[:1])]
+        while len(grown[-1][0]) < most:
+            longer = _settled(*inside, worth, grown[-1][0])
+            if longer[1] < grown[-1][1]:
+                break
+            grown.append(longer)
+        # Moved closer, a shape less may do.
+        for taken, _ in grown[-2:]:
             shapes = _closer(problem, seen, moves, [some[k] for k in among[taken]])
             yield side_by_side(shapes, float(np.prod(tries[among[taken]])) / factorial(len(taken)))
-            if len(taken) == most:
-                break
-            taken, reached = _settled(*inside, worth, taken)
-            if reached < before:
-                break
-            before = reached
 
 
 def _products(problem: Problem, seen: Place, moves: Array, some: list[Pattern]) -> tuple[Array, Array]:
@@ -131,11 +131,15 @@ def _falls(gram: Array, along: Array, others: list[int]) -> Array:
 
 def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) -> list[Pattern]:
     """Each where it tells most beside the others, and still what it is."""
+    still = 0
     for _ in range(ROUNDS * len(shapes)):
         first, *others = shapes
         near = [first, *(p for p in sharper(first) if p.form == first.form)]
         columns = problem.whiten(spread(moves, values_of(others).astype(float)))
         beside = Place(problem, seen.linear.extended(columns), seen.place)
-        falls = beside.falls(values_of(near))
-        shapes = [*others, near[int(np.argmax(falls))]]
+        best = int(np.argmax(beside.falls(values_of(near))))
+        shapes = [*others, near[best]]
+        still = still + 1 if best == 0 else 0
+        if still == len(shapes):
+            break
     return shapes
