@@ -73,7 +73,7 @@ def _plainer(
     """A finished search, or the one without what it took first where that can take the shape of plainer effects.
 
     Both ends of a hose and its slack are eight numbers: where another name came near it, the search is made without it,
-    too, and the whole that is worth more stays.
+    too, and the whole that is worth more stays. One name alone has lost against it already.
     """
     key = missing[0].candidate.key if missing and missing[0].candidate.far else ""
     best = next((c.evidence for c in first if c.key == key), np.inf)
@@ -83,7 +83,7 @@ def _plainer(
     rest = replace(search, outside=[], classes={k: c for k, c in search.classes.items() if k != key})
     plain, _ = _select(rest, others, [], True)
     before = search.fit.linear
-    if not plain or _worth(before, rest, plain) <= _worth(before, named, missing):
+    if len(plain) < 2 or _worth(before, rest, plain) <= _worth(before, named, missing):
         return named, missing
     rest.classes = named.classes
     return rest, plain
