@@ -67,11 +67,6 @@ class Fit:
         every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
         return tuple(p for p in every if p not in out)
 
-    @property
-    def determined(self) -> frozenset[tuple[str, int]]:
-        """What the data tells beside everything else in the model."""
-        return frozenset(self.parameters)
-
     @cached_property
     def linear(self) -> Linear:
         """The fit as a linear problem: residual and a basis of its columns, in as many numbers as are independent."""

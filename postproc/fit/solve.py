@@ -67,7 +67,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     stopped: set[Name] = set()
     at: Slope | None = None
     place, good = problem, False
-    home = _home(problem, fresh, terms.determined)
+    prior = _prior(problem, fresh, terms.determined)
     kept: tuple[Name, ...] = ()
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
@@ -81,7 +81,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             _enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
             if sweep < SWEEPS // 2:  # what is just about determined might come and go for ever
-                problem = _held_at_home(problem, at.held, home)
+                problem = _held_at_prior(problem, at.held, prior)
             if problem is not place:
                 at = None
                 continue
@@ -107,27 +107,27 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)
 
 
-def _home(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
+def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name]) -> dict[str, Array]:
     """Where parameters stand that the data cannot determine, by effect.
 
     Null for what stands for a new effect or stood for it before; else what the model knows.
     """
-    home = {}
+    prior = {}
     for effect in problem.model.effects:
         x, amplitude = effect.vector(), effect.amplitudes()
         gone = [amplitude[i] and (effect.key in fresh or (effect.key, i) in determined) for i in range(len(x))]
-        home[effect.key] = np.where(gone, effect.null_vector(), x)
-    return home
+        prior[effect.key] = np.where(gone, effect.null_vector(), x)
+    return prior
 
 
-def _held_at_home(problem: Problem, held: Collection[Name], home: Mapping[str, Array]) -> Problem:
+def _held_at_prior(problem: Problem, held: Collection[Name], prior: Mapping[str, Array]) -> Problem:
     """The problem with what is held where it belongs; frames and free functions stay."""
     effects = []
     for effect in problem.model.effects:
         x = effect.vector()
-        back = np.array([(effect.key, i) in held for i in range(len(x))]) & (x != home[effect.key])
+        back = np.array([(effect.key, i) in held for i in range(len(x))]) & (x != prior[effect.key])
         known = effect.key in FRAMES or effect.roughness() is not None or not back.any()
-        effects.append(effect if known else effect.with_vector(np.where(back, home[effect.key], x)))
+        effects.append(effect if known else effect.with_vector(np.where(back, prior[effect.key], x)))
     changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
     return problem.at(effects) if changed else problem
 

@@ -61,7 +61,9 @@ def refit(base: Fit, linear: Linear, candidate: Candidate, closely: float = SETT
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
 
     def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
-        terms = Terms({**base.free, candidate.key: free}, strength, closely=closely, determined=base.determined)
+        terms = Terms(
+            {**base.free, candidate.key: free}, strength, closely=closely, determined=frozenset(base.parameters)
+        )
         try:
             return fit_model(start, base.data, [effect], noise=base.noise.stated, terms=terms)
         except PostprocError:

@@ -26,7 +26,7 @@ def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float 
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
     free = {**base.free, **{key: fitted.free[key] for key in keys}}
     strength = {k: v for k, v in fitted.strength.items() if k in start}
-    terms = Terms(free, strength, determined=base.determined | fitted.determined)
+    terms = Terms(free, strength, determined=frozenset(base.parameters + fitted.parameters))
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=noise, terms=terms)
 
 

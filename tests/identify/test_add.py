@@ -34,7 +34,7 @@ def test_what_stood_in_for_a_missing_effect_does_not_stay():
     keys = ("instrument_frame", "tool_frame", "joint_offset", "link_geometry")
     base = fit_model(Model(arm), data, [library[key].null() for key in keys])
     fit = grown(base, library["servo_lag"])
-    assert set(base.determined) & set(fit.held)
+    assert set(base.parameters) & set(fit.held)
     lag = fit.model.effect("servo_lag").vector()
     for width, (key, joint) in zip(np.sqrt(np.diag(fit.covariance)), fit.parameters, strict=True):
         assert key != "servo_lag" or abs(lag[joint] - LAG) < 4 * width
