@@ -10,7 +10,7 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 Severity = Literal["error", "warning", "info"]
 Span = tuple[int, int]
@@ -141,6 +141,19 @@ class PostprocError(Exception):
         super().__init__(found, exit_code)
         self.diagnostics = found
         self.exit_code = exit_code
+
+    @classmethod
+    def of(
+        cls,
+        code: str,
+        message: str,
+        source: Source | None = None,
+        span: Span | None = None,
+        help: str = "",
+        exit_code: int = 2,
+    ) -> Self:
+        """One finding that stops the work."""
+        return cls(Diagnostic(code, "error", message, source, span, help), exit_code)
 
     def __str__(self) -> str:
         return "\n".join(d.render() for d in self.diagnostics)

@@ -41,9 +41,7 @@ def read_source(path: Path, code: str) -> Source:
     try:
         return Source(str(path), path.read_bytes())
     except OSError as error:
-        raise PostprocError(
-            Diagnostic(code, "error", f"cannot read `{path}`: {error.strerror}", help="check the path")
-        ) from error
+        raise PostprocError.of(code, f"cannot read `{path}`: {error.strerror}", help="check the path") from error
 
 
 def parse_toml(source: Source, code: str) -> dict[str, Any]:
@@ -55,15 +53,8 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
     try:
         return tomllib.loads(source.data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
-        raise PostprocError(
-            Diagnostic(
-                code,
-                "error",
-                "the file is not UTF-8 text",
-                source,
-                (error.start, error.start + 1),
-                help="save it as UTF-8",
-            )
+        raise PostprocError.of(
+            code, "the file is not UTF-8 text", source, (error.start, error.start + 1), help="save it as UTF-8"
         ) from error
     except tomllib.TOMLDecodeError as error:
         said = str(error)
@@ -72,7 +63,7 @@ def parse_toml(source: Source, code: str) -> dict[str, Any]:
         raise PostprocError(found) from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets a thousand deep
         message = "a number is too long" if isinstance(error, ValueError) else "brackets are nested too deep"
-        raise PostprocError(Diagnostic(code, "error", f"{message} to be read", source)) from error
+        raise PostprocError.of(code, f"{message} to be read", source) from error
 
 
 def _error_span(source: Source, message: str) -> Span:

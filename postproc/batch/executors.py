@@ -11,7 +11,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from postproc.batch.work import prepare_worker
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
         from distributed import Client
     except ImportError:
         text = "the library `distributed` is not installed"
-        raise PostprocError(
-            Diagnostic("BAT007", "error", text, help="install the extra: `pip install postproc[cluster]`")
-        ) from None
+        raise PostprocError.of("BAT007", text, help="install the extra: `pip install postproc[cluster]`") from None
     try:
         make_client: Any = Client  # untyped
         client = make_client(address, timeout=timeout, set_as_default=False)
@@ -86,6 +84,4 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
 
 def _lost(address: str, reason: object) -> PostprocError:
     help_ = "write the address as the scheduler prints it, tcp://HOST:8786; run the same command again to go on"
-    return PostprocError(
-        Diagnostic("BAT007", "error", f"the scheduler `{address}` does not answer: {reason}", help=help_)
-    )
+    return PostprocError.of("BAT007", f"the scheduler `{address}` does not answer: {reason}", help=help_)

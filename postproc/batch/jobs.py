@@ -14,7 +14,7 @@ import numpy as np
 
 from postproc.batch.values import Job, Settings, Task
 from postproc.compensate.options import Options
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import PostprocError, Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
@@ -107,7 +107,7 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         text = f"cannot read `{path}`: {error.strerror}"
-        raise PostprocError(Diagnostic("BAT002", "error", text, help="check the name and its rights")) from error
+        raise PostprocError.of("BAT002", text, help="check the name and its rights") from error
 
 
 def _digest(value: object) -> str:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from postproc.batch.discover import MODULES, discover
 from postproc.batch.values import Inventory, Plan, Settings, Task
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import PostprocError, Source
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Vec3 = tuple[float, float, float]
@@ -61,13 +61,13 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
         plan = Plan(found.root, listed, (folder_or_jobs.name,))
     elif folder_or_jobs.suffix.lower() in MODULES:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
-        raise PostprocError(Diagnostic("BAT001", "error", text, help=help_))
+        raise PostprocError.of("BAT001", text, help=help_)
     else:
         plan = _planned(read_source(folder_or_jobs, "BAT001"), settings, output)
     if not plan.tasks:
         text = f"there is no RAPID module in `{folder_or_jobs}`"
         help_ = "name a folder with .mod, .prg, .sys, .modx or .sysx files, or a jobs file"
-        raise PostprocError(Diagnostic("BAT001", "error", text, help=help_))
+        raise PostprocError.of("BAT001", text, help=help_)
     return plan
 
 
@@ -75,7 +75,7 @@ def _planned(source: Source, settings: Settings, output: Path) -> Plan:
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
-        raise PostprocError(Diagnostic("BAT009", "error", text, source, None, help_))
+        raise PostprocError.of("BAT009", text, source, None, help_)
     file = check(_File, content, source, "BAT009")
     root = Path(source.path).parent
     base = _chosen(settings, file, root)
@@ -156,4 +156,4 @@ def _chosen(settings: Settings, choices: _Choices, root: Path) -> Settings:
 
 def _wrong(source: Source, index: int, text: str, help_: str, key: str | None = None) -> PostprocError:
     keys = ("job", index) if key is None else ("job", index, key)
-    return PostprocError(Diagnostic("BAT009", "error", text, source, span_of(source, keys), help_))
+    return PostprocError.of("BAT009", text, source, span_of(source, keys), help_)

@@ -176,7 +176,7 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
     with lock:
         if not _locked(lock):
             text = f"another batch is writing in `{root}`"
-            raise PostprocError(Diagnostic("BAT003", "error", text, help="wait for it, or give each run its own -o"))
+            raise PostprocError.of("BAT003", text, help="wait for it, or give each run its own -o")
         for unfinished in _unfinished(root, part).iterdir():
             unfinished.unlink()
         before: dict[Subject, list[Line]] = {}
@@ -192,9 +192,7 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
 
 def _not_written(path: Path, error: OSError) -> PostprocError:
     text = f"cannot write `{path}`: {error.strerror}"
-    return PostprocError(
-        Diagnostic("BAT004", "error", text, help="check the folder, its rights and the space on the disk")
-    )
+    return PostprocError.of("BAT004", text, help="check the folder, its rights and the space on the disk")
 
 
 def _unfinished(root: Path, part: str) -> Path:

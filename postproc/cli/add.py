@@ -39,7 +39,7 @@ def run(
     keys = [key for word in effect for key in word.split(",") if key]
     if not keys:
         help_ = "write `postproc add MODEL backlash --data DATA`"
-        raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
+        raise PostprocError.of("CLI011", "no effect is named", help=help_)
     check_outputs((model, *data, *table.inputs, *effects), output, report)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)

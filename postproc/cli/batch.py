@@ -16,7 +16,7 @@ from postproc.cli.options import Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
 from postproc.cli.report import print_json, say
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
 
@@ -82,7 +82,7 @@ def _shard(text: str) -> Shard:
     found = re.fullmatch(r"(\d+)/(\d+)", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         help_ = "write `--shard 2/4` for the second of four parts"
-        raise PostprocError(Diagnostic("BAT014", "error", f"`--shard {text}` is not a part of a whole", help=help_))
+        raise PostprocError.of("BAT014", f"`--shard {text}` is not a part of a whole", help=help_)
     return Shard(int(found[1]), int(found[2]))
 
 
@@ -90,8 +90,8 @@ def _check_folders(source: Path, output: Path) -> None:
     """The input is there, and never overwritten: the output tree must not reach it."""
     if not source.exists():
         text = f"there is no file or folder `{source}`"
-        raise PostprocError(Diagnostic("CLI002", "error", text, help="check the spelling and the folder"))
+        raise PostprocError.of("CLI002", text, help="check the spelling and the folder")
     folder = source if source.is_dir() else source.parent
     if folder.resolve().is_relative_to(output.resolve()):
         text = f"the input `{folder}` stands in the output folder `{output}`"
-        raise PostprocError(Diagnostic("BAT015", "error", text, help="give another folder with -o"))
+        raise PostprocError.of("BAT015", text, help="give another folder with -o")

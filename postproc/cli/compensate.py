@@ -11,7 +11,7 @@ from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 
 def run(
@@ -42,13 +42,11 @@ def run(
 
     if in_place and program == STDIN:
         text = "`--in-place` writes over a file, and the program comes from stdin"
-        raise PostprocError(
-            Diagnostic("CLI007", "error", text, help="name the result with `-o`, or leave it to stdout")
-        )
+        raise PostprocError.of("CLI007", text, help="name the result with `-o`, or leave it to stdout")
     source = read_program_file(program)
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
-        raise PostprocError(Diagnostic("CLI007", "error", text, help="leave one of them out"))
+        raise PostprocError.of("CLI007", text, help="leave one of them out")
     check_outputs((program, *convert.inputs), output, report)
     target = Path(program) if in_place else output
     options = convert.options()

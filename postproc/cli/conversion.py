@@ -34,7 +34,7 @@ def parse_vector(option: str, text: str) -> Vector:
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
         text, help_ = f"`{option} {text}` is not three numbers", f"write `{option} 200,-200,-200`"
-        raise PostprocError(Diagnostic("CLI006", "error", text, help=help_))
+        raise PostprocError.of("CLI006", text, help=help_)
     return x, y, z
 
 
@@ -58,7 +58,7 @@ def parse_channel(text: str) -> tuple[str, float]:
         number = math.nan
     if not (name.strip() and math.isfinite(number)):
         text, help_ = f"`--channel {text}` is not a name and a number", "write `--channel temperature=30`"
-        raise PostprocError(Diagnostic("CLI006", "error", text, help=help_))
+        raise PostprocError.of("CLI006", text, help=help_)
     return name.strip(), number
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.resources import resource
 
 SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
@@ -28,6 +28,6 @@ def run(code: str, /) -> int:
     if wanted not in known:
         close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
         help_ = f"did you mean {', '.join(f'`{c}`' for c in close)}?" if close else "codes look like `RAP012`"
-        raise PostprocError(Diagnostic("CLI009", "error", f"there is no diagnostic `{code}`", help=help_))
+        raise PostprocError.of("CLI009", f"there is no diagnostic `{code}`", help=help_)
     print(known[wanted].removeprefix("## "))
     return 0

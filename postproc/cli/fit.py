@@ -52,7 +52,7 @@ def run(
     words = [word.strip() for word in effects.split(",") if word.strip()]
     if not words:
         help_ = f"write `--effects {BASE}`"
-        raise PostprocError(Diagnostic("CLI011", "error", "no effect is named", help=help_))
+        raise PostprocError.of("CLI011", "no effect is named", help=help_)
     classes: list[type[Effect]] = []
     for word in words:
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]

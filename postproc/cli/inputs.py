@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.report import show
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
@@ -34,9 +34,7 @@ def read_source(name: str, lent: bool = False) -> Source:
     else:
         source = Source(name, _read(name), lent)
     if not source.data.strip():
-        raise PostprocError(
-            Diagnostic("CLI005", "error", f"`{source.path}` is empty", help="name the file that was meant")
-        )
+        raise PostprocError.of("CLI005", f"`{source.path}` is empty", help="name the file that was meant")
     return source
 
 
@@ -60,9 +58,13 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     if path is None:
         return default_model(robot or DEFAULT_ROBOT)
     if path.suffix.lower() == ".csv":
-        raise _error("CLI012", f"`{path}` is a table, not a model", "the model comes first, then the table")
+        raise PostprocError.of(
+            "CLI012", f"`{path}` is a table, not a model", help="the model comes first, then the table"
+        )
     if path.suffix.lower() in MODULES:
-        raise _error("CLI012", f"`{path}` is a program, not a model", "name the TOML file that `postproc fit` wrote")
+        raise PostprocError.of(
+            "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
+        )
     model = parse_model(read_source(str(path)), library)
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
@@ -113,13 +115,13 @@ def _read(name: str) -> bytes:
     try:
         return Path(name).read_bytes()
     except FileNotFoundError:
-        raise _error("CLI002", f"there is no file `{name}`", "check the spelling and the folder") from None
+        raise PostprocError.of(
+            "CLI002", f"there is no file `{name}`", help="check the spelling and the folder"
+        ) from None
     except IsADirectoryError:
-        raise _error("CLI003", f"`{name}` is a folder", "name one file") from None
+        raise PostprocError.of("CLI003", f"`{name}` is a folder", help="name one file") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise _error("CLI004", f"cannot read `{name}`: {reason}", "check the rights of the file") from None
-
-
-def _error(code: str, message: str, help_: str) -> PostprocError:
-    return PostprocError(Diagnostic(code, "error", message, help=help_))
+        raise PostprocError.of(
+            "CLI004", f"cannot read `{name}`: {reason}", help="check the rights of the file"
+        ) from None

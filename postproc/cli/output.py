@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.run import SPACE
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -32,13 +32,15 @@ def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) ->
         if output is None:
             continue
         if output.is_dir():
-            raise _error("CLI008", f"cannot write `{output}`: it is a folder", "name a file")
+            raise PostprocError.of("CLI008", f"cannot write `{output}`: it is a folder", help="name a file")
         there = next(folder for folder in output.absolute().parents if folder.exists())
         if not there.is_dir():
-            raise _error("CLI008", f"cannot write `{output}`: `{there}` is no folder", "name another folder")
+            raise PostprocError.of(
+                "CLI008", f"cannot write `{output}`: `{there}` is no folder", help="name another folder"
+            )
         if output.resolve() in taken:
             text = f"the output `{output}` is {taken[output.resolve()]}"
-            raise _error("CLI007", text, "choose another name")
+            raise PostprocError.of("CLI007", text, help="choose another name")
         taken[output.resolve()] = "another output too"
 
 
@@ -71,7 +73,7 @@ def write(path: Path | None, data: bytes) -> None:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
         help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
-        raise _error("CLI008", f"cannot write `{path}`: {error.strerror}", help_) from None
+        raise PostprocError.of("CLI008", f"cannot write `{path}`: {error.strerror}", help=help_) from None
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:
@@ -98,7 +100,3 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
-
-
-def _error(code: str, message: str, help_: str) -> PostprocError:
-    return PostprocError(Diagnostic(code, "error", message, help=help_))

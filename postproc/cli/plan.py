@@ -12,7 +12,7 @@ from postproc.cli.inputs import load_model, own_effects
 from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 
 def run(
@@ -69,5 +69,5 @@ def _pair(text: str | None) -> tuple[str, str] | None:
     words = [word.strip() for word in text.split(",")]
     if len(words) != 2 or words[0] == words[1] or not all(words):
         help_ = "write `--between arm_load,gravity_compensator`"
-        raise PostprocError(Diagnostic("CLI010", "error", f"`--between {text}` is not two effects", help=help_))
+        raise PostprocError.of("CLI010", f"`--between {text}` is not two effects", help=help_)
     return words[0], words[1]

@@ -22,7 +22,7 @@ def read_program_file(name: str) -> Source:
     if path.is_dir() or (path.suffix.lower() == ".pgf" and path.is_file()):
         what = "a folder" if path.is_dir() else "a list of modules"
         help_ = f"`postproc batch {name} -o FOLDER` converts what belongs together; or name one module"
-        raise PostprocError(Diagnostic("CLI003", "error", f"`{name}` is {what}", help=help_))
+        raise PostprocError.of("CLI003", f"`{name}` is {what}", help=help_)
     return read_source(name)
 
 

@@ -76,7 +76,7 @@ def _call(app: App, arguments: Sequence[str]) -> object:
         command = arguments[0] if arguments and arguments[0] in app else "COMMAND"
         usage = f"`postproc {command} --help` lists what is allowed"
         help_ = next((said for mistake, said in MISTAKES.items() if re.search(mistake, text)), usage)
-        raise PostprocError(Diagnostic("CLI001", "error", text, help=help_)) from None
+        raise PostprocError.of("CLI001", text, help=help_) from None
 
 
 def internal_error(error: Exception) -> int:

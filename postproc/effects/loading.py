@@ -29,7 +29,7 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
         data = path.read_bytes()
     except OSError as error:
         message, help_ = f"the effect file cannot be read: {error.strerror}", "check the spelling and the folder"
-        raise PostprocError(Diagnostic("EFF001", "error", message, Source(str(path), b""), help=help_)) from error
+        raise PostprocError.of("EFF001", message, Source(str(path), b""), help=help_) from error
     # The name changes with the content, so that an edited file is loaded afresh and an unchanged one is not.
     name = f"effects_in_{path.stem}_{hashlib.sha256(str(path).encode() + data).hexdigest()[:12]}"
     if name not in sys.modules:
@@ -38,7 +38,7 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
     if not classes:
         help = "define a class derived from `Effect` (postproc.effects.base)"
         message = "the file defines no effect"
-        raise PostprocError(Diagnostic("EFF008", "error", message, Source(str(path), data), help=help))
+        raise PostprocError.of("EFF008", message, Source(str(path), data), help=help)
     _check_names(Source(str(path), data))
     if check and (found := problems_of(classes)):
         raise PostprocError(found)
@@ -65,7 +65,7 @@ def _run(name: str, path: Path, data: bytes) -> None:
     spec: Any = importlib.util.spec_from_file_location(name, path)
     source = Source(str(path), data)
     if spec is None:
-        raise PostprocError(Diagnostic("EFF001", "error", "an effect file must end in `.py`", source))
+        raise PostprocError.of("EFF001", "an effect file must end in `.py`", source)
     module = importlib.util.module_from_spec(spec)
     # Pickle and inspect look classes up by the module's name.
     sys.modules[name] = module
@@ -78,7 +78,7 @@ def _run(name: str, path: Path, data: bytes) -> None:
         span = line_span(source, line) if line else None
         message = f"the effect file does not run: {describe(error)}"
         help = "run it with `python` to see the whole error"
-        raise PostprocError(Diagnostic("EFF001", "error", message, source, span, help)) from error
+        raise PostprocError.of("EFF001", message, source, span, help) from error
 
 
 def _check_names(source: Source) -> None:
@@ -89,5 +89,5 @@ def _check_names(source: Source) -> None:
             if node.name in seen:
                 message, help = f"the class `{node.name}` is defined twice", "give each effect a name of its own"
                 span = line_span(source, node.lineno)
-                raise PostprocError(Diagnostic("EFF007", "error", message, source, span, help))
+                raise PostprocError.of("EFF007", message, source, span, help)
             seen.add(node.name)

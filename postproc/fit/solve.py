@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
@@ -136,7 +136,7 @@ def _enough(problem: Problem, fitted: int) -> None:
     if len(problem.residual) <= fitted:
         message = f"{len(problem.residual)} measured numbers cannot determine {fitted} parameters"
         help_ = "measure more poses, or fit fewer effects"
-        raise PostprocError(Diagnostic("DAT020", "error", message, problem.data.source, help=help_))
+        raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
 
 
 def _advance(problem: Problem, at: Slope, step: Array, now: float, tries: int) -> tuple[Problem, float]:

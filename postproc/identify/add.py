@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
@@ -163,7 +163,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     if missing:
         columns = ", ".join(BY_CHANNEL.get(m, m) for m in missing)
         message = f"`{cls.key}` reads {columns}: the measurements have no such column"
-        raise PostprocError(Diagnostic("DAT021", "error", message, fit.data.source, help="measure with that channel"))
+        raise PostprocError.of("DAT021", message, fit.data.source, help="measure with that channel")
     screen = Screen(fit.problem, {cls.key: cls})
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
@@ -171,9 +171,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     found = fitted_best(fit, screen, fit.linear, candidate)
     if found is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
-        raise PostprocError(
-            Diagnostic("DAT022", "error", message, fit.data.source, help="measure more poses that move it")
-        )
+        raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")
     return found[1]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
@@ -88,9 +88,7 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
         new = pool.columns(effect, mask).reshape(len(pool.data), 3, -1) * size
         if not new.any():
             message = f"`{cls.key}` moves nothing on poses that this arm can reach standing still"
-            raise PostprocError(
-                Diagnostic("DAT024", "error", message, help="choose an effect of the geometry, the load or the side")
-            )
+            raise PostprocError.of("DAT024", message, help="choose an effect of the geometry, the load or the side")
         forms.append((old, new))
     for this, other in ((0, 1), (1, 0)):
         x = _size(fit, forms[this][0])

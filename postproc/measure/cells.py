@@ -212,4 +212,4 @@ def _start(source: Source, line: int) -> Span:
 
 
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
-    return PostprocError(Diagnostic("DAT001", "error", message, source, help=help_))
+    return PostprocError.of("DAT001", message, source, help=help_)

@@ -34,22 +34,9 @@ BY_CHANNEL: Mapping[str, str] = {
     "wrench": "`fx_N` .. `mz_Nm`",
 }
 """The columns of a table by the channel that an effect reads; a column of the table's own is its own channel."""
-NUMBERS = (
-    *JOINTS,
-    *POSITION,
-    *ORIENTATION,
-    *MEASURED_JOINTS,
-    *COMMAND_POSITION,
-    *COMMAND_ORIENTATION,
-    *CONFIGURATION,
-    *PAYLOAD,
-    *WRENCH,
-    *APPROACH,
-    *SPEED,
-    *ACCELERATION,
-    "temperature_C",
-    "time_s",
-    "sigma_mm",
+STANDARD = (
+    *(*TEXT, *JOINTS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION, *COMMAND_ORIENTATION),
+    *(*CONFIGURATION, *PAYLOAD, *WRENCH, *APPROACH, *SPEED, *ACCELERATION, "temperature_C", "time_s", "sigma_mm"),
 )
 
 
@@ -77,7 +64,6 @@ class MappedColumn:
     offset: float = 0.0
 
 
-STANDARD = (*TEXT, *NUMBERS)
 _LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
 _JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|gelenk|theta|rob)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
@@ -137,10 +123,7 @@ def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
 def _meant(theirs: str, unit: str) -> str:
     """Standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-    if joint := re.fullmatch(
-        rf"{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?",
-        plain,
-    ):
+    if joint := re.fullmatch(rf"{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
         return f"q{joint[1]}_deg"
     if place := re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](?:mm|m|in))?", plain):
         return f"{place[1]}_mm"

@@ -51,7 +51,7 @@ def commanded_joints(
             "`cmd_` is the pose of the flange (tool0) in the base, in mm: are these of the TCP, in a work object, in "
             f"metres? Does `cmd_qw` come first? Row {failures[0].index + 1}: {failures[0].message}"
         )
-        raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(failures[0].index), help_))
+        raise PostprocError.of("DAT012", message, cells.source, cells.span(failures[0].index), help_)
     for failure in failures:
         message = f"row {failure.index + 1}: {failure.message}"
         help_ = failure.help or "check the units, the tool (commanded poses are of tool0) and cf1, cf4, cf6, cfx"
@@ -77,7 +77,7 @@ def program_targets(
         names = ", ".join(sorted({f"`{target[i]}`" for i in missing})[:5])
         message = f"the program does not move to {names}"
         help_ = "name the module that was run, and targets as they stand in its motion statements"
-        raise PostprocError(Diagnostic("DAT012", "error", message, cells.source, cells.span(missing[0]), help_))
+        raise PostprocError.of("DAT012", message, cells.source, cells.span(missing[0]), help_)
     visited = [events[name.lower()] for name in target]
     unknown = dict.fromkeys(d for event in visited for d in event.diagnostics if d.severity == "error")
     if unknown:

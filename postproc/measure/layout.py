@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import PostprocError, Source
 from postproc.measure.columns import MappedColumn
 from postproc.measure.units import UNITS
 
@@ -109,4 +109,4 @@ def _mapped(key: str, value: object, where: Source | None) -> MappedColumn:
 
 def _map_error(message: str, where: Source | None) -> PostprocError:
     help_ = "see `postproc explain DAT002` for a column map that works"
-    return PostprocError(Diagnostic("DAT002", "error", message, where, help=help_))
+    return PostprocError.of("DAT002", message, where, help=help_)

@@ -89,11 +89,11 @@ class Table:
             listed = " and ".join(map(str, same))
             message = f"columns {listed} are both called `{theirs}`: which of them is `{name}`?"
             help_ = f"rename one, or give its number in a column map: {name} = {same[0]}"
-            raise PostprocError(Diagnostic("DAT002", "error", message, self.cells.source, help=help_))
+            raise PostprocError.of("DAT002", message, self.cells.source, help=help_)
 
     def _no_such(self, theirs: str | int, wanted: str) -> PostprocError:
         message = f"the column map names `{theirs}` for `{wanted}`, and the table has no such column"
-        return PostprocError(Diagnostic("DAT002", "error", message, self.cells.source, help=missing_help(self.cells)))
+        return PostprocError.of("DAT002", message, self.cells.source, help=missing_help(self.cells))
 
     def say(self, code: str, severity: Severity, message: str, help_: str, row: int | None = None) -> None:
         span = None if row is None else self.cells.span(row)

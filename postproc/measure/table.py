@@ -53,7 +53,7 @@ def read_measurements(
         position = np.full((n, 3), np.nan)
         if measured and turns is None and measured_joints is None:
             message = "nothing was measured: there is no column `x_mm`, `y_mm`, `z_mm`, nor `qw`, nor `mq1_deg`"
-            raise PostprocError(Diagnostic("DAT002", "error", message, source, help=missing_help(table.cells)))
+            raise PostprocError.of("DAT002", message, source, help=missing_help(table.cells))
     state, tool_known = _state(table, robot, program)
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
@@ -184,6 +184,6 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
         if "target" in table.place:
             message = "column `target` names robtargets, and the program that was run is not given"
-        raise PostprocError(Diagnostic("DAT002", "error", message, cells.source, help=missing_help(cells)))
+        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells))
     configuration = table.vector(names.CONFIGURATION, fill=0.0)
     return commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics), None

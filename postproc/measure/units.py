@@ -6,65 +6,32 @@ import math
 import re
 from collections.abc import Mapping
 
-UNITS: Mapping[str, float] = {
-    "deg": math.pi / 180,
-    "rad": 1.0,
-    "mrad": 1e-3,
-    "mm": 1e-3,
-    "m": 1.0,
-    "um": 1e-6,
-    "in": 0.0254,
-    "inch": 0.0254,
-    "deg_s": math.pi / 180,
-    "rad_s": 1.0,
-    "deg_s2": math.pi / 180,
-    "rad_s2": 1.0,
-    "kg": 1.0,
-    "g": 1e-3,
-    "lb": 0.45359237,
-    "N": 1.0,
-    "Nm": 1.0,
-    "C": 1.0,
-    "ms": 1e-3,
-    "s": 1.0,
-    "min": 60.0,
-    "h": 3600.0,
-    "d": 86400.0,
-    "1": 1.0,
-}
-"""Factors to SI (angles in rad, temperatures stay in degrees Celsius)."""
-
-_SPELT = {
-    "°": "deg",
-    "degree": "deg",
-    "degrees": "deg",
-    "°c": "C",
-    "degc": "C",
-    "c": "C",
-    "celsius": "C",
-    "µm": "um",
-    "\u03bcm": "um",
-    "micron": "um",
-    "radian": "rad",
-    "radians": "rad",
-    "sec": "s",
-    "n": "N",
-    "nm": "Nm",
-    **{
-        f"{angle}/s{power}": f"{unit}_s{'2' if power else ''}"
-        for angle, unit in (("deg", "deg"), ("°", "deg"), ("rad", "rad"))
-        for power in ("", "2", "^2", "²")
-    },
-}
-_ALIKE = (
-    {"mm", "m", "um", "in", "inch"},
-    {"deg", "rad", "mrad"},
-    {"deg_s", "rad_s"},
-    {"deg_s2", "rad_s2"},
-    {"s", "ms", "min", "h", "d"},
-    {"kg", "g", "lb"},
+_ALIKE: tuple[Mapping[str, float], ...] = (
+    {"deg": math.pi / 180, "rad": 1.0, "mrad": 1e-3},
+    {"mm": 1e-3, "m": 1.0, "um": 1e-6, "in": 0.0254, "inch": 0.0254},
+    {"deg_s": math.pi / 180, "rad_s": 1.0},
+    {"deg_s2": math.pi / 180, "rad_s2": 1.0},
+    {"kg": 1.0, "g": 1e-3, "lb": 0.45359237},
+    *({unit: 1.0} for unit in ("N", "Nm", "C")),
+    {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    {"1": 1.0},
 )
-"""Units that may stand for each other."""
+"""Units that may stand for each other, with their factors to SI; temperatures stay in degrees Celsius."""
+UNITS: Mapping[str, float] = {unit: factor for kind in _ALIKE for unit, factor in kind.items()}
+_WRITTEN = {
+    "deg": "° degree degrees",
+    "rad": "radian radians",
+    "um": "µm \u03bcm micron",
+    "deg_s": "deg/s °/s",
+    "rad_s": "rad/s",
+    "deg_s2": "deg/s2 deg/s^2 deg/s² °/s2 °/s^2 °/s²",
+    "rad_s2": "rad/s2 rad/s^2 rad/s²",
+    "N": "n",
+    "Nm": "nm",
+    "C": "°c degc c celsius",
+    "s": "sec",
+}
+_SPELT = {theirs: unit for unit, spellings in _WRITTEN.items() for theirs in spellings.split()}
 
 
 def stated_unit(theirs: str) -> str:
@@ -84,4 +51,4 @@ def _spelt(unit: str) -> str:
 
 def fitting(unit: str, standard: str) -> bool:
     """Whether a column that is stated in a unit may be one whose standard unit is another."""
-    return unit == standard or any({unit, standard} <= alike for alike in _ALIKE)
+    return unit == standard or any(unit in alike and standard in alike for alike in _ALIKE)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
@@ -86,13 +86,10 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
 
 
 def unsettled(index: int) -> PostprocError:
-    return PostprocError(
-        Diagnostic(
-            "MOD010",
-            "error",
-            f"the deflection of pose {index} does not settle",
-            help="a compliance is too large for the loads: check its unit (rad/(N m)), payload [kg] and force [N]",
-        ),
+    return PostprocError.of(
+        "MOD010",
+        f"the deflection of pose {index} does not settle",
+        help="a compliance is too large for the loads: check its unit (rad/(N m)), payload [kg] and force [N]",
         exit_code=1,
     )
 

@@ -92,14 +92,11 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
     """
     robot = load_robot(robot_name)
     if robot.joint_compliance is None:
-        raise PostprocError(
-            Diagnostic(
-                "MOD004",
-                "error",
-                f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model",
-                help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
-                "and give that model with -m",
-            )
+        raise PostprocError.of(
+            "MOD004",
+            f"the stiffness of `{robot.name}` is not known: compensating it needs a fitted model",
+            help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
+            "and give that model with -m",
         )
     return Model(robot, (JointCompliance(compliance_rad_per_Nm=robot.joint_compliance),), robot_name=str(robot_name))
 
@@ -136,7 +133,7 @@ def _robot(name: str, source: Source) -> Robot:
             raise
         found = error.diagnostics[0]
         at = span_of(source, ("robot",), value=True)
-        raise PostprocError(Diagnostic("KIN006", "error", found.message, source, at, found.help)) from error
+        raise PostprocError.of("KIN006", found.message, source, at, found.help) from error
 
 
 def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:

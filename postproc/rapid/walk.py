@@ -54,7 +54,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     if entry is not None and chosen is None:
         names = ", ".join(sorted({r.name for r in program.all_routines()})) or "none"
         help = f"the routines are: {names}"
-        raise PostprocError(Diagnostic("RAP030", "error", f"there is no routine `{entry}`", help=help))
+        raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
     for routine in started:
         _start(flow, routine, State.initial())

@@ -110,7 +110,7 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], 
     """Every data the module needs, and a note on each default."""
     if options.tool is None and np.allclose(T_flange_tcp, np.eye(4)):
         text, help_ = "no tool is given, and the model has none", "give --tool NAME:=[..], or a tool in the model file"
-        raise PostprocError(Diagnostic("SEA007", "error", text, help=help_))
+        raise PostprocError.of("SEA007", text, help=help_)
     frame = matrix_pose(T_flange_tcp)
     numbers = [",".join(f"{v:.{d}f}" for v in part) for part, d in ((frame.trans, 3), (frame.rot, 7))]
     frame_text = f"[[{numbers[0]}],[{numbers[1]}]]"
@@ -132,7 +132,7 @@ def _data(options: SeamOptions, T_flange_tcp: Array) -> tuple[dict[str, _Data], 
         name, value = name.strip(), value.strip().rstrip(";").strip()
         if not NAME.fullmatch(name) or (assigned and not value.startswith("[")):
             text, help_ = f"`{given}` is not a {type_}", f"write it as in RAPID: {default}"
-            raise PostprocError(Diagnostic("SEA007", "error", text, help=help_))
+            raise PostprocError.of("SEA007", text, help=help_)
         data[role] = _Data(storage, type_, name, value or None)
     return data, notes
 
@@ -146,10 +146,10 @@ def _welds(weld: _Data, points: SeamPoints, side_files: Sequence[Source]) -> tup
     if value is None:
         text = f"the table gives speeds, and the value of `{weld.name}`, which has one too, is not known"
         help_ = "give its value, or the file that declares it (`--with`), or take the column out"
-        raise PostprocError(Diagnostic("SEA007", "error", text, points.source, help=help_))
+        raise PostprocError.of("SEA007", text, points.source, help=help_)
     if len(weld.name) + len(f"_{len(speeds)}") > 32:
         text = f"the name `{weld.name}` leaves no room for a number"
-        raise PostprocError(Diagnostic("SEA007", "error", text, help="RAPID names have at most 32 characters"))
+        raise PostprocError.of("SEA007", text, help="RAPID names have at most 32 characters")
     alone = len(speeds) == 1 and weld.value is not None
     names = [weld.name] if alone else [f"{weld.name}_{i + 1}" for i in range(len(speeds))]
     values = [re.sub(r"^\[\s*[^,\]]+", f"[{speed:g}", value, count=1) for speed in speeds]

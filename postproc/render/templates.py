@@ -36,7 +36,7 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
     if template_dir is not None and not template_dir.is_dir():
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
         text = f"template folder `{template_dir}` does not exist"
-        raise PostprocError(Diagnostic("REN001", "error", text, help=help_))
+        raise PostprocError.of("REN001", text, help=help_)
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),

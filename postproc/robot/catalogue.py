@@ -100,7 +100,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
         what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml") else "robot"
         known = ", ".join(f"`{r}`" for r in list_robots())
         help_ = f"known: {known}; or the path of a robot TOML or URDF"
-        raise PostprocError(Diagnostic("KIN006", "error", f"there is no {what} `{name_or_path}`", help=help_))
+        raise PostprocError.of("KIN006", f"there is no {what} `{name_or_path}`", help=help_)
     source = read_source(path, "KIN007")
     return read_robot(source)
 
@@ -228,4 +228,4 @@ def _sources(source: Source) -> dict[str, str]:
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:
-    return PostprocError(Diagnostic("KIN007", "error", message, source, span_of(source, keys) if keys else None))
+    return PostprocError.of("KIN007", message, source, span_of(source, keys) if keys else None)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.opw import wrist_place
 
@@ -22,14 +22,11 @@ def closed_form(robot: Robot) -> Opw:
         PostprocError: KIN005, the arm does not stand as ABB arms do at zero.
     """
     if robot.opw is None:
-        raise PostprocError(
-            Diagnostic(
-                "KIN005",
-                "error",
-                f"robot `{robot.name}` does not stand as ABB arms do at zero (axes z, y, y, x, y, x, the last three "
-                "through one point): confdata and the closed-form inverse do not apply to it",
-                help="give joint angles instead of poses; fitting and prediction work for any serial arm",
-            )
+        raise PostprocError.of(
+            "KIN005",
+            f"robot `{robot.name}` does not stand as ABB arms do at zero (axes z, y, y, x, y, x, the last three "
+            "through one point): confdata and the closed-form inverse do not apply to it",
+            help="give joint angles instead of poses; fitting and prediction work for any serial arm",
         )
     return robot.opw
 

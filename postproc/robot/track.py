@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
 from postproc.robot.configuration import branch
@@ -100,13 +100,10 @@ def _wrapped(angle: Array) -> Array:
 
 
 def _left_branch(robot: Robot, index: int) -> None:
-    raise PostprocError(
-        Diagnostic(
-            "KIN004",
-            "error",
-            f"`{robot.name}` cannot follow the path: pose {index} of it is out of reach in this configuration",
-            help="move the path into the working range, or pass the point with a joint move",
-        ),
+    raise PostprocError.of(
+        "KIN004",
+        f"`{robot.name}` cannot follow the path: pose {index} of it is out of reach in this configuration",
+        help="move the path into the working range, or pass the point with a joint move",
         exit_code=1,
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.opw import derive
 
@@ -71,6 +71,4 @@ def read_urdf(path: Path) -> Robot:
 
 
 def _wrong(path: Path, message: str) -> PostprocError:
-    return PostprocError(
-        Diagnostic("KIN007", "error", f"`{path}`: {message}", help="give the URDF of one six-axis arm")
-    )
+    return PostprocError.of("KIN007", f"`{path}`: {message}", help="give the URDF of one six-axis arm")
