@@ -136,7 +136,7 @@ def span_of(source: Source, keys: Keys, value: bool = False) -> Span | None:
     return None
 
 
-def check(schema: type[Schema], content: dict[str, Any], source: Source, code: str, prefix: Keys = ()) -> Schema:
+def check(schema: type[Schema], content: dict[str, Any], source: Source, code: str) -> Schema:
     """The content as a value of the schema.
 
     Raises:
@@ -145,7 +145,7 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
     try:
         return schema.model_validate(content)
     except ValidationError as error:
-        raise PostprocError([_finding(schema, dict(e), source, code, prefix) for e in error.errors()]) from error
+        raise PostprocError([_finding(schema, dict(e), source, code) for e in error.errors()]) from error
 
 
 def unknown_key(keys: Keys, allowed: list[str], source: Source, code: str) -> Diagnostic:
@@ -159,10 +159,10 @@ def unknown_key(keys: Keys, allowed: list[str], source: Source, code: str) -> Di
     )
 
 
-def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str, prefix: Keys) -> Diagnostic:
-    keys: Keys = prefix + tuple(error["loc"])
+def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
+    keys: Keys = tuple(error["loc"])
     if error["type"] == "extra_forbidden":
-        return unknown_key(keys, _allowed(schema, tuple(error["loc"])[:-1]), source, code)
+        return unknown_key(keys, _allowed(schema, keys[:-1]), source, code)
     name = ".".join(str(k) for k in keys)
     if error["type"] == "missing" and isinstance(keys[-1], int):
         at = span_of(source, keys[:-1], value=True)

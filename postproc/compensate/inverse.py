@@ -21,6 +21,7 @@ SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.
 NEAR = 5e-6
 DAMPING = 1e-3  # of the Jacobian's singular values [m or rad per rad]
+TOLERANCE_M = 1e-9  # largest residual
 PATIENCE = 6  # sweeps of Newton steps before the closed form takes over for the poses that are left
 BATCH = 2000
 
@@ -40,7 +41,7 @@ class Commanded:
     residual_m: Array
 
 
-def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e-9) -> Commanded:
+def command(model: Model, state: State, T_base_tcp: Array) -> Commanded:
     """Commanded joints and poses for which the real arm reaches the desired TCP poses.
 
     Seeks q with FK_real(q) = T: real joint angles theta follow from the desired pose by Newton steps on the deflected
@@ -51,7 +52,6 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
         state: n states as they happen along the program (approach, speed, wrench, payload, ..); ``q`` are the nominal
             joint angles of the desired poses, or near them: they choose branch and turns.
         T_base_tcp: (n, 4, 4) desired.
-        tolerance: largest residual [m].
 
     Raises:
         PostprocError: MOD010, the deflection does not settle.
@@ -59,7 +59,7 @@ def command(model: Model, state: State, T_base_tcp: Array, tolerance: float = 1e
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     state = state.with_(robot=model.robot, gravity=model.gravity)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
-    done = [_command(model, state.rows(b), desired[b], tolerance) for b in _batches(len(state))]
+    done = [_command(model, state.rows(b), desired[b]) for b in _batches(len(state))]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
     return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
 
@@ -68,16 +68,16 @@ def _batches(n: int) -> list[slice]:
     return [slice(i, i + BATCH) for i in range(0, max(n, 1), BATCH)]
 
 
-def _command(model: Model, state: State, desired: Array, tolerance: float) -> tuple[Array, Array]:
+def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:
     """Commanded joints (n, 6) and residuals (n,) [m] of one batch."""
-    q, residual = _sweeps(model, state, desired, tolerance, PATIENCE)
-    slow = np.flatnonzero(residual > tolerance)
+    q, residual = _sweeps(model, state, desired, PATIENCE)
+    slow = np.flatnonzero(residual > TOLERANCE_M)
     if len(slow):
-        q[slow], residual[slow] = _sweeps(model, state.rows(slow), desired[slow], tolerance, SWEEPS)
+        q[slow], residual[slow] = _sweeps(model, state.rows(slow), desired[slow], SWEEPS)
     return q, residual
 
 
-def _sweeps(model: Model, state: State, desired: Array, tolerance: float, most: int) -> tuple[Array, Array]:
+def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Array, Array]:
     theta = _start(model, state, desired)
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
     loaded = carries_load(model)
@@ -100,7 +100,7 @@ def _sweeps(model: Model, state: State, desired: Array, tolerance: float, most: 
         residual, last = np.maximum(still, np.abs(error).max(axis=1)), worst
         if not np.isfinite(still).all() or worst > 10.0 * REACH:
             raise unsettled(int(np.argmax(~(moved <= REACH))))
-        if residual.max(initial=0.0) <= tolerance or sweep == most:
+        if residual.max(initial=0.0) <= TOLERANCE_M or sweep == most:
             break
         if sweep >= PATIENCE and model.robot.opw is not None:
             theta = _closed_form_steps(model, state, theta, deflection, desired)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from postproc.effects.contract import State
@@ -24,13 +22,14 @@ def example_arm() -> Robot:
     return Robot("example", link, axis, -3 * six, 3 * six, 3 * six, 10 * six, 100 * six, mass, center, inertia)
 
 
-def example_state(n: int = 240, seed: int = 1) -> State:
-    """States spread over the joint space, with every channel recorded and the model's share filled in."""
-    rng = np.random.default_rng(seed)
+def example_state(n: int = 240) -> State:
+    """States spread over the joint space, with every channel recorded and loads as large as on such an arm."""
+    rng = np.random.default_rng(1)
     robot = example_arm()
     spread = np.array([3.1, 2.6, 3.1, 6.9, 2.2, 6.9])
-    state = State(
-        q=rng.uniform(-spread, spread, (n, 6)),
+    q = rng.uniform(-spread, spread, (n, 6))
+    return State(
+        q=q,
         v=rng.normal(0.0, 1.0, (n, 6)),
         a=rng.normal(0.0, 3.0, (n, 6)),
         approach=rng.choice([-1.0, 0.0, 1.0], (n, 6), p=[0.45, 0.1, 0.45]),
@@ -42,30 +41,7 @@ def example_state(n: int = 240, seed: int = 1) -> State:
         session=rng.integers(0, 3, n).astype(float),
         channels={"row": np.arange(n, dtype=float)},
         robot=robot,
+        T_base_body=body_poses(robot, q),
+        joint_load=rng.normal(0.0, 1000.0, (n, 6)),
+        body_load=rng.normal(0.0, 1000.0, (n, 7, 6)),
     )
-    return with_loads(state, robot)
-
-
-def with_loads(state: State, robot: Robot) -> State:
-    """Body poses, and the loads of links, payload and wrench on joints and bodies, by plain statics of the chain."""
-    n = len(state)
-    T = body_poses(robot, state.q)
-    tip = T[:, 6] @ robot.link[6]
-    joint, body = np.zeros((n, 6)), np.zeros((n, 7, 6))
-    assert state.wrench is not None and state.payload_mass is not None and state.payload_center is not None
-    # Force and moment about the base origin, summed from the flange inwards.
-    force = state.wrench[:, :3] + state.payload_mass[:, None] * state.gravity
-    center = (tip[:, :3, :3] @ state.payload_center[:, :, None])[:, :, 0] + tip[:, :3, 3]
-    moment = state.wrench[:, 3:] + np.cross(tip[:, :3, 3], state.wrench[:, :3])
-    moment = moment + np.cross(center, state.payload_mass[:, None] * state.gravity)
-    for b in range(6, -1, -1):
-        end = (T[:, b] @ robot.link[b])[:, :3, 3]
-        at_end = np.concatenate([force, moment - np.cross(end, force)], axis=1).reshape(n, 2, 3)
-        body[:, b] = (at_end @ T[:, b, :3, :3]).reshape(n, 6)
-        weight = robot.mass[b] * state.gravity
-        force = force + weight
-        moment = moment + np.cross(T[:, b, :3, :3] @ robot.center[b] + T[:, b, :3, 3], weight)
-        if b > 0:
-            about = moment - np.cross(T[:, b, :3, 3], force)
-            joint[:, b - 1] = np.sum(about * (T[:, b, :3, :3] @ robot.axis[b - 1]), axis=1)
-    return replace(state, T_base_body=T, joint_load=joint, body_load=body)

@@ -9,6 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import skew
 
 
 def distal_point(robot: Robot, body: int) -> Array:
@@ -58,8 +59,8 @@ def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int)
         rate = turn * v[:, j]
         spin_rate = spin_rate + turn * a[:, j] + _cross(spin, rate)
         spin = spin + rate
-    outward = cross_matrix(spin.T)
-    return acceleration.T, cross_matrix(spin_rate.T) + outward @ outward
+    outward = skew(spin.T)
+    return acceleration.T, skew(spin_rate.T) + outward @ outward
 
 
 def _cross(x: Array, y: Array) -> Array:
@@ -71,13 +72,6 @@ def point_acceleration(robot: Robot, T_base_body: Array, v: Array, a: Array, bod
     """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes; arguments as in `body_motion`."""
     a_origin, matrix = body_motion(robot, T_base_body, v, a, body)
     return a_origin + turned(matrix, point - T_base_body[:, body, :3, 3])
-
-
-def cross_matrix(x: Array) -> Array:
-    """Matrices (n, 3, 3) of the cross product from the left with x (n, 3)."""
-    zero = np.zeros(len(x))
-    rows = [zero, -x[:, 2], x[:, 1], x[:, 2], zero, -x[:, 0], -x[:, 1], x[:, 0], zero]
-    return np.stack(rows, axis=1).reshape(-1, 3, 3)
 
 
 def turned(matrix: Array, vectors: Array) -> Array:

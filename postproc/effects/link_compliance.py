@@ -9,6 +9,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.base import Displacement, Effect, State, Variant, param, structure, variant
 from postproc.effects.geometry import distal_point, long_bodies
+from postproc.robot.kinematics import skew
 
 
 class LinkCompliance(
@@ -72,8 +73,7 @@ def beam(span: Array, bending: float, torsion: float, stretch: float) -> Array:
         return np.zeros((6, 6))
     e = span / length
     along, across = np.outer(e, e), np.eye(3) - np.outer(e, e)
-    cross = np.array([[0.0, -e[2], e[1]], [e[2], 0.0, -e[0]], [-e[1], e[0], 0.0]])  # cross @ x = e x x
-    turn = bending * length**2 / 2 * cross
+    turn = bending * length**2 / 2 * skew(e)
     return np.block(
         [
             [stretch * length * along + bending * length**3 / 3 * across, -turn],

@@ -84,12 +84,11 @@ def param(
     null: Number = 0.0,
     amplitude: bool = True,
     labels: tuple[str, ...] = (),
-    default: Any = None,
 ) -> Any:
     """Declare a parameter of an effect (see `Parameter`); its default value is the null value."""
     lengths = shape if isinstance(shape, tuple) else (shape,)
     meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels)
-    return dataclasses.field(default=default, metadata={META: meta})
+    return dataclasses.field(default=None, metadata={META: meta})
 
 
 def structure(default: Any, *, low: float = -np.inf, high: float = np.inf, choices: tuple[str, ...] = ()) -> Any:

@@ -41,16 +41,9 @@ def _left_out(square: Array, e: Array) -> Array:
     return np.asarray(np.linalg.lstsq(whole, e, rcond=1e-9)[0])
 
 
-def contiguous_blocks(groups: NDArray[np.int_], count: int = 0) -> NDArray[np.int_]:
-    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split.
-
-    Args:
-        count: number of blocks; 0 takes ten, and blocks of 25 poses on long records.
-    """
-    _, first = np.unique(groups, return_index=True)
-    order = np.argsort(first)
-    rank = np.empty(len(order), dtype=int)
-    rank[order] = np.arange(len(order))
-    _, index = np.unique(groups, return_inverse=True)
-    count = count or max(10, len(order) // 25)
-    return np.asarray(rank[index] * min(count, len(order)) // len(order))
+def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
+    """(n,) block of each row: contiguous rows in file order, repeats of one pose never split; ten, or 25 poses each."""
+    _, first, index = np.unique(groups, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))
+    count = min(max(10, len(first) // 25), len(first))
+    return np.asarray(rank[index] * count // len(first))

@@ -60,9 +60,7 @@ class Weights:
         return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 
-def make_weights(
-    data: Measurements, noise: Noise, rotation: float | None = None, joint: float | None = None
-) -> Weights:
+def make_weights(data: Measurements, noise: Noise) -> Weights:
     """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
 
     Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend
@@ -76,9 +74,9 @@ def make_weights(
     parts = [np.isfinite(data.position) / (sigma * own)[:, None]]
     if data.rotation is not None:
         measured = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
-        parts.append(np.repeat(measured[:, None], 3, axis=1) / (rotation or noise.rotation or sigma))
+        parts.append(np.repeat(measured[:, None], 3, axis=1) / (noise.rotation or sigma))
     if data.joint is not None:
-        parts.append(np.isfinite(data.joint) / (joint or sigma))
+        parts.append(np.isfinite(data.joint) / sigma)
     return Weights(np.hstack(parts))
 
 

@@ -31,7 +31,7 @@ class Equilibrium:
     Args:
         state: the states with poses and loads filled in, as the effects saw them last.
         deflection: displacement of every coordinate. chain: geometry of the deflected arm.
-        T_base_tcp: (n, 4, 4) real TCP. sweeps: how many it took.
+        T_base_tcp: (n, 4, 4) real TCP.
         bodies: those whose far ends are moved or whose loads are read; loads of the others are NaN.
     """
 
@@ -39,7 +39,6 @@ class Equilibrium:
     deflection: Deflection
     chain: Chain
     T_base_tcp: Array
-    sweeps: int
     bodies: tuple[int, ...] = ()
 
 
@@ -60,7 +59,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
         state = state.with_(
             T_base_body=np.zeros((0, 7, 4, 4)), joint_load=np.zeros((0, 6)), body_load=np.zeros((0, 7, 6))
         )
-        return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), 0, ())
+        return _rest(model, state, Deflection(np.zeros((0, 6)), {}, None, None), ())
     loaded = carries_load(model)
     bodies = tuple(sorted({*(active_bodies(model, state) if loaded else ()), *also}))
     deflection = Deflection(np.zeros((len(state), 6)), {}, None, None)
@@ -78,7 +77,7 @@ def equilibrium(model: Model, state: State, also: tuple[int, ...] = ()) -> Equil
         worst = float(change.max())
         # Sweeps contract evenly, so the next change is foretold and need not be computed.
         if not loaded or worst < SETTLED or (worst < 1e-6 and worst * (worst / last) < 0.1 * SETTLED):
-            return _rest(model, seen, deflection, sweep, bodies)
+            return _rest(model, seen, deflection, bodies)
         if not np.isfinite(worst) or worst > 10.0 * REACH:
             break
         last = worst
@@ -94,10 +93,10 @@ def unsettled(index: int) -> PostprocError:
     )
 
 
-def _rest(model: Model, state: State, deflection: Deflection, sweeps: int, bodies: tuple[int, ...]) -> Equilibrium:
+def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> Equilibrium:
     every = tuple(sorted({*bodies, *deflection.body}))
     chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(deflection.body))
-    return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), sweeps, every)
+    return Equilibrium(state, deflection, chain, tcp(chain, state, deflection), every)
 
 
 def predict(model: Model, state: State) -> Array:

@@ -62,10 +62,10 @@ def programmed_ease(path: Path, runs: Runs) -> Array:
     return np.where(runs.inside, ease[path.move[runs.sample[1:]]], 1.0)
 
 
-def smooth_speed(robot: Robot, runs: Runs, share: float = 0.5) -> Array:
-    """Path speeds (k - 1,) [m/s] at which the curve itself uses a share of a joint's jerk limit: |q'''| s_dot^3."""
+def smooth_speed(robot: Robot, runs: Runs) -> Array:
+    """Path speeds (k - 1,) [m/s] at which the curve itself uses half of a joint's jerk limit: |q'''| s_dot^3."""
     jerk = (np.abs(6 * runs.curve.c[0]) / robot.jerk).max(axis=1)
-    speed: Array = np.cbrt(share / np.maximum(jerk, share / FASTEST**3))
+    speed: Array = np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
     return speed
 
 

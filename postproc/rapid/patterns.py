@@ -20,12 +20,11 @@ BRACKETED = _nested(DEPTH)
 EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED)
 
 
-def up_to(word: bytes, stop_at_semicolon: bool = True) -> re.Pattern[bytes]:
-    """Text before the next ``word`` that is outside strings and comments."""
+def up_to(word: bytes) -> re.Pattern[bytes]:
+    """Text before the next ``word`` that is outside strings and comments, or before the end of the statement."""
     first = word[:1]
     both = first.lower() + first.upper()
-    semicolon = b";" if stop_at_semicolon else b""
-    other = rb"[^\"!" + both + semicolon + rb"]++"
+    other = rb"[^\"!;" + both + rb"]++"
     begins_otherwise = rb"(?!(?<![\w\x80-\xff])(?i:" + word + rb")(?![\w\x80-\xff]))[" + both + rb"]"
     return re.compile(many(other + rb"|" + STRING + rb"|" + COMMENT + rb"|" + begins_otherwise + rb"|\""))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -22,8 +21,7 @@ def measuring_module(
     approach: Array | None,
     labels: Sequence[str],
     table: str,
-    payload_kg: Array | None = None,
-    template_dir: Path | None = None,
+    payload_kg: Array | None,
 ) -> bytes:
     """The program as text.
 
@@ -41,7 +39,7 @@ def measuring_module(
         {"name": f"j{i + 1:03d}", "label": labels[i], "joints": q[i], "approach": start[i], "payload_kg": load[i]}
         for i in order
     ]
-    env = environment(template_dir)
+    env = environment()
     env.filters["degrees"] = lambda angles: [rapid_number(x, 4) for x in np.degrees(angles)]
     template = load_template(env, "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}

@@ -33,8 +33,8 @@ def addition_page(name: str, found: Addition) -> str:
         "Rms per axis. The dashed line is the noise: no model can be expected below it." if noise else "Rms per axis."
     )
     sections = [
-        Section("The error on rows that the fit has not seen", bars(ladder, "mm", floor if noise else None), note),
-        Section("What each effect is worth", bars(without, "mm", floor if noise else None), EACH),
+        Section("The error on rows that the fit has not seen", bars(ladder, floor if noise else None), note),
+        Section("What each effect is worth", bars(without, floor if noise else None), EACH),
         workspace_section(found.fit, "Where it is off now"),
         channel_section(found.fit, noise, "What the rest follows"),
         Section("Parameters", parameter_table(found.fit, [e.key for e in found.fit.model.effects])),

@@ -69,19 +69,11 @@ def scatter(
     return frame.draw(parts, x_label, y_label)
 
 
-def vectors(
-    start: Array,
-    end: Array,
-    x_label: str,
-    y_label: str,
-    *,
-    way: Array | None = None,
-    size: tuple[int, int] = (500, 420),
-) -> str:
+def vectors(start: Array, end: Array, x_label: str, y_label: str, way: Array | None) -> str:
     """Arrows from points (n, 2) to points (n, 2), both axes to the same scale; ``way`` (m, 2) is a line behind them."""
     both = np.vstack([start, end] if way is None else [start, end, way[np.isfinite(way).all(axis=1)]])
     center = (both.max(axis=0) + both.min(axis=0)) / 2
-    frame = Frame((0.0, 1.0), (0.0, 1.0), size)
+    frame = Frame((0.0, 1.0), (0.0, 1.0), (500, 420))
     half = max(np.ptp(both[:, 0]) / frame.width, np.ptp(both[:, 1]) / frame.height, 1e-9) * 0.53
     wide, high = half * frame.width, half * frame.height
     frame.range_x = (center[0] - wide, center[0] + wide)
@@ -107,18 +99,18 @@ def course(x: Array, y: Array, x_label: str, y_label: str, *, limit: float, colo
     return f'<div class="course">{frame.draw(parts, x_label, y_label)}</div>'
 
 
-def bars(levels: Mapping[str, float | None], unit: str, floor: float | None = None, aside: str = "") -> str:
-    """Horizontal bars, with a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
+def bars(levels: Mapping[str, float | None], floor: float | None = None, aside: str = "") -> str:
+    """Horizontal bars [mm], a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
     known = {label: value for label, value in levels.items() if value is not None}
     percent = 100 / max([*known.values(), floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%; border-color: {RED}"></i>'
     rows = []
     for label, value in known.items():
         bar = f"width: {value * percent:.1f}%; background: {GREY if label == aside else BLUE}"
-        figure = f"{value:.3f} {escape(unit)}"
+        figure = f"{value:.3f} mm"
         rows.append(f'<span>{escape(label)}</span><b><i style="{bar}"></i>{end}</b><span>{figure}</span>')
     if floor is not None:
-        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} {escape(unit)}</span>')
+        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} mm</span>')
     return f'<div class="bars">{"".join(rows)}</div>'
 
 

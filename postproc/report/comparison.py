@@ -42,7 +42,7 @@ def comparison_page(name: str, found: Comparison) -> str:
     sections = [
         Section(
             "How far, and how far it could be",
-            bars(levels, "mm", document["noise_mm"], aside=FREE),
+            bars(levels, document["noise_mm"], aside=FREE),
             "Rms per axis. Grey: what a smooth function of all channels, without physics, reaches on rows that it has "
             "not seen. An effect that jumps can do better.",
         ),

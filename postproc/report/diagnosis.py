@@ -40,7 +40,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     sections = [
         Section(
             "The error on rows that the fit has not seen",
-            bars(ladder, "mm", document["floor_mm"], aside=FREE),
+            bars(ladder, document["floor_mm"], aside=FREE),
             "Rms per axis. "
             + (NOISE if document["floor_mm"] else "")
             + "Grey: what a smooth function of all channels, without physics, reaches.",

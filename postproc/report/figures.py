@@ -34,13 +34,10 @@ def chosen(vector: Array) -> Array:
 def plane_views(position: Array, vector: Array, times: float, way: Array | None = None) -> str:
     """Vectors (n, 3) [m] at positions (n, 3) [m], and a way (m, 3) behind them, in two views."""
     tip = position + times * vector
-    return grid(
-        [
-            vectors(position[:, axes], tip[:, axes], x, y, way=None if way is None else way[:, axes])
-            for axes, x, y in VIEWS
-        ],
-        340,
-    )
+    views = [
+        vectors(position[:, axes], tip[:, axes], x, y, None if way is None else way[:, axes]) for axes, x, y in VIEWS
+    ]
+    return grid(views, 340)
 
 
 def space_view(position: Array, vector: Array, times: float, label: Sequence[str]) -> str:

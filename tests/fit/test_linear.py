@@ -65,8 +65,8 @@ def test_f_test_against_the_table():
 
 def test_blocks_are_contiguous_and_keep_repeats_together():
     groups = np.repeat(np.arange(25), 3)
-    blocks = contiguous_blocks(groups, 5)
-    assert (np.diff(blocks) >= 0).all() and len(np.unique(blocks)) == 5
+    blocks = contiguous_blocks(groups)
+    assert (np.diff(blocks) >= 0).all() and len(np.unique(blocks)) == 10
     assert all(len(set(blocks[groups == k])) == 1 for k in range(25))
 
 

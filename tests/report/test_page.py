@@ -328,7 +328,7 @@ def test_means_and_marks_speak_when_pointed_at() -> None:
 
 
 def test_bars_end_at_the_floor() -> None:
-    chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, "mm", 0.1, aside="b")
+    chart = bars({"a": 1.0, "b": 0.5, "unknown": None}, 0.1, aside="b")
     assert re.findall(r"width: ([\d.]+)%", chart) == ["100.0", "50.0"]
     assert set(re.findall(r"left: ([\d.]+)%", chart)) == {"10.0"}
     assert ">noise<" in chart
