@@ -138,6 +138,10 @@ class Effect:
         """(p,) weights w of the penalty |w x|^2 that keeps a free function smooth; None where nothing is penalised."""
         return None
 
+    def unlimited(self) -> Self:
+        """The effect without limits to what it has learned: how far it may be off beyond them, a prediction asks."""
+        return self
+
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
         """Kinds of a free function, each from fine to coarse: a fit takes the likeliest, as coarse as says as much."""
         return ((self,),)

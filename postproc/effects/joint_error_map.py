@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -75,6 +76,9 @@ class JointErrorMap(
         """A map that does nothing, of other joints, orders or smoothness, for the angles that this one has seen."""
         order, fall = order or self.order, self.fall if fall is None else fall
         return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
+
+    def unlimited(self) -> Self:
+        return replace(self, low_rad=(-100.0,) * 6, high_rad=(100.0,) * 6)
 
     def outside(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""

@@ -13,6 +13,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.places import flat
 from postproc.model.sensitivity import grown_sensitivity
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
@@ -65,7 +66,10 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Covariance of the predicted TCP position, D P D^T + u^2 I with D the pose derivatives, (n, 3, 3) [m^2].
+    """Covariance of the predicted TCP position, D P D^T + u^2 I + m m^T with D the pose derivatives, (n, 3, 3) [m^2].
+
+    Beyond what a free function has learned, D is that of the function without that limit: there P holds what it may
+    be by its prior. The prediction keeps the value at the limit, and m is how far that is from the function's own.
 
     Args:
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
@@ -73,21 +77,27 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     result = np.empty((len(state), 3, 3))
     for start in range(0, len(state), BATCH):
         rows = slice(start, start + BATCH)
-        D = _derivatives(model, state.rows(rows), known, instrument)
+        D, missed = _derivatives(model, state.rows(rows), known, instrument)
         result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
+        result[rows] += missed[:, :, None] * missed[:, None, :]
     return result
 
 
-def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> Array:
-    """(n, 3, p) of the position by the fitted parameters."""
+def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> tuple[Array, Array]:
+    """(n, 3, p) of the position by the fitted parameters, and (n, 3) what functions beyond their limits are off [m]."""
     at = grown_sensitivity(model, state)
     columns = np.zeros((len(state), 3, len(known.parameters)))
+    missed = np.zeros((len(state), 3))
     for effect in model.effects:
         wanted = {i: k for k, (key, i) in enumerate(known.parameters) if key == effect.key}
         if wanted and (instrument or displacement_of(effect, at.state).instrument is None):
             free = np.isin(np.arange(len(effect.vector())), list(wanted))
-            columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(effect, free)[:, :3]
-    return columns
+            whole = effect.unlimited()
+            columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(whole, free)[:, :3]
+            if whole is not effect:
+                moved = (flat(displacement_of(e, at.state), len(state)) for e in (whole, effect))
+                missed += (at.matrix[:, :3] @ np.subtract(*moved)[:, :, None])[:, :, 0]
+    return columns, missed
 
 
 def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:

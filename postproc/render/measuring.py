@@ -21,7 +21,7 @@ def measuring_module(
     approach: Array | None,
     labels: Sequence[str],
     table: str,
-    payload_kg: Array | None,
+    payload_kg: Array | None = None,
 ) -> bytes:
     """The program as text.
 

@@ -10,8 +10,10 @@ import pytest
 
 from postproc.cli.output import write_model
 from postproc.effects.instrument_frame import InstrumentFrame
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.registry import effect_library
+from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import default_model, read_model
 from postproc.model.uncertainty import (
@@ -22,6 +24,7 @@ from postproc.model.uncertainty import (
     read_uncertainty,
     uncertainty_table,
 )
+from postproc.robot.kinematics import forward
 from tests.model.arms import parameters, pose_derivatives, with_parameters
 
 RNG = np.random.default_rng(29)
@@ -70,6 +73,41 @@ def test_coverage_of_the_truth() -> None:
         error = predict(with_parameters(truth, x + step), new)[:, :3, 3] - there
         inside.append(np.abs(error) < 1.96 * sigma[:, None])
     assert 0.90 < np.mean(inside) < 0.98
+
+
+def test_a_free_function_is_as_uncertain_as_its_prior_where_it_has_learned_nothing() -> None:
+    """Functions drawn from their prior and learned over half of joint 1 by plain normal equations: 95 % hold 95 %."""
+    rng, order, noise = np.random.default_rng(7), 6, 2e-5
+    size = np.tile(3e-4 / np.arange(1, order + 1), 2)
+
+    def columns(q: np.ndarray) -> np.ndarray:
+        angle = q[:, None] * np.arange(1, order + 1)
+        return np.hstack([np.sin(angle), np.cos(angle)])
+
+    learned, asked = rng.uniform(-1.5, 0.5, 60), np.linspace(-1.5, 2.8, 44)
+    A = columns(learned)
+    P = np.linalg.inv(A.T @ A / noise**2 + np.diag(1 / size**2))
+    robot = default_model().robot
+    state = Model(robot).state(np.outer(asked, [1, 0, 0, 0, 0, 0]))
+    nominal = forward(robot, state.q)[:, :3, 3]
+    across = np.stack([-nominal[:, 1], nominal[:, 0], 0 * asked], axis=1)  # a turn about z moves the place by so much
+    inside, wide = [], []
+    for _ in range(60):
+        true = rng.normal(size=2 * order) * size
+        x = P @ A.T @ (A @ true + noise * rng.normal(size=60)) / noise**2
+        known = Uncertainty(tuple(("joint_error_map", i) for i in range(2 * order)), P)
+        own = JointErrorMap(joint=(1,), order=order, low_rad=(-1.5,) * 6, high_rad=(0.5,) * 6).with_vector(x)
+        model = Model(robot, (own,))
+        model = replace(model, fit=uncertainty_table(model, known))
+        error = predict(model, state)[:, :3, 3] - nominal - across * (columns(asked) @ true)[:, None]
+        sigma = predict_sigma(model, state)
+        inside.append(np.linalg.norm(error, axis=1) < 1.96 * np.sqrt(3) * sigma)
+        wide.append(sigma)
+    beyond = asked > 0.5
+    for rows in (beyond, ~beyond):
+        assert 0.90 < np.mean(np.array(inside)[:, rows]) < 0.99
+    far = asked > 1.5
+    assert np.mean(np.array(wide)[:, far]) > 10 * np.mean(np.array(wide)[:, ~beyond])
 
 
 def test_a_file_carries_it(tmp_path: Path) -> None:
