@@ -49,7 +49,7 @@ def run(
     found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
-        write(report, addition_page(short_names(model, *data), found).encode())
+        write(report, addition_page(short_names(model, *keys, *data), found).encode())
     if json:
         print_json(found.as_json())
     else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,6 +17,23 @@ KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load
 TABLE = r"(?:[qva]|dir)[1-6](?:_deg\w*)?|payload_\w+|temperature_c|time_s"
 """Columns of a table that a state holds under other names."""
 
+SI = ("rad", "m", "kg", "s", "K", "N", "J", "W", "Pa", "Hz", "V", "A")
+INSTEAD = {
+    **dict.fromkeys(("deg", "°", "mrad", "urad", "arcmin", "arcsec"), "rad"),
+    **dict.fromkeys(("mm", "cm", "um", "µm", "in", "inch"), "m"),
+    **dict.fromkeys(("min", "h", "ms", "d"), "s"),
+    "C": "K",
+    "degC": "K",
+    "°C": "K",
+    "g": "kg",
+    "t": "kg",
+    "lb": "kg",
+    "kN": "N",
+    "Nm": "N m",
+    "%": "1",
+}
+"""What is commonly written in place of a part of the SI, or of two without the blank between them."""
+
 
 def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
     """Everything wrong with what an effect declares."""
@@ -27,6 +44,11 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
         if not meta.unit:
             help = f'write `{name}: ... = param(unit="rad", ...)`, or unit="1" for a pure number'
             yield finding("EFF002", f"the parameter `{name}` of `{cls.key}` has no unit", cls, member=name, help=help)
+        elif odd := foreign(meta.unit, own_channels(cls)):
+            help = f"write `{INSTEAD[odd]}` in place of `{odd}`; " if odd in INSTEAD else ""
+            help += f"units are those of the SI and what they make, `rad/(N m)`: {', '.join(SI)}; `1` for a pure number"
+            message = f"the unit `{meta.unit}` of `{name}` of `{cls.key}` is not of the SI"
+            yield finding("EFF002", message, cls, member=name, help=help)
         elif not name.endswith(unit_suffix(meta.unit)):
             help = f"rename it to `{name}{unit_suffix(meta.unit)}`"
             message = f"the name `{name}` of `{cls.key}` does not end in its unit, {meta.unit}"
@@ -49,7 +71,7 @@ def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnosti
     """EFF016 where a parameter's bounds, null value and typical size do not go together."""
     message = ""
     try:
-        low, high, null, typical = (np.asarray(x, dtype=float) for x in (meta.low, meta.high, meta.null, meta.typical))
+        low, high, null, typical = (0.0 + np.asarray(x) for x in (meta.low, meta.high, meta.null, meta.typical))
     except (TypeError, ValueError):
         message, help_ = f"the bounds of `{name}` of `{cls.key}` are no numbers", "write numbers in SI units"
     else:
@@ -63,6 +85,12 @@ def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnosti
             help_ = "say how large it usually is: typical=1e-4"
     if message:
         yield finding("EFF016", message, cls, member=name, help=help_)
+
+
+def foreign(unit: str, columns: Sequence[str]) -> str:
+    """The first part of a unit that is none of the SI, empty where all are; per an own column anything may be."""
+    told = unit.partition("/")[0] if columns else unit
+    return next((part for part in re.split(r"[\s()*/^\d.-]+", told) if part and part not in SI), "")
 
 
 def own_channels(cls: type[Effect]) -> tuple[str, ...]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, fields
 from difflib import get_close_matches
 
+import numpy as np
+
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect, State
+from postproc.effects.contract import FIELDS
 from postproc.effects.findings import describe, finding, line_of
 
 
@@ -36,7 +40,11 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
     if isinstance(error, KeyError) and error.args:
         yield f'name the column that it uses: class {cls.__name__}(Effect, reads=("q", {str(error.args[0])!r}))'
     if "NoneType" in text:
-        yield f'name every channel that it uses: class {cls.__name__}(Effect, reads=("q", "temperature"))'
+        code = inspect.getsource(cls)
+        used = [f.name for f in fields(State) if f.name != "q" and re.search(rf"\bstate\.{f.name}\b", code)]
+        told = dict.fromkeys(CHANNEL_OF.get(name, name) for name in used or ["temperature"])
+        reads = ", ".join(f'"{name}"' for name in ("q", *told))
+        yield f"name every channel that it uses: class {cls.__name__}(Effect, reads=({reads}))"
     if isinstance(error, FrozenInstanceError):
         yield "an effect is a value: declare what a fit may move with `param`, and keep everything else in the method"
     if isinstance(error, AttributeError):
@@ -54,6 +62,8 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
     )
 
 
+CHANNEL_OF = {"body_load": "load", **{field: channel for channel, field in FIELDS.items()}}
+"""How an effect declares a field of the state that has another name."""
 HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (NameError, "", "define it above the class, import it, or declare it with `param`"),
     (ImportError, "", "install that package beside postproc, or do without it"),
@@ -65,6 +75,7 @@ HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (TypeError, "Python scalar", "use numpy's function for all states at once: np.sin(x), not math.sin(x)"),
     (TypeError, "positional argument", "write it as `def displacement(self, state)`, `def load(self, state)`"),
     (TypeError, "keyword argument", "Displacement has joint, body, tool and instrument; Load has joint and body"),
+    (np.exceptions.ComplexWarning, "", "angles and lengths are real numbers: is it the root of a negative one?"),
     (ZeroDivisionError, "", "keep clear of zero: np.where(x == 0, 0, a / np.where(x == 0, 1, x))"),
     (RecursionError, "", "it calls itself"),
 )

@@ -78,6 +78,8 @@ def _run(name: str, path: Path, data: bytes) -> None:
         span = line_span(source, line) if line else None
         message = f"the effect file does not run: {describe(error)}"
         help = "run it with `python` to see the whole error"
+        if "no type annotation" in str(error):
+            help = "write the type of every parameter: `step_rad: float = param(..)`, `Array` for several numbers"
         raise PostprocError.of("EFF001", message, source, span, help) from error
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import TypeVar
@@ -51,7 +52,8 @@ def _loaded(effect: Effect, state: State) -> Array:
 
 def _call(effect: Effect, member: str, ask: Callable[[], T], kind: type[T]) -> T:
     try:
-        with np.errstate(all="ignore"):  # What is not finite is found in the result.
+        with np.errstate(all="ignore"), warnings.catch_warnings():  # What is not finite is found in the result.
+            warnings.simplefilter("error", np.exceptions.ComplexWarning)
             given = ask()
     except PostprocError:
         raise

@@ -23,7 +23,7 @@ LITTLE = 0.02
 def headline(d: Diagnosis) -> str:
     """The verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
     before, after = 1e3 * d.base.held_out_rms, 1e3 * d.final.held_out_rms
-    noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm." if d.floor else ""
+    noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm per axis." if d.floor else ""
     if d.verdict == "complete" and too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
         return (
@@ -31,14 +31,13 @@ def headline(d: Diagnosis) -> str:
             f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
         )
     if d.verdict == "complete":
-        return (
-            f"Nothing is missing: what is left ({before:.3f} mm on rows the fit has not seen) looks like noise.{noise}"
-        )
+        left = f"{before:.3f} mm per axis on rows the fit has not seen"
+        return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
     every = [_named(m) for m in d.missing]
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = "them" if len(d.missing) > 1 else "it"
-    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm.{noise}"
-    fell += _of_little_worth(d)
+    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm per axis."
+    fell += noise + _of_little_worth(d)
     if d.verdict == "missing":
         what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         return f"The model lacks {names}{what}. {fell}"

@@ -16,7 +16,7 @@ def addition_page(name: str, found: Addition) -> str:
     """HTML of an addition.
 
     Args:
-        name: of the model and the table.
+        name: of the model, the effects and the tables.
     """
     document = plain(found.as_json())
     ladder = {

@@ -24,15 +24,6 @@ class Bins:
     text: Sequence[str]
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A point of its own, and what it says when pointed at."""
-
-    x: float
-    y: float
-    text: str
-
-
 def scatter(
     x: Array,
     y: Array,
@@ -42,19 +33,22 @@ def scatter(
     band: float | None = None,
     title: str = "",
     bins: Bins | None = None,
-    marks: Sequence[Mark] = (),
+    marks: Sequence[tuple[int, str]] = (),
     size: tuple[int, int] = (330, 210),
 ) -> str:
-    """Points (n,) over (n,), with a grey band of plus and minus ``band``; few values of x become columns of points."""
+    """Points (n,) over (n,), with a grey band of plus and minus ``band``; few values of x become columns of points.
+
+    Args:
+        marks: points that are ringed, and what each says when pointed at.
+    """
     good = np.isfinite(x) & np.isfinite(y)
-    x, y = x[good], y[good]
-    if len(x) == 0:
+    if not good.any():
         return ""
-    distinct = np.unique(x)
-    if len(distinct) <= FEW and len(x) > len(distinct):
+    distinct = np.unique(x[good])
+    if len(distinct) <= FEW and good.sum() > len(distinct):
         wide = 0.3 * (float(np.diff(distinct).min()) if len(distinct) > 1 else 1.0)
         x = x + wide * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)  # golden ratio: evenly, whatever the order
-    frame = Frame(spread(x), spread(np.append(y, [0.0, *([band, -band] if band else [])])), size, title)
+    frame = Frame(spread(x[good]), spread(np.append(y[good], [0.0, *([band, -band] if band else [])])), size, title)
     parts = []
     if band:
         top, bottom = frame.y(band), frame.y(-band)
@@ -62,10 +56,11 @@ def scatter(
             f'<rect x="{frame.left}" width="{frame.width:.1f}" y="{top:.1f}" height="{bottom - top:.1f}" '
             f'fill="{GREY}" fill-opacity="0.25"/>'
         )
-    parts.append(dots(frame.places(x, y)))
+    places = frame.places(x, y)
+    parts.append(dots(places[good]))
     if bins is not None:
         parts += _means(frame, bins)
-    parts += [ring(frame.places(np.array(m.x), np.array(m.y)), m.text) for m in marks]
+    parts += [ring(places[i], text) for i, text in marks if good[i]]
     return frame.draw(parts, x_label, y_label)
 
 

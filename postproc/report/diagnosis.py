@@ -33,9 +33,9 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     ladder[FREE] = document["bound_mm"]
     key = {
         **_verdict(document),
-        "error as it came": document["held_out_rms_mm"],
+        "error per axis as it came": document["held_out_rms_mm"],
         "with what was found": document["held_out_rms_mm_after"] if document["missing"] else None,
-        "noise": document["floor_mm"],
+        "noise per axis": document["floor_mm"],
     }
     sections = [
         Section(

@@ -13,7 +13,7 @@ from postproc.identify.compare import WORST
 from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
 from postproc.identify.verdict import suspect_size
 from postproc.patterns.suspects import Suspect
-from postproc.report.charts import Bins, Mark, scatter
+from postproc.report.charts import Bins, scatter
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid
 
@@ -122,11 +122,7 @@ def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float 
     rows = zip(trend.centre * factor, trend.mean, trend.spread, strict=True)
     text = [f"{trend.channel} {x:.4g} {unit}: mean {m:+.4f} +- {e:.4f} {ours}" for x, m, e in rows]
     marks = [
-        Mark(
-            float(values[i]) * factor,
-            float(trend.values[i]),
-            f"{_pose(fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i] * factor:.4g} {unit}",
-        )
+        (i, f"{_pose(fit, i)}: {trend.values[i]:+.4f} {ours} at {trend.channel} {values[i] * factor:.4g} {unit}")
         for i in worst
     ]
     return scatter(

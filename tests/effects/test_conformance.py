@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect, param
 from postproc.effects.conformance import check_effect
+from postproc.effects.declaration import declaration
 from postproc.effects.example import example_state
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN
@@ -43,6 +45,29 @@ def effect_file(tmp_path):
     return write
 
 
+@pytest.mark.parametrize(
+    ("unit", "reads", "instead"),
+    [
+        ("deg", "", "`rad` in place of `deg`"),
+        ("rad/Nm", "", "`N m` in place of `Nm`"),
+        ("rad/degC", "temperature", "`K` in place of `degC`"),
+        ("bananas", "humidity", "units are those of the SI"),
+        ("rad/%", "humidity", None),
+        ("N/(rad/s)", "", None),
+        ("1/(N m^2)", "", None),
+    ],
+)
+def test_units_are_those_of_the_si(unit, reads, instead):
+    class Broken(Effect, reads=("q", *([reads] if reads else []))):
+        """Broken."""
+
+        step: float = param(unit=unit)
+
+    found = [d for d in declaration(Broken) if d.code == "EFF002"]
+    assert len(found) == (instead is not None)
+    assert all(instead in d.help for d in found)
+
+
 @pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)
 def test_library(cls):
     assert check_effect(cls) == []
@@ -66,6 +91,8 @@ STEP = 'step_rad: Array = param(unit="rad", shape=(6,), typical=1e-4)\n'
     [
         ("EFF006", 5, body(STEP + "def displacement(self, state): return self.step_rad * state.q\n", "class Broken(Effect):\n"), "`Broken` has no docstring"),
         ("EFF002", 8, body("step_rad: Array = param(shape=(6,))\ndef displacement(self, state): return self.step_rad * state.q\n"), "the parameter `step_rad` of `broken` has no unit"),
+        ("EFF002", 8, body('step_cm: float = param(unit="cm", typical=0.1)\ndef displacement(self, state): return self.step_cm * state.q\n'), "the unit `cm` of `step_cm` of `broken` is not of the SI"),
+        ("EFF016", 8, body('step_rad: float = param(unit="rad", low="-0.01")\ndef displacement(self, state): return self.step_rad * state.q\n'), "the bounds of `step_rad` of `broken` are no numbers"),
         ("EFF016", 8, body('step_rad: float = param(unit="rad", low=1.0)\ndef displacement(self, state): return self.step_rad * state.q\n'), "the bounds of `step_rad` of `broken` leave out its null value"),
         ("EFF016", 5, body("def displacement(self, state): return 0 * state.q\n"), "`broken` has no parameters"),
         ("EFF016", 8, body('k_rad: float = param(unit="rad", low=-0.5, high=0.5)\ndef displacement(self, state): return self.k_rad * state.q\n'), "the typical size of `k_rad` of `broken` lies beyond its bounds"),
@@ -117,6 +144,8 @@ def test_the_kit_catches(effect_file, code, line, text, says):
         ("EFF005", "import no_such_package", "install that package"),
         ("EFF005", "self.found = 1", "an effect is a value"),
         ("EFF005", "return self.displacement(state)", "it calls itself"),
+        ("EFF005", "return self.step_rad * state.q * 1j", "angles and lengths are real numbers"),
+        ("EFF005", "return self.step_rad * np.sign(state.joint_load[:, 1:2])", 'reads=("q", "load"))'),
         ("EFF005", "raise OSError('no such table')", "`from postproc.effects.example import example_state`"),
     ],
 )

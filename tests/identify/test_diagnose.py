@@ -246,7 +246,7 @@ def test_json_keeps_its_contract_and_text_speaks_first():
     assert {"effect": "servo_lag", "why": "the table has no `v1_deg_s` .. `v6_deg_s`"} in j["blind_to"]
     assert re.match(
         r"The model lacks `backlash` \(joints 2 and 4\): a joint stops short on the side from which it came\. "
-        r"With it, the error on rows the fit has not seen falls from [\d.]+ to [\d.]+ mm\.",
+        r"With it, the error on rows the fit has not seen falls from [\d.]+ to [\d.]+ mm per axis\.",
         found.text(),
     )
     value, sigma = j["missing"][0]["parameters"]["half_gap_rad"][1]

@@ -25,7 +25,7 @@ from postproc.measure.table import read_measurements
 from postproc.model.file import default_model
 from postproc.report.addition import addition_page
 from postproc.report.batch import batch_page
-from postproc.report.charts import Bins, Mark, bars, course, scatter, vectors
+from postproc.report.charts import Bins, bars, course, scatter, vectors
 from postproc.report.comparison import comparison_page
 from postproc.report.compensation import compensation_page
 from postproc.report.diagnosis import diagnosis_page
@@ -320,9 +320,16 @@ def test_few_values_become_columns() -> None:
     assert np.sort(x)[49] < np.sort(x)[50] - 50  # the columns stay apart
 
 
+def test_rings_stand_round_their_points_where_these_are_spread() -> None:
+    x, y = np.append(np.repeat([-1.0, 1.0], 50), np.nan), np.append(np.tile(np.arange(50.0), 2), 0.0)
+    svg = scatter(x, y, "dir2", "mrad", marks=[(7, "P8"), (100, "not measured")])
+    ((cx, cy),) = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', svg)
+    assert min(np.hypot(*(np.array(points(svg)) - [float(cx), float(cy)]).T)) < 0.5
+
+
 def test_means_and_marks_speak_when_pointed_at() -> None:
     bins = Bins(np.arange(8.0), np.zeros(8), np.full(8, 0.1), [f"bin {i}" for i in range(8)])
-    svg = scatter(np.arange(8.0), np.arange(8.0), "x", "y", bins=bins, marks=[Mark(1.0, 2.0, "P<1>")])
+    svg = scatter(np.arange(8.0), np.arange(8.0), "x", "y", bins=bins, marks=[(1, "P<1>")])
     assert svg.count("<title>") == 9
     assert "<title>P&lt;1&gt;</title>" in svg
 
