@@ -141,17 +141,16 @@ class Screen:
             e.key for e in model if (springs and "load" in e.reads) or (loads and type(e).load is not Effect.load)
         )
 
-    def odds(self, key: str, current: Effect | None) -> list[float]:
-        """How ordinary each form is, 0 where what is there leaves no room for it."""
+    def odds(self, key: str, current: Effect | None) -> Array:
+        """(M,) how ordinary each form is, 0 where what is there leaves no room for it."""
         forms, there = self.forms(key, current), current or self.problem.model.effect(key)
-        if key != "transmission_error":
-            return [form.odds for form in forms]
+        odds = np.array([form.odds for form in forms], dtype=float)
         mapped = getattr(self.problem.model.effect("joint_error_map"), "joint", ())
         joint, order = getattr(there, "joint", ()), getattr(there, "order", ())
-        if len(joint) < 2 and not mapped:
-            return [form.odds for form in forms]  # two lines are never many
-        lines = ((f.odds, getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
-        return [odds * (not _broadband((*joint, *j), (*order, *n), mapped)) for odds, j, n in lines]
+        if key != "transmission_error" or (len(joint) < 2 and not mapped):
+            return odds  # two lines are never many
+        lines = ((getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
+        return odds * [not _broadband((*joint, *j), (*order, *n), mapped) for j, n in lines]
 
     def beside(self, form: Form, current: Effect | None) -> Form:
         """A form with what is there before it."""

@@ -76,6 +76,17 @@ class Forms(tuple[Form, ...]):
     """Forms of an effect, stacked once for all screenings."""
 
     @cached_property
+    def width(self) -> NDArray[np.int_]:
+        """(M,) how many amplitudes of each are screened."""
+        return np.array([form.columns.shape[1] for form in self], dtype=int)
+
+    @cached_property
+    def joined(self) -> list[tuple[int, Array, Forms]]:
+        """Those that are fitted along with others: which, the columns of the others, and alone."""
+        some = ((i, form, form.along) for i, form in enumerate(self))
+        return [(i, along, Forms([replace(form, along=None)])) for i, form, along in some if along is not None]
+
+    @cached_property
     def stacks(self) -> list[Stack]:
         by_width: dict[int, list[int]] = {}
         for i, form in enumerate(self):

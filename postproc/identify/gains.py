@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,18 +37,34 @@ class Gain:
     evidence: float
 
 
-NOTHING = Gain(0.0, 0, 0.0, -np.inf)
+@dataclass(frozen=True)
+class Gains:
+    """Gains of M forms, (M,) each."""
+
+    fall: Array
+    count: NDArray[np.int_]
+    visible: Array
+    evidence: Array
+
+    @classmethod
+    def none(cls, M: int) -> Gains:
+        return cls(np.zeros(M), np.zeros(M, dtype=int), np.zeros(M), np.full(M, -np.inf))
+
+    def __getitem__(self, m: int) -> Gain:
+        return Gain(float(self.fall[m]), int(self.count[m]), float(self.visible[m]), float(self.evidence[m]))
+
+    def put(self, index: Any, found: Gain | Gains) -> None:
+        for name in ("fall", "count", "visible", "evidence"):
+            getattr(self, name)[index] = getattr(found, name)
 
 
-def gains(linear: Linear, forms: Forms) -> list[Gain]:
+def gains(linear: Linear, forms: Forms) -> Gains:
     """The gain of every form with the fitted parameters projected out (score test), forms of equal width together."""
-    result: list[Gain] = [NOTHING] * len(forms)
-    for i, form in enumerate(forms):
-        if form.along is not None:
-            result[i] = gains(linear.extended(form.along), Forms([replace(form, along=None)]))[0]
+    result = Gains.none(len(forms))
+    for i, along, alone in forms.joined:
+        result.put(i, gains(linear.extended(along), alone)[0])
     for stack in forms.stacks:
-        for i, found in zip(stack.index, _gains(linear, stack), strict=True):
-            result[i] = found
+        result.put(stack.index, _gains(linear, stack))
     return result
 
 
@@ -58,7 +75,7 @@ def gain(linear: Linear, columns: Array, forming: int = 0, flexible: bool = Fals
     return _gains(linear, stack)[0]
 
 
-def _gains(linear: Linear, stack: Stack) -> list[Gain]:
+def _gains(linear: Linear, stack: Stack) -> Gains:
     """What each of M groups of columns C would bring.
 
     evidence = nu log(S / (S - q)) - log det(I + G/s^2 w^2),  q = b^T (G + s^2/w^2)^-1 b,  G = C^T M C,  b = C^T M y:
@@ -69,7 +86,7 @@ def _gains(linear: Linear, stack: Stack) -> list[Gain]:
     before, freedom, forming = linear.square, float(linear.freedom), stack.forming
     M, width = stack.gram.shape[:2]
     if freedom < 2:
-        return [NOTHING] * M
+        return Gains.none(M)
     inside = (linear.nuisance.T @ stack.columns).reshape(-1, M, width).transpose(1, 0, 2)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
     along = (stack.columns.T @ linear.rest).reshape(M, width)
@@ -94,16 +111,13 @@ def _gains(linear: Linear, stack: Stack) -> list[Gain]:
     # A hose only pulls: what it would have to push explains nothing.
     pushes = (stack.sign == 1) & (along[:, 0] < 0)
     worth[pushes], fall[pushes] = -np.inf, 0.0
-    result = []
-    for m in range(M):
-        if not count[m] or left[m] < 1:
-            result.append(NOTHING)
-            continue
-        # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
-        most = schwarz(before, fall[m], count[m], freedom, 1.0) if stack.flexible[m] else np.inf
-        visible = float(np.sqrt(value[m].sum()))
-        result.append(Gain(float(fall[m]), int(count[m] + forming[m]), visible, float(min(worth[m], most))))
-    return result
+    # A free function must earn every coefficient, or it would stand in for any effect of a few parameters.
+    for m in np.flatnonzero(stack.flexible):
+        worth[m] = min(worth[m], schwarz(before, fall[m], count[m], freedom, 1.0))
+    good = (count > 0) & (left >= 1)
+    visible = np.sqrt(value.sum(axis=1))
+    every = (fall, 0.0), (count + forming, 0), (visible, 0.0), (worth, -np.inf)
+    return Gains(*(np.where(good, found, nothing) for found, nothing in every))
 
 
 def laplace(linear: Linear, rest: float, gram: Array, x: Array, wide: Array, amplitude: NDArray[np.bool_]) -> float:

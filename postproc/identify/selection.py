@@ -41,25 +41,25 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     if not np.isfinite(price).any():
         return None
     measured = gains(linear, forms)
-    worth = [g.evidence - p for g, p in zip(measured, price, strict=True)]
-    best = max(range(len(forms)), key=lambda i: worth[i])
-    seen = [i for i, g in enumerate(measured) if g.count and np.isfinite(price[i])]
-    narrow = min((forms[i].columns.shape[1] for i in seen), default=0)
-    thin = [i for i in seen if forms[i].columns.shape[1] == narrow]
+    worth = measured.evidence - price
+    best = int(np.argmax(worth))
+    seen = np.flatnonzero((measured.count > 0) & np.isfinite(price))
+    narrow = int(forms.width[seen].min(initial=forms.width.max()))
+    thin = seen[forms.width[seen] == narrow]
     # A free function grows finer, too.
     widest = np.inf if forms[best].effect.roughness() is not None else narrow
-    starts = [(best, np.inf), (max(thin, key=lambda i: worth[i]), widest)] if thin else []
+    starts = [(best, np.inf), (int(thin[np.argmax(worth[thin])]), widest)] if len(thin) else []
     if len(thin) == len(seen) or starts[:1] == starts[1:]:
         starts = starts[:1]
-    visible = max((measured[i].visible for i in seen), default=0.0)
-    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], price[i], w) for i, w in starts]
+    visible = float(measured.visible[seen].max(initial=0.0))
+    found = [_grow(screen, linear, screen.beside(forms[i], None), measured[i], float(price[i]), w) for i, w in starts]
     if not found:
         form = screen.beside(forms[best], None)
-        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, price[best], visible, 1.0)
+        return Candidate(key, form.effect, form.refit, form.label, -np.inf, 0.0, 0, float(price[best]), visible, 1.0)
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], price[i]) for i in _starts(forms, worth)]
+    others = [_alone(linear, forms[i], measured[i], float(price[i])) for i in _starts(forms, worth)]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
 
@@ -71,21 +71,19 @@ def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | N
     return None if form is None else _grow(screen, linear, form, gains(linear, Forms([form]))[0], 0.0)
 
 
-def _prices(odds: Sequence[float]) -> list[float]:
-    """What each form costs for having been searched, 2 log of the odds against it beforehand.
+def _prices(odds: Array) -> Array:
+    """(M,) what each form costs for having been searched, 2 log of the odds against it beforehand.
 
     A start of a knee or a point counts as a form: while an effect is small, the data does not know its knee, and the
     best of many is good by chance (Davies 1987).
     """
-    each = np.array(odds, dtype=float)
     with np.errstate(divide="ignore"):
-        prices: list[float] = (2 * (np.log(max(each.sum(), 1e-300)) - np.log(each))).tolist()
-    return prices
+        return np.asarray(2 * (np.log(max(odds.sum(), 1e-300)) - np.log(odds)))
 
 
-def _starts(forms: Sequence[Form], worth: Sequence[float]) -> list[int]:
+def _starts(forms: Sequence[Form], worth: Array) -> list[int]:
     """The best forms of every law, pair of bodies ..: where the search of a knee or of both ends begins."""
-    order = sorted(range(len(forms)), key=lambda i: -worth[i])
+    order = np.argsort(-worth, kind="stable").tolist()
     kinds = [kind(form.effect) for form in forms]
     return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
 
@@ -176,10 +174,11 @@ def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) ->
 def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: float) -> tuple[Form, float] | None:
     """What is best added to an effect, and its price; None where nothing is worth that."""
     forms, prices = screen.forms(key, effect), _prices(screen.odds(key, effect))
-    every = zip(forms, gains(inner, forms), prices, strict=True)
-    worth = [g.evidence - price if form.columns.shape[1] <= widest else -np.inf for form, g, price in every]
-    k = max(range(len(forms)), key=lambda i: worth[i], default=None)
-    return None if k is None or worth[k] <= 0 else (screen.beside(forms[k], effect), prices[k])
+    if not forms:
+        return None
+    worth = np.where(forms.width <= widest, gains(inner, forms).evidence - prices, -np.inf)
+    k = int(np.argmax(worth))
+    return None if worth[k] <= 0 else (screen.beside(forms[k], effect), float(prices[k]))
 
 
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:

@@ -49,7 +49,7 @@ def chains(
     # Every kind is as likely; steps at all edges count as many as coarse ones.
     many = {kind: CLOSER * min(number, SOME if kind == "step" else number) for kind, number in kinds.items()}
     tries = np.array([len(kinds) * (1.0 if p.kind == "line" else many[p.kind]) for p in some])
-    gram, along = _products(problem, seen, moves, some)
+    gram, along = seen.products(values_of(some).astype(float))
     [one], _ = _settled(gram, along, tries, worth, [])
     yield replace(some[one], kind="line", tries=float(tries[one]), finer=None)
     # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
@@ -68,15 +68,6 @@ def chains(
         for taken, _ in grown[-2:]:
             shapes = _closer(problem, seen, moves, [some[k] for k in among[taken]])
             yield side_by_side(shapes, float(np.prod(tries[among[taken]])) / factorial(len(taken)))
-
-
-def _products(problem: Problem, seen: Place, moves: Array, some: list[Pattern]) -> tuple[Array, Array]:
-    """(P, m, P, m) products of the columns of P patterns, and (P, m) with the residual, beside the fit."""
-    columns = problem.whiten(spread(moves, values_of(some).astype(float)))
-    by_pattern = columns.reshape(len(columns), seen.count, -1).swapaxes(1, 2).reshape(len(columns), -1)
-    inside = seen.linear.project(by_pattern)
-    size = (len(some), seen.count)
-    return (inside.T @ inside).reshape(*size, *size), (inside.T @ seen.linear.rest).reshape(size)
 
 
 def _settled(gram: Array, along: Array, tries: Array, worth: Worth, taken: list[int]) -> tuple[list[int], float]:
@@ -121,7 +112,7 @@ def _falls(gram: Array, along: Array, others: list[int]) -> Array:
     known = np.linalg.solve(held + APART * np.diag(np.diag(held)), np.column_stack([whole[at], along.ravel()[at]]))
     fall = float(along.ravel()[at] @ known[:, -1])
     rest = along - (whole[:, at] @ known[:, -1]).reshape(P, m)
-    own = np.stack([gram[k, :, k, :] for k in range(P)])
+    own = np.einsum("kikj->kij", gram)
     scale = np.einsum("kii->k", own)
     own = own - np.einsum("kia,akj->kij", whole[:, at].reshape(P, m, -1), known[:, :-1].reshape(-1, P, m))
     own += APART * np.where(scale > 0, scale, 1.0)[:, None, None] / m * np.eye(m)

@@ -238,15 +238,15 @@ def _windows(signal: Signal) -> list[Pattern]:
     return [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]] + _bumps(signal, 60, 7)
 
 
-def _bumps(signal: Signal, places: int, most: int, fine: int = 0) -> list[Pattern]:
+def _bumps(signal: Signal, places: int, most: int, smooth: bool = False) -> list[Pattern]:
     widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.01, 0.2, most)]
-    return [_bump(signal, e, w, fine) for e in knots(signal.values, places) for w in widths]
+    return [_bump(signal, e, w, smooth=smooth) for e in knots(signal.values, places) for w in widths]
 
 
 def abrupt(signal: Signal, most: int) -> list[Pattern]:
     """The line, bumps and steps of a signal, about so many; each of these finds those close by."""
     every = edges(signal.values, len(signal.values))
-    bumps = _bumps(signal, SOME, 7)
+    bumps = _bumps(signal, SOME, 7, smooth=True)
 
     def near(edge: Edge) -> Callable[[], list[Pattern]]:
         return lambda: [_step(signal, e, near(e)) for e in _nearest(every, edge)]
@@ -262,9 +262,11 @@ def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
     return places[max(0, at - reach) : at + reach]
 
 
-def _bump(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
+def _bump(signal: Signal, centre: float, width: float, fine: int = 0, smooth: bool = False) -> Pattern:
+    """Smooth: one that stays a bump; others may turn out to be a window with edges."""
+
     def finer() -> list[Pattern]:
-        between = edges(signal.values, len(signal.values)) if fine == 0 else []
+        between = edges(signal.values, len(signal.values)) if fine == 0 and not smooth else []
         lows, highs = (_nearest(between, (end, end)) for end in (centre - width, centre + width))
         windows = [_window(signal, a, b, True) for a in lows for b in highs if a < b]
         return windows + [_bump(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 60, fine)]
