@@ -22,12 +22,12 @@ def ordinary_sizes(effect: Effect, robot: Robot) -> Array:
     on an arm, the pull of a hose, and the moment that turns a bearing by so much are larger on a larger arm. Angles,
     lengths, strains and times stay as they are. Source: dimensional analysis (Buckingham 1914) with gravity given.
     """
+    powers = [dimensions(meta.unit) for meta in type(effect).parameters().values()]
+    if not any(kilograms for kilograms, _ in powers):
+        return effect.scale()
     mass, length = size(robot)
-    factor = []
-    for meta in type(effect).parameters().values():
-        kilograms, metres = dimensions(meta.unit)
-        # A length by itself is a tolerance or a place: what holds for one casting holds for another.
-        factor.append(mass**kilograms * length**metres if kilograms else 1.0)
+    # A length by itself is a tolerance or a place: what holds for one casting holds for another.
+    factor = [mass**kilograms * length**metres if kilograms else 1.0 for kilograms, metres in powers]
     return np.asarray(effect.scale() * np.array(factor)[effect.layout.parameter])
 
 

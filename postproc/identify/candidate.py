@@ -96,7 +96,7 @@ class Stock:
             return self
         if mixed or new.turn is not None:
             return Stock(new)
-        forms = {key: Forms(form.times(ratio) for form in some) for key, some in self.forms.items()}
+        forms = {key: some.times(ratio) for key, some in self.forms.items()}
         return Stock(new, forms)
 
 

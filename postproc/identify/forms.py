@@ -12,8 +12,28 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Variant
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.arm import Model
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Columns of amplitudes that turn a joint each: as the data sees its turn, by one value a row.
+
+    Args:
+        turns: (N, 6) whitened derivative by a turn of each joint; row: (N,) row of each entry; joint: (w,) from 0.
+        values: (n, w).
+    """
+
+    turns: Array
+    row: NDArray[np.int_]
+    joint: NDArray[np.int_]
+    values: Array
+
+    @property
+    def columns(self) -> Array:
+        return self.turns[:, self.joint] * self.values[self.row]
 
 
 @dataclass(frozen=True)
@@ -23,7 +43,7 @@ class Form:
     Args:
         key: of the effect; label: which form.
         effect: with null amplitudes; refit: (q,) entries that a full fit of this form moves.
-        columns: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
+        seen: (N, m) whitened columns of the screened entries for their ordinary sizes; screened: (q,) which entries
             they are.
         forming: how many parameters beyond the screened ones a full fit would move.
         along: (N, k) columns of amplitudes that a full fit moves along, for which the form earns nothing.
@@ -34,17 +54,25 @@ class Form:
     label: str
     effect: Effect
     refit: NDArray[np.bool_]
-    columns: Array
+    seen: Array | Turned
     screened: NDArray[np.bool_]
     forming: int = 0
     along: Array | None = None
     odds: float = 1.0
     sign: int = 0
 
-    def times(self, ratio: Array) -> Form:
-        """The same with (N,) rows of its columns as many times as large."""
-        along = None if self.along is None else self.along * ratio[:, None]
-        return replace(self, columns=self.columns * ratio[:, None], along=along)
+    @property
+    def columns(self) -> Array:
+        return self.seen.columns if isinstance(self.seen, Turned) else self.seen
+
+    @property
+    def width(self) -> int:
+        return int(self.screened.sum())
+
+    @property
+    def joint(self) -> int | None:
+        """The joint that a term of a sum turns, as many others do."""
+        return int(self.seen.joint[0]) if isinstance(self.seen, Turned) and is_sum(type(self.effect)) else None
 
     def beside(self, effect: Effect) -> Form:
         """A term of a sum after those of an effect: it moves the arm as it does alone."""
@@ -60,16 +88,25 @@ class Stack:
     """Forms of one width w side by side.
 
     Args:
-        index: (M,) which forms; columns: (N, M w); gram: (M, w, w) their products; forming: (M,) parameters that only
-            form the effect; flexible: (M,) whether it is a free function; sign: (M,) as in `Form`.
+        index: (M,) which forms; values: (N, M w) their columns, or (rows, M w) of a turn (N,) of a joint.
+        gram: (M, w, w) products; forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a
+            free function; sign: (M,) as in `Form`.
     """
 
     index: NDArray[np.int_]
-    columns: Array
+    values: Array
     gram: Array
     forming: NDArray[np.int_]
     flexible: NDArray[np.bool_]
     sign: NDArray[np.int_]
+    turn: Array | None = None
+
+    def products(self, linear: Linear) -> tuple[Array, Array]:
+        """(k, M w) with the basis of what is fitted, and (M w,) with the residual that it leaves."""
+        U, y = linear.nuisance, linear.rest
+        if self.turn is not None:
+            U, y = linear.by_row(U * self.turn[:, None]), linear.by_row(y * self.turn)
+        return U.T @ self.values, self.values.T @ y
 
 
 class Forms(tuple[Form, ...]):
@@ -78,7 +115,7 @@ class Forms(tuple[Form, ...]):
     @cached_property
     def width(self) -> NDArray[np.int_]:
         """(M,) how many amplitudes of each are screened."""
-        return np.array([form.columns.shape[1] for form in self], dtype=int)
+        return np.array([form.width for form in self], dtype=int)
 
     @cached_property
     def joined(self) -> list[tuple[int, Array, Forms]]:
@@ -88,30 +125,52 @@ class Forms(tuple[Form, ...]):
 
     @cached_property
     def stacks(self) -> list[Stack]:
-        by_width: dict[int, list[int]] = {}
+        alike: dict[tuple[int, int | None], list[int]] = {}
         for i, form in enumerate(self):
             if form.along is None:
-                by_width.setdefault(form.columns.shape[1], []).append(i)
-        return [_stack(self, some) for every in by_width.values() for some in _chunks(self, every)]
+                alike.setdefault((int(self.width[i]), form.joint), []).append(i)
+        return [_stack(self, some) for every in alike.values() for some in _chunks(self, every)]
+
+    def times(self, ratio: Array) -> Forms:
+        """The same with (N,) rows of their columns as many times as large."""
+        by, turns = ratio[:, None], dict[int, Array]()
+
+        def scaled(seen: Array | Turned) -> Array | Turned:
+            if isinstance(seen, np.ndarray):
+                return seen * by
+            if id(seen.turns) not in turns:
+                turns[id(seen.turns)] = seen.turns * by
+            return replace(seen, turns=turns[id(seen.turns)])
+
+        along = (None if f.along is None else f.along * by for f in self)
+        return Forms(replace(f, seen=scaled(f.seen), along=a) for f, a in zip(self, along, strict=True))
 
 
 def _chunks(forms: Sequence[Form], index: list[int]) -> list[list[int]]:
-    size = max(1, int(4e7 / max(forms[index[0]].columns.size, 1)))
+    first = forms[index[0]].seen
+    size = max(1, int(4e7 / max((first.values if isinstance(first, Turned) else first).size, 1)))
     return [index[at : at + size] for at in range(0, len(index), size)]
 
 
 def _stack(forms: Sequence[Form], index: list[int]) -> Stack:
     some = [forms[i] for i in index]
-    width = some[0].columns.shape[1]
-    columns = np.hstack([f.columns for f in some])
-    C = columns.reshape(len(columns), len(some), width).transpose(1, 0, 2)
+    first, joint = some[0].seen, some[0].joint
+    if isinstance(first, Turned) and joint is not None:
+        rows, start = np.unique(first.row, return_index=True)
+        turn: Array | None = first.turns[:, joint]
+        values = np.hstack([f.seen.values for f in some if isinstance(f.seen, Turned)])[rows]
+        weight = np.add.reduceat(first.turns[:, joint] ** 2, start)
+    else:
+        turn, values, weight = None, np.hstack([f.columns for f in some]), None
+    C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
     return Stack(
         np.array(index),
-        columns,
-        C.transpose(0, 2, 1) @ C,
+        values,
+        C.transpose(0, 2, 1) @ (C if weight is None else C * weight[:, None]),
         np.array([f.forming for f in some]),
         np.array([f.effect.roughness() is not None for f in some]),
         np.array([f.sign for f in some]),
+        turn,
     )
 
 
@@ -128,7 +187,7 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
-        if same is None or same.columns.shape[1] != v.free.sum():
+        if same is None or same.width != v.free.sum():
             form = make_form(problem, v, current is None)
         else:
             along = same.along if current is None else None
@@ -155,17 +214,22 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
     Args:
         fresh: the model holds nothing of this effect (terms that it holds are free in its fit already).
     """
-    columns = problem.columns(v.effect, v.free)
-    if not np.isfinite(columns).all() or not columns.any():
+    size = ordinary(problem.model, v.effect, v.free)
+    state = problem.sensitivity.state
+    basis = None if v.effect.missing(state) else v.effect.basis(state)
+    if basis is None:
+        seen: Array | Turned = problem.columns(v.effect, v.free) * size
+    else:
+        seen = Turned(problem.turns, problem.row, basis.joint[v.free], basis.values[:, v.free] * size)
+    values = seen.values if isinstance(seen, Turned) else seen
+    if not np.isfinite(values).all() or not values.any():
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
     extra = v.refit & v.effect.amplitudes() & ~v.free
     along = problem.columns(v.effect, extra) if fresh and extra.any() else None
-    size = ordinary(problem.model, v.effect, v.free)
-    low, null = v.effect.bounds()[0][v.free], v.effect.null_vector()[v.free]
-    sign = int(len(low) == 1 and low[0] == null[0])
+    sign = int(v.free.sum() == 1 and (v.effect.bounds()[0] == v.effect.null_vector())[v.free].all())
     key = type(v.effect).key
-    return Form(key, v.label, v.effect, v.refit, columns * size, v.free, forming, along, v.odds, sign)
+    return Form(key, v.label, v.effect, v.refit, seen, v.free, forming, along, v.odds, sign)
 
 
 def ordinary(model: Model, effect: Effect, mask: NDArray[np.bool_]) -> Array:

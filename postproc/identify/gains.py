@@ -87,9 +87,9 @@ def _gains(linear: Linear, stack: Stack) -> Gains:
     M, width = stack.gram.shape[:2]
     if freedom < 2:
         return Gains.none(M)
-    inside = (linear.nuisance.T @ stack.columns).reshape(-1, M, width).transpose(1, 0, 2)
+    inside, along = stack.products(linear)
+    inside, along = inside.reshape(-1, M, width).transpose(1, 0, 2), along.reshape(M, width)
     length = np.diagonal(stack.gram, axis1=1, axis2=2)
-    along = (stack.columns.T @ linear.rest).reshape(M, width)
     G = stack.gram - inside.transpose(0, 2, 1) @ inside
     value, vector = np.linalg.eigh(G)
     value = np.maximum(value, 0.0)

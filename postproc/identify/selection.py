@@ -161,13 +161,12 @@ def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) ->
     """
     best, paid = None, 0.0
     while near := forms_nearby(problem, effect):
-        total = 1.0 + sum(form.odds for form in near)
-        costs = [2 * float(np.log(total / form.odds)) for form in near]
-        brought = [gain(linear, form.columns) for form in near]
-        k = max(range(len(near)), key=lambda i: brought[i].evidence - costs[i])
-        if brought[k].evidence - costs[k] <= gain_.evidence:
+        odds = np.array([form.odds for form in near])
+        costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(linear, near)
+        k = int(np.argmax(brought.evidence - costs))
+        if brought.evidence[k] - costs[k] <= gain_.evidence:
             break
-        best, effect, gain_, paid = near[k], near[k].effect, brought[k], paid + costs[k]
+        best, effect, gain_, paid = near[k], near[k].effect, brought[k], paid + float(costs[k])
     return None if best is None else (best, gain_, paid)
 
 

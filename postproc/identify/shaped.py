@@ -18,7 +18,7 @@ from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.gains import laplace
 from postproc.identify.selection import corrected
-from postproc.model.places import flat, flat_load
+from postproc.model.places import carried, flat
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
@@ -50,15 +50,16 @@ class Glimpse:
 
     def answers(self, effects: Sequence[Effect]) -> Array:
         """(N, m) whitened displacement by each of some effects of any size, with what their loads do to the springs."""
-        seen, n = self.problem.softer, len(self.problem.data)
-        moved = np.stack([flat(displacement_of(e, seen.state), n) for e in effects], axis=2)
-        used = np.flatnonzero(moved.any(axis=(0, 2)))
-        answer = seen.matrix[:, :, used] @ moved[:, used]
-        if type(effects[0]).load is not Effect.load:
-            load = np.stack([flat_load(load_of(e, seen.state), n) for e in effects], axis=2)
-            for at in range(0, 54, 6):
-                if load[:, at : at + 6].any():
-                    answer += self.by_load(at) @ load[:, at : at + 6]
+        seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
+        answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
+        if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
+            moved = np.stack([flat(displacement_of(e, seen.state), n) for e in effects], axis=2)
+            used = np.flatnonzero(moved.any(axis=(0, 2)))
+            answer += seen.matrix[:, :, used] @ moved[:, used]
+        if cls.load is not Effect.load:
+            loads = [carried(load_of(e, seen.state)) for e in effects]
+            for at in sorted({at for load in loads for at in load}):
+                answer += self.by_load(at) @ np.stack([load.get(at, np.zeros((n, 6))) for load in loads], axis=2)
         return np.asarray(answer[self.problem.weights.used])
 
     def by_load(self, first: int) -> Array:

@@ -28,8 +28,12 @@ def flat(displacement: Displacement, n: int) -> Array:
 def flat_load(load: Load | None, n: int) -> Array:
     """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
     result = np.zeros((n, 54))
-    if load is not None and load.joint is not None:
-        result[:, :6] = load.joint
-    for body, wrench in ({} if load is None else load.body).items():
-        result[:, 6 + 6 * body : 12 + 6 * body] = wrench
+    for at, part in ({} if load is None else carried(load)).items():
+        result[:, at : at + 6] = part
     return result
+
+
+def carried(load: Load) -> dict[int, Array]:
+    """(n, 6) torques of the joints and the wrench of each body that carries one, by where they stand in `flat_load`."""
+    parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
+    return parts if load.joint is None else {0: load.joint, **parts}

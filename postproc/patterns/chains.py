@@ -127,7 +127,7 @@ def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) 
         first, *others = shapes
         near = [first, *(p for p in sharper(first) if p.form == first.form)]
         columns = problem.whiten(spread(moves, values_of(others).astype(float)))
-        beside = Place(problem, seen.linear.extended(columns), seen.place)
+        beside = Place(seen.linear.extended(columns), seen.place)
         best = int(np.argmax(beside.falls(values_of(near))))
         shapes = [*others, near[best]]
         still = still + 1 if best == 0 else 0

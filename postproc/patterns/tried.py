@@ -132,7 +132,7 @@ class Tried:
             place = self.problem.whiten(self.moves[where])
             # Offsets, frame and tool take up what the other places are off everywhere.
             linear = self.linear.extended(place) if where.startswith("body") else self.linear
-            self.prepared[where] = Place(self.problem, linear, place)
+            self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
     def sharpen(self, most: int = 8) -> None:
