@@ -12,8 +12,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
 from postproc.patterns.formula import Pattern, sharper, side_by_side, spread, values_of
-from postproc.patterns.place import Place
-from postproc.patterns.shapes import CLOSER, SOME, abrupt
+from postproc.patterns.place import Place, explained
+from postproc.patterns.shapes import CLOSER, SOME, Abrupt
 from postproc.patterns.signals import Signal
 
 MOST = 5
@@ -44,19 +44,19 @@ def chains(
         seen, moves: the place as the data sees it, and how the prediction moves with it (n, r, m).
         own: whether it is a joint, by its own angle.
     """
-    some = abrupt(signal, COLUMNS // seen.count)
-    kinds = Counter(p.kind for p in some)
+    some = Abrupt(signal, COLUMNS // seen.count)
+    kinds = Counter(some.kinds.tolist())
     # Every kind is as likely; steps at all edges count as many as coarse ones.
     many = {kind: CLOSER * min(number, SOME if kind == "step" else number) for kind, number in kinds.items()}
-    tries = np.array([len(kinds) * (1.0 if p.kind == "line" else many[p.kind]) for p in some])
-    gram, along = seen.products(values_of(some).astype(float))
+    tries = np.array([len(kinds) * (1.0 if kind == "line" else many[kind]) for kind in some.kinds.tolist()])
+    gram, along = seen.products(some.values)
     [one], _ = _settled(gram, along, tries, worth, [])
     yield replace(some[one], kind="line", tries=float(tries[one]), finer=None)
     # Among bumps and steps alike, several steps are soon taken for a bump, and are hard to find from there.
     starts = [("line", "step"), tuple(kinds)] if kinds["step"] else [tuple(kinds)]
     for start in starts:
         most = OWN if own and len(start) == len(kinds) else MOST
-        among = np.flatnonzero([p.kind in start for p in some])
+        among = np.flatnonzero(np.isin(some.kinds, start))
         inside = gram[among][:, :, among], along[among], tries[among]
         grown = [_settled(*inside, worth, _pair(*inside, worth)[:1])]
         while len(grown[-1][0]) < most:
@@ -66,7 +66,7 @@ def chains(
             grown.append(longer)
         # Moved closer, a shape less may do.
         for taken, _ in grown[-2:]:
-            shapes = _closer(problem, seen, moves, [some[k] for k in among[taken]])
+            shapes = _closer(problem, seen, moves, [some[int(k)] for k in among[taken]])
             yield side_by_side(shapes, float(np.prod(tries[among[taken]])) / factorial(len(taken)))
 
 
@@ -94,12 +94,13 @@ def _pair(gram: Array, along: Array, tries: Array, worth: Worth) -> list[int]:
     """Which two of some of them are worth most together: one alone may tell less than something else."""
     some = np.arange(0, len(along), -(-len(along) // PAIRED))
     i, j = some[np.stack(np.triu_indices(len(some), 1))]
-    whole = np.block([[gram[i, :, i], gram[i, :, j]], [gram[j, :, i], gram[j, :, j]]])
-    both = np.hstack([along[i], along[j]])
-    scale = np.einsum("cii->c", whole)  # none where the fitted parameters do all that both could
-    whole += APART * np.where(scale > 0, scale, 1.0)[:, None, None] / both.shape[1] * np.eye(both.shape[1])
-    falls = np.einsum("ci,ci->c", both, np.linalg.solve(whole, both[:, :, None])[:, :, 0])
-    best = int(np.argmax(worth(falls, both.shape[1], tries[i] * tries[j])))
+    m = along.shape[1]
+    whole, both = np.empty((2 * m, 2 * m, len(i))), np.hstack([along[i], along[j]]).T
+    for (a, p), (b, q) in ((x, y) for x in ((0, i), (m, j)) for y in ((0, i), (m, j))):
+        whole[a : a + m, b : b + m] = np.moveaxis(gram[p, :, q], 0, -1)
+    scale = np.einsum("iic->c", whole)  # none where the fitted parameters do all that both could
+    falls = explained(whole, both, APART * np.where(scale > 0, scale, 1.0) / len(both))
+    best = int(np.argmax(worth(falls, 2 * m, tries[i] * tries[j])))
     return [int(i[best]), int(j[best])]
 
 
@@ -112,12 +113,12 @@ def _falls(gram: Array, along: Array, others: list[int]) -> Array:
     known = np.linalg.solve(held + APART * np.diag(np.diag(held)), np.column_stack([whole[at], along.ravel()[at]]))
     fall = float(along.ravel()[at] @ known[:, -1])
     rest = along - (whole[:, at] @ known[:, -1]).reshape(P, m)
-    own = np.einsum("kikj->kij", gram)
-    scale = np.einsum("kii->k", own)
-    own = own - np.einsum("kia,akj->kij", whole[:, at].reshape(P, m, -1), known[:, :-1].reshape(-1, P, m))
-    own += APART * np.where(scale > 0, scale, 1.0)[:, None, None] / m * np.eye(m)
-    alone = np.einsum("ki,ki->k", rest, np.linalg.solve(own, rest[:, :, None])[:, :, 0])
-    return fall + np.where(np.einsum("kii->k", own) > 2 * APART * scale, alone, 0.0)
+    own = np.einsum("kikj->ijk", gram)
+    scale = np.einsum("iik->k", own)
+    own = own - np.einsum("kia,akj->ijk", whole[:, at].reshape(P, m, -1), known[:, :-1].reshape(-1, P, m))
+    least = APART * np.where(scale > 0, scale, 1.0) / m
+    seen = np.einsum("iik->k", own) > APART * scale
+    return fall + np.where(seen, explained(own, rest.T.copy(), least), 0.0)
 
 
 def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) -> list[Pattern]:

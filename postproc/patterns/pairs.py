@@ -52,9 +52,10 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[P
     middle = float(size.values.mean())
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for mean in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
+        part = line(size, mean)
         for order in orders:
             for phase in (0.0, np.pi / 2):
-                yield _swelling(angle, size, mean, order, phase)
+                yield _swelling(angle, part, order, phase)
 
 
 def _waves(
@@ -80,8 +81,9 @@ def _near(phase: float, fine: int) -> Array:
     return np.asarray(phase + EIGHTHS[1] / 4**fine * np.arange(-2, 3) if fine else EIGHTHS)
 
 
-def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: float, fine: int = 0) -> Pattern:
-    """A wave of an angle whose size is another channel: low ones anywhere, a gear's lines at its own joint."""
+def _swelling(angle: Signal, part: Pattern, order: float, phase: float, fine: int = 0) -> Pattern:
+    """A wave of an angle whose size is the line of another channel: low ones anywhere, a gear's at its own joint."""
+    [size] = part.signals
     where = None if order <= max(LOW) or not turns(angle) else f"joint {angle.name[1:]}"
 
     def finer() -> list[Pattern]:
@@ -90,13 +92,12 @@ def _swelling(angle: Signal, size: Signal, mean: float, order: float, phase: flo
         orders = low if where is None else order + 0.25 * np.arange(-2, 3)
         if fine:
             orders = order + (neighbours(angle.values, order) - order) / 4**fine
-        some = [_swelling(angle, size, mean, k, p, fine + 1) for k in orders for p in _near(phase, fine)]
+        some = [_swelling(angle, part, k, p, fine + 1) for k in orders for p in _near(phase, fine)]
         return [replace(p, where=where) for p in some]
 
     wave = Pattern(
         (angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: np.cos(order * x - phase)
     )
-    part = line(size, mean)
 
     def law(x: Any, y: Any) -> Any:
         return wave.law(x) * part.law(y)

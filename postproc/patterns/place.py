@@ -25,6 +25,21 @@ def with_and_without_a_row(linear: Linear, columns: Array) -> tuple[tuple[float,
     return whole, (whole[0] - float(square[most]), whole[1] - float(taken[most]))
 
 
+def explained(gram: Array, along: Array, least: Array) -> Array:
+    """(P,) b^T (G + least)^-1 b of many small systems at once, by elimination: both are used up.
+
+    Args:
+        gram: (m, m, P), its upper triangle; along: (m, P); least: (P,) added to the diagonal.
+    """
+    found = np.zeros(along.shape[1])
+    for i in range(len(along)):
+        pivot, row = gram[i, i] + least, gram[i, i + 1 :]
+        found += along[i] ** 2 / pivot
+        along[i + 1 :] -= row / pivot * along[i]
+        gram[i + 1 :, i + 1 :] -= (row / pivot)[:, None] * row
+    return found
+
+
 class Place:
     """A place as the data sees it once the fitted parameters are projected out.
 
@@ -58,7 +73,7 @@ class Place:
     def falls(self, values: Single) -> Array:
         """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values.
 
-        It is b^T G^-1 b with G = C^T M C and b = C^T M y of the columns C of each, eliminated for all of them at once.
+        It is b^T G^-1 b with G = C^T M C and b = C^T M y of the columns C of each.
         """
         P, m = values.shape[1], self.count
         falls = np.zeros(P)
@@ -74,11 +89,6 @@ class Place:
                 gram[i, j] = square - np.einsum("kc,kc->c", inside[i], inside[j])
             scale = squares[[i == j for i, j in self.pairs]].sum(axis=0)
             alive = np.einsum("iic->c", gram) > 1e-5 * scale
-            least, fall = 1e-6 * np.where(scale > 0, scale, 1.0), np.zeros(b.shape[1])
-            for i in range(m):
-                pivot, row = gram[i, i] + least, gram[i, i + 1 :]
-                fall += along[i] ** 2 / pivot
-                along[i + 1 :] -= row / pivot * along[i]
-                gram[i + 1 :, i + 1 :] -= (row / pivot)[:, None] * row
+            fall = explained(gram, along, 1e-6 * np.where(scale > 0, scale, 1.0))
             falls[at : at + chunk] = np.where(alive, fall, 0.0)
         return falls

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial, reduce
+from functools import cached_property, partial, reduce
 from operator import or_
 from typing import Any
 
@@ -235,24 +235,40 @@ def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Patte
 def _windows(signal: Signal) -> list[Pattern]:
     """Between many edges, and such as fade out."""
     some = edges(signal.values, 36)
-    return [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]] + _bumps(signal, 60, 7)
+    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.01, 0.2, 7)]
+    bumps = [_bump(signal, e, w) for e in knots(signal.values, 60) for w in widths]
+    return [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]] + bumps
 
 
-def _bumps(signal: Signal, places: int, most: int, smooth: bool = False) -> list[Pattern]:
-    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.01, 0.2, most)]
-    return [_bump(signal, e, w, smooth=smooth) for e in knots(signal.values, places) for w in widths]
-
-
-def abrupt(signal: Signal, most: int) -> list[Pattern]:
+class Abrupt:
     """The line, bumps and steps of a signal, about so many; each of these finds those close by."""
-    every = edges(signal.values, len(signal.values))
-    bumps = _bumps(signal, SOME, 7, smooth=True)
 
-    def near(edge: Edge) -> Callable[[], list[Pattern]]:
-        return lambda: [_step(signal, e, near(e)) for e in _nearest(every, edge)]
+    def __init__(self, signal: Signal, most: int) -> None:
+        self.signal, x = signal, signal.values
+        self.every = edges(x, len(x))
+        widths = float(np.ptp(x)) * np.geomspace(0.01, 0.2, 7)
+        self.bumps = [(centre, float(width)) for centre in knots(x, SOME) for width in widths]
+        self.steps = edges(x, max(SOME, most - len(self.bumps)))
+        self.kinds = np.array(["line", *["step"] * len(self.steps), *["window"] * len(self.bumps)])
 
-    steps = [_step(signal, e, near(e)) for e in edges(signal.values, max(SOME, most - len(bumps)))]
-    return [line(signal), *steps, *bumps]
+    def __getitem__(self, k: int) -> Pattern:
+        if k == 0:
+            return line(self.signal)
+        if k <= len(self.steps):
+            return self._step(self.steps[k - 1])
+        return _bump(self.signal, *self.bumps[k - 1 - len(self.steps)], smooth=True)
+
+    def _step(self, edge: Edge) -> Pattern:
+        return _step(self.signal, edge, lambda: [self._step(e) for e in _nearest(self.every, edge)])
+
+    @cached_property
+    def values(self) -> Array:
+        """(n, P), by their largest size."""
+        x = self.signal.values[:, None]
+        centre, width = np.array(self.bumps).T
+        steps = x > np.mean(self.steps, axis=1) if self.steps else np.zeros((len(x), 0))
+        raw = np.hstack([x, steps, np.exp(-0.5 * ((x - centre) / width) ** 2)])
+        return np.asarray(raw / np.maximum(np.abs(raw).max(axis=0), 1e-30))
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
