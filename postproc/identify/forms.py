@@ -72,7 +72,8 @@ class Form:
     @property
     def joint(self) -> int | None:
         """The joint that a term of a sum turns, as many others do."""
-        return int(self.seen.joint[0]) if isinstance(self.seen, Turned) and is_sum(type(self.effect)) else None
+        one = isinstance(self.seen, Turned) and is_sum(type(self.effect)) and len(set(self.seen.joint.tolist())) == 1
+        return int(self.seen.joint[0]) if isinstance(self.seen, Turned) and one else None
 
     def beside(self, effect: Effect) -> Form:
         """A term of a sum after those of an effect: it moves the arm as it does alone."""
