@@ -17,6 +17,18 @@ from postproc.robot.arm import Robot
 
 FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 """Fields of a state that effects declare by another name."""
+COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "q": tuple(f"q{j}_deg" for j in range(1, 7)),
+    "v": tuple(f"v{j}_deg_s" for j in range(1, 7)),
+    "a": tuple(f"a{j}_deg_s2" for j in range(1, 7)),
+    "approach": tuple(f"dir{j}" for j in range(1, 7)),
+    "temperature": ("temperature_C",),
+    "time": ("time_s",),
+    "payload": ("payload_kg", "payload_x_mm", "payload_y_mm", "payload_z_mm"),
+    "wrench": ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"),
+    "session": ("session",),
+}
+"""Recorded channels by the name that effects declare, and the columns of a measurement table that hold them."""
 CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange_tcp"})
 """Fields of a state that are not one value for each row."""
 

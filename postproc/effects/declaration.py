@@ -9,13 +9,14 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import FILLED_BY_MODEL, Effect
+from postproc.effects.contract import COLUMNS
 from postproc.effects.findings import finding
 from postproc.effects.parameters import Parameter, unit_suffix
 
-CHANNELS = ("q", "v", "a", "approach", "temperature", "time", "payload", "wrench", "session")
-KNOWN = frozenset((*CHANNELS, *FILLED_BY_MODEL, "channels", "state", "joint_load", "body_load"))
-TABLE = r"(?:[qva]|dir)[1-6](?:_deg\w*)?|payload_\w+|temperature_c|time_s"
-"""Columns of a table that a state holds under other names."""
+CHANNELS = tuple(COLUMNS)
+HELD = {column for columns in COLUMNS.values() for name in columns for column in (name.lower(), name.split("_")[0])}
+KNOWN = HELD.union(CHANNELS, FILLED_BY_MODEL, ("channels", "state", "joint_load", "body_load"))
+"""Columns of a table, and their beginnings (`q1`), that a state holds under other names."""
 
 SI = ("rad", "m", "kg", "s", "K", "N", "J", "W", "Pa", "Hz", "V", "A")
 INSTEAD = {
@@ -55,7 +56,7 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
             yield finding("EFF017", message, cls, member=name, help=help, warn=True)
         yield from _bounds(cls, name, meta)
     for name in own_channels(cls):
-        if name.lower() in KNOWN or re.fullmatch(TABLE, name.lower()):
+        if name.lower() in KNOWN:
             message = f"`{cls.key}` reads `{name}`, which would be a column of the table that is called so"
             help = (
                 f'a state has {", ".join((*CHANNELS, *FILLED_BY_MODEL))}; a column is named itself: reads=("rail_m",)'

@@ -20,7 +20,7 @@ from postproc.fit.step import FRAMES
 from postproc.identify.candidate import Screen
 from postproc.identify.judgement import fitted_best
 from postproc.identify.selection import compose
-from postproc.measure.columns import BY_CHANNEL
+from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 
@@ -161,7 +161,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     """
     missing = cls.missing(fit.problem.sensitivity.state)
     if missing:
-        columns = ", ".join(BY_CHANNEL.get(m, m) for m in missing)
+        columns = ", ".join(map(columns_of, missing))
         message = f"`{cls.key}` reads {columns}: the measurements have no such column"
         raise PostprocError.of("DAT021", message, fit.data.source, help="measure with that channel")
     screen = Screen(fit.problem, {cls.key: cls})

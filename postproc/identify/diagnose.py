@@ -23,7 +23,7 @@ from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import Missing, clear, select_forward, worth_saying
-from postproc.measure.columns import BY_CHANNEL
+from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.patterns.every import patterns
@@ -175,7 +175,7 @@ def _lack_of_fit(fit: Fit) -> bool:
 
 def _why_untestable(cls: type[Effect], fit: Fit) -> str:
     missing = cls.missing(fit.problem.sensitivity.state)
-    return f"the table has no {' and no '.join(BY_CHANNEL.get(m, m) for m in missing)}"
+    return f"the table has no {' and no '.join(map(columns_of, missing))}"
 
 
 def _why_blind(candidate: Candidate) -> str:

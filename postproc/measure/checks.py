@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 from postproc.diagnostics import Diagnostic, Severity, has_errors
 from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
-from postproc.measure.readings import HOPELESS_M, SUSPICIOUS_M, fits, other_arm, other_reading, seen, zero_errors
+from postproc.measure.readings import (
+    HOPELESS_M,
+    RADIANS,
+    RADIANS_BELOW,
+    SUSPICIOUS_M,
+    fits,
+    other_arm,
+    other_reading,
+    seen,
+    zero_errors,
+)
 from postproc.measure.sizes import check_sizes
 from postproc.measure.turns import FOLLOWS, Turns
 from postproc.robot.arm import Robot
@@ -18,15 +28,10 @@ from postproc.robot.kinematics import forward
 
 SHOWN = 5
 FEW = 8
-SMALL_DEG = 7.0
 COARSE = 0.99 * np.radians(0.01)
 """Step of angles [rad] whose rounding stands beside the noise of an instrument."""
 OWN_M, OWN_TURN = 1e-5, 1e-4
 """No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
-RADIANS = (
-    f"the joint angles are all below {SMALL_DEG:g} deg: they look like radians, not degrees",
-    "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
-)
 
 
 def check_measurements(
@@ -36,7 +41,7 @@ def check_measurements(
     found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
     if data.tool_known or len(rows) < FEW:
-        small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < np.radians(SMALL_DEG)
+        small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         return (
             found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)

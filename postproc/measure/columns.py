@@ -5,39 +5,36 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
+from postproc.effects.contract import COLUMNS
+from postproc.measure.layout import MappedColumn
 from postproc.measure.units import fitting
 
 _UNIT_OF_SUFFIX = ("deg_s2", "deg_s", "deg", "mm", "kg", "Nm", "N", "C", "s")
 
-JOINTS = tuple(f"q{j}_deg" for j in range(1, 7))
+JOINTS = COLUMNS["q"]
 POSITION = ("x_mm", "y_mm", "z_mm")
 ORIENTATION = ("qw", "qx", "qy", "qz")
 MEASURED_JOINTS = tuple(f"mq{j}_deg" for j in range(1, 7))
 COMMAND_POSITION = ("cmd_x_mm", "cmd_y_mm", "cmd_z_mm")
 COMMAND_ORIENTATION = ("cmd_qw", "cmd_qx", "cmd_qy", "cmd_qz")
 CONFIGURATION = ("cf1", "cf4", "cf6", "cfx")
-PAYLOAD = ("payload_kg", "payload_x_mm", "payload_y_mm", "payload_z_mm")
-WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")
-APPROACH = tuple(f"dir{j}" for j in range(1, 7))
-SPEED = tuple(f"v{j}_deg_s" for j in range(1, 7))
-ACCELERATION = tuple(f"a{j}_deg_s2" for j in range(1, 7))
+PAYLOAD = COLUMNS["payload"]
+WRENCH = COLUMNS["wrench"]
+APPROACH = COLUMNS["approach"]
+SPEED = COLUMNS["v"]
+ACCELERATION = COLUMNS["a"]
 TEXT = ("pose_id", "session", "target")
-BY_CHANNEL: Mapping[str, str] = {
-    "v": "`v1_deg_s` .. `v6_deg_s`",
-    "a": "`a1_deg_s2` .. `a6_deg_s2`",
-    "approach": "`dir1` .. `dir6`",
-    "temperature": "`temperature_C`",
-    "time": "`time_s`",
-    "session": "`session`",
-    "wrench": "`fx_N` .. `mz_Nm`",
-}
-"""The columns of a table by the channel that an effect reads; a column of the table's own is its own channel."""
 STANDARD = (
     *(*TEXT, *JOINTS, *POSITION, *ORIENTATION, *MEASURED_JOINTS, *COMMAND_POSITION, *COMMAND_ORIENTATION),
     *(*CONFIGURATION, *PAYLOAD, *WRENCH, *APPROACH, *SPEED, *ACCELERATION, "temperature_C", "time_s", "sigma_mm"),
 )
+
+
+def columns_of(channel: str) -> str:
+    """How a channel's columns are called, for people; a column of the table's own is its own channel."""
+    names = COLUMNS.get(channel)
+    return channel if names is None else " .. ".join(f"`{name}`" for name in dict.fromkeys((names[0], names[-1])))
 
 
 def unit_of(column: str) -> str:
@@ -45,23 +42,6 @@ def unit_of(column: str) -> str:
     if column in TEXT or column in APPROACH:
         return "1"
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
-
-
-@dataclass(frozen=True, slots=True)
-class MappedColumn:
-    """Where a standard column stands in another layout.
-
-    Args:
-        name: header of the column there, or its number counted from 1 where there is no header.
-        unit: its unit, a key of ``UNITS``; empty for the one that the column states, or the standard one.
-        sign: +1, or -1 for an axis that counts the other way.
-        offset: added after the sign, in the column's own unit (another joint zero).
-    """
-
-    name: str | int
-    unit: str
-    sign: float = 1.0
-    offset: float = 0.0
 
 
 _LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
@@ -92,7 +72,7 @@ def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedC
     names = [name for _, name, _ in every]
     lower = {theirs.lower() for theirs in header}
     return {
-        name: MappedColumn(theirs, unit or "1")
+        name: MappedColumn(name=theirs, unit=unit or "1")
         for theirs, name, unit in every
         if names.count(name) == 1
         and name.lower() not in lower

@@ -3,22 +3,56 @@
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Literal
 
-from postproc.diagnostics import PostprocError, Source
-from postproc.measure.columns import MappedColumn
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from postproc.diagnostics import Source
 from postproc.measure.units import UNITS
+from postproc.tomlfile import check, parse_toml
 
-SETTINGS = ("separator", "decimal", "comment", "header")
-ORIENTATIONS = ("orientation", "cmd_orientation")
+QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
+"""Where x, y, z and w stand."""
 EULER = re.compile(r"(?!.*(.)\1)(?:[xyz]{3}|[XYZ]{3})")
+FORMS = {"help": "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"}
 
 
-@dataclass(frozen=True, slots=True)
-class MappedRotation:
+def _known(unit: str) -> str:
+    if unit not in UNITS.keys() | {""}:
+        raise PydanticCustomError("unit", f"`{unit}` is no unit of a column", {"help": f"known are {', '.join(UNITS)}"})
+    return unit
+
+
+def _form(form: str) -> str:
+    if form not in QUATERNIONS and form != "rotvec" and not EULER.fullmatch(form):
+        raise PydanticCustomError("form", f"`{form}` is no form of an orientation", FORMS)
+    return form
+
+
+class MappedColumn(BaseModel):
+    """Where a standard column stands in another layout.
+
+    Args:
+        name: header of the column there, or its number counted from 1 where there is no header.
+        unit: its unit, a key of ``UNITS``; empty for the one that the column states, or the standard one.
+        sign: +1, or -1 for an axis that counts the other way.
+        offset: added after the sign, in the column's own unit (another joint zero).
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    name: str | int
+    unit: Annotated[str, AfterValidator(_known)] = ""
+    sign: float = 1.0
+    offset: float = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_its_name(cls, value: object) -> object:
+        return {"name": value} if isinstance(value, str | int) else value
+
+
+class MappedRotation(BaseModel):
     """Where and how another layout writes orientations.
 
     Args:
@@ -28,85 +62,55 @@ class MappedRotation:
         unit: ``deg``, ``rad`` or ``mrad`` of angles; empty for the one that the columns state, or the form's usual one.
     """
 
+    model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
     columns: tuple[str, ...]
-    form: str
-    unit: str
+    form: Annotated[str, AfterValidator(_form)]
+    unit: Literal["", "1", "deg", "rad", "mrad"] = ""
+
+    @model_validator(mode="after")
+    def _as_many_as_the_form_has(self) -> MappedRotation:
+        many = 4 if self.form in QUATERNIONS else 3
+        if len(self.columns) != many:
+            raise PydanticCustomError(
+                "columns", f"`{self.form}` has {many} columns", {"help": "name them in `columns`"}
+            )
+        if (self.unit not in ("", "1") and many == 4) or (self.unit == "1" and many == 3):
+            raise PydanticCustomError("unit", f"`{self.form}` has no unit `{self.unit}`", {"help": "leave it out"})
+        return self
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnMap:
+class ColumnMap(BaseModel):
     """How another program writes its table.
 
     Args:
-        columns: standard column -> its place there. Standard names found in the header need no entry.
+        columns: standard column, or the name of a channel -> its place there, or just its name. Standard names found in
+            the header need no entry.
         separator: one character, ``whitespace``, or None to find it out.
         decimal: ``.`` or ``,``; None to find it out.
         comment: lines that begin so are skipped.
         header: False where the first row already holds numbers.
-        rotations: ``orientation`` (measured) and ``cmd_orientation`` where they are no ``qw`` .. ``qz``.
+        orientation, cmd_orientation: measured and commanded orientations that are no ``qw`` .. ``qz``.
     """
 
-    columns: Mapping[str, MappedColumn] = field(default_factory=dict)
-    rotations: Mapping[str, MappedRotation] = field(default_factory=dict)
-    separator: str | None = None
-    decimal: str | None = None
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    columns: dict[str, MappedColumn] = {}
+    separator: Annotated[str, Field(pattern=r"^([^\n]|whitespace)$")] | None = None
+    decimal: Literal[".", ","] | None = None
     comment: str = "#"
     header: bool = True
+    orientation: MappedRotation | None = None
+    cmd_orientation: MappedRotation | None = None
+
+    @property
+    def turned(self) -> set[str]:
+        """Columns of the orientations."""
+        return {name for mapped in (self.orientation, self.cmd_orientation) if mapped for name in mapped.columns}
 
 
-def read_column_map(source: Source | Mapping[str, Any] | None) -> ColumnMap:
-    """The column map in a TOML file (``separator``, ``decimal``, ``comment``, ``header``, and tables).
-
-    ``[columns]`` maps a standard name, or the name of a channel, to ``"their name"`` (the unit that it states, or the
-    same) or to ``{name = "J1",
-    unit = "rad", sign = -1, offset = 90}``; ``[orientation]`` has ``columns``, ``form``, ``unit`` (`MappedRotation`).
+def read_column_map(source: Source | None) -> ColumnMap:
+    """The column map in a TOML file.
 
     Raises:
-        PostprocError: DAT002 for an unknown key, column or unit.
+        PostprocError: DAT002 for an unknown key, a wrong column or unit.
     """
-    if source is None:
-        return ColumnMap()
-    where = source if isinstance(source, Source) else None
-    try:
-        table = tomllib.loads(source.data.decode(source.encoding)) if isinstance(source, Source) else dict(source)
-    except tomllib.TOMLDecodeError as error:
-        raise _map_error(f"the column map is not TOML: {error}", where) from None
-    entries = table.pop("columns", {})
-    settings = {key: table.pop(key) for key in SETTINGS if key in table}
-    rotations = {key: _rotation(key, table.pop(key), where) for key in ORIENTATIONS if key in table}
-    if table or not isinstance(entries, Mapping):
-        names = ", ".join(f"`{key}`" for key in table) or "`columns`"
-        raise _map_error(f"the column map has no setting {names}", where)
-    columns = {key: _mapped(key, value, where) for key, value in entries.items()}
-    return ColumnMap(columns=columns, rotations=rotations, **settings)
-
-
-def _rotation(key: str, value: object, where: Source | None) -> MappedRotation:
-    form = str(value.get("form", "")) if isinstance(value, Mapping) else ""
-    quaternion = form in ("wxyz", "xyzw")
-    if not isinstance(value, Mapping) or not (quaternion or form == "rotvec" or EULER.fullmatch(form)):
-        help_ = "`wxyz`, `xyzw`, `rotvec`, or axes as `xyz` (about fixed ones) or `ZYX` (that turn along)"
-        raise _map_error(f"`[{key}]` needs a form: {help_}", where)
-    names, many = value.get("columns"), 4 if quaternion else 3
-    unit = str(value.get("unit", ""))
-    if not isinstance(names, list) or len(names) != many or set(value) - {"columns", "form", "unit"}:
-        raise _map_error(f"`[{key}]` needs `columns`, the names of {many} columns", where)
-    if unit not in (("", "1") if quaternion else ("", "deg", "rad", "mrad")):
-        raise _map_error(f"`[{key}]` has the unit `{unit}`; known are deg, rad, mrad", where)
-    return MappedRotation(tuple(str(name) for name in names), form, unit)
-
-
-def _mapped(key: str, value: object, where: Source | None) -> MappedColumn:
-    if isinstance(value, str | int):
-        return MappedColumn(value, "")
-    if not isinstance(value, Mapping) or not set(value) <= {"name", "unit", "sign", "offset"} or "name" not in value:
-        raise _map_error(f"column `{key}` needs a name, or a table with name, unit, sign, offset", where)
-    unit = str(value.get("unit", ""))
-    if unit not in UNITS.keys() | {""}:
-        raise _map_error(f"column `{key}` has the unit `{unit}`; known are {', '.join(UNITS)}", where)
-    return MappedColumn(value["name"], unit, float(value.get("sign", 1)), float(value.get("offset", 0)))
-
-
-def _map_error(message: str, where: Source | None) -> PostprocError:
-    help_ = "see `postproc explain DAT002` for a column map that works"
-    return PostprocError.of("DAT002", message, where, help=help_)
+    return ColumnMap() if source is None else check(ColumnMap, parse_toml(source, "DAT002"), source, "DAT002")

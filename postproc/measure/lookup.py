@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,11 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.measure import columns as names
 from postproc.measure.cells import Cells
-from postproc.measure.columns import MappedColumn, unit_of
-from postproc.measure.layout import ColumnMap
+from postproc.measure.columns import unit_of
+from postproc.measure.layout import QUATERNIONS, ColumnMap, MappedColumn, MappedRotation
 from postproc.measure.numbers import EMPTY
 from postproc.measure.times import seconds
-from postproc.measure.turns import QUATERNIONS, Turns
+from postproc.measure.turns import Turns
 from postproc.measure.units import UNITS, fitting
 
 UNIT_LENGTH = 1e-2
@@ -39,13 +40,13 @@ class Table:
         header, units = self.cells.header, self.cells.units
         lower = {theirs.lower(): theirs for theirs in reversed(header)}
         place = {
-            name: self._in_its_unit(name, MappedColumn(name if name in header else lower[name.lower()], ""))
+            name: self._in_its_unit(name, MappedColumn(name=name if name in header else lower[name.lower()]))
             for name in names.STANDARD
             if name.lower() in lower and name not in layout.columns
         }
         asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
         mapped = {header[self.cells.at(m.name)] for m in asked.values()}
-        mapped |= {name for rotation in layout.rotations.values() for name in rotation.columns}
+        mapped |= layout.turned
         found = names.recognised(header, units)
         taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
@@ -53,7 +54,7 @@ class Table:
                 theirs for theirs in header if theirs.lower().replace(" ", "_") in STAMPS and theirs not in mapped
             ]
             if stamped and self._stamps(stamped[0]) is not None:
-                taken["time_s"] = MappedColumn(stamped[0], "s")
+                taken["time_s"] = MappedColumn(name=stamped[0], unit="s")
         if taken:
             pairs = ", ".join(f"`{m.name}` as `{name}`" for name, m in taken.items())
             self.say(
@@ -79,7 +80,7 @@ class Table:
         if stated and not known and not wanted.unit and name not in names.TEXT:
             message = f"column `{self.cells.header[at]}` states the unit `{stated}`; `{name}` is read in {standard}"
             self.say("DAT015", "warning", message, "give the unit in a column map")
-        return replace(wanted, unit=wanted.unit or (stated if stated and known else standard))
+        return wanted.model_copy(update={"unit": wanted.unit or (stated if stated and known else standard)})
 
     def _once(self, name: str, theirs: str | int) -> None:
         """Raises DAT002 where a name that is needed stands over two columns that differ."""
@@ -103,7 +104,11 @@ class Table:
         return self.cells.text(self.place[name].name) if name in self.place else []
 
     def column(self, name: str, fill: float | str | None = None) -> Array | None:
-        """(n,) one column, its gaps filled with a value or the median where asked for; None where it is not there."""
+        """(n,) one column; None where it is not there.
+
+        Args:
+            fill: what is taken in gaps: a value, the ``median``, or what lies ``between`` the rows before and after.
+        """
         if name not in self.place:
             return None
         mapped = self.place[name]
@@ -119,9 +124,15 @@ class Table:
             return values
         if gaps.all():
             return None
-        value = float(np.median(values[~gaps])) if fill == "median" else float(fill)
-        taken = f"{value / UNITS[mapped.unit]:g} is taken there"
-        message = f"column `{mapped.name}` is empty in {gaps.sum()} of {len(values)} rows; {taken}"
+        row = np.arange(len(values))
+        known = values[~gaps]
+        value: Any = float(np.median(known)) if fill == "median" else fill
+        taken = "what lies between its neighbours"
+        if fill == "between":
+            value = np.interp(row, row[~gaps], known)
+        else:
+            taken = f"{value / UNITS[mapped.unit]:g}"
+        message = f"column `{mapped.name}` is empty in {gaps.sum()} of {len(values)} rows; {taken} is taken there"
         first = int(np.flatnonzero(gaps)[0])
         self.say("DAT005", "warning", message, "fill in the cells, or remove the column", first)
         return np.where(gaps, value, values)
@@ -145,16 +156,15 @@ class Table:
         parts = [self.column(name, fill) for name in wanted]
         return np.stack([zeros if part is None else part for part in parts], axis=1)
 
-    def turns(self, wanted: Sequence[str], key: str) -> Turns | None:
+    def turns(self, wanted: Sequence[str], mapped: MappedRotation | None) -> Turns | None:
         """Orientations from a quaternion's columns, or as the column map says."""
-        mapped = self.layout.rotations.get(key)
         if mapped is None:
             quaternion = self.vector(wanted)
             columns = tuple(str(self.place[name].name) for name in wanted if name in self.place)
             return None if quaternion is None else self._of_length_one(Turns(quaternion, "wxyz", "1", columns))
         unknown = [name for name in mapped.columns if self.cells.at(name) < 0]
         if unknown:
-            raise self._no_such(unknown[0], key)
+            raise self._no_such(unknown[0], "an orientation")
         numbers = np.stack([self.cells.numbers(name, self.diagnostics) for name in mapped.columns], axis=1)
         stated = {self.cells.units[self.cells.at(name)] for name in mapped.columns} & {"deg", "rad", "mrad"}
         unit = mapped.unit or (stated.pop() if len(stated) == 1 else UNIT_OF_FORM.get(mapped.form, "deg"))

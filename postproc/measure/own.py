@@ -31,7 +31,7 @@ def own_channels(table: Table) -> dict[str, Array]:
         column = None if levels else table.column(name)
         found |= levels if column is None else {name: column}
     taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
-    taken |= {name for rotation in table.layout.rotations.values() for name in rotation.columns}
+    taken |= table.layout.turned
     for name in header:
         if name in taken or not name:
             continue
@@ -57,7 +57,7 @@ def own_channels(table: Table) -> dict[str, Array]:
 
 def _say_turns(table: Table) -> None:
     """Names columns that look like an orientation, where none is read."""
-    if "orientation" in table.layout.rotations or "qw" in table.place:
+    if table.layout.orientation is not None or "qw" in table.place:
         return
     plain = {re.sub(r"[\[(].*", "", name).strip().lower(): name for name in table.cells.header}
     for parts, form in names.TURNS.items():

@@ -23,6 +23,11 @@ CLEARER = 5.0
 LENGTHS = ((1e-3, "metres", "m"), (1e3, "micrometres", "um"), (1 / 25.4, "inches", "in"))
 RENAME = "rename the columns, or give the right ones in a column map"
 STRAY = 20.0
+RADIANS_BELOW = np.radians(7.0)
+RADIANS = (
+    "the joint angles are all below 7 deg: they look like radians, not degrees",
+    "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}",
+)
 
 
 def seen(robot: Robot, q: Array, position: Array) -> Alignment:
@@ -92,9 +97,8 @@ def zero_errors(robot: Robot, q: Array, position: Array) -> tuple[Array, float]:
 def _joints(q: Array) -> Iterator[tuple[Array, str, str]]:
     """Other readings of the joint angles, the simplest first."""
     yield q, "", ""
-    if np.nanmax(np.abs(q)) < np.deg2rad(7):
-        text = "the joint angles are all below 7 deg: they look like radians, not degrees"
-        yield np.rad2deg(q), text, "give the unit in a column map: q1_deg = {name = .., unit = 'rad'}"
+    if np.nanmax(np.abs(q)) < RADIANS_BELOW:
+        yield np.rad2deg(q), *RADIANS
     for i, j in combinations(range(6), 2):
         order = list(range(6))
         order[i], order[j] = j, i

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ def read_measurements(
     source: Source,
     robot: Robot,
     program: Source | Sequence[Source] | None = None,
-    column_map: Source | Mapping[str, Any] | None = None,
+    column_map: Source | None = None,
     measured: bool = True,
 ) -> Measurements:
     """Read a measurement table and check it against the arm.
@@ -46,7 +45,7 @@ def read_measurements(
     layout = read_column_map(column_map)
     table = Table(read_cells(source, layout, diagnostics), layout, diagnostics)
     n = len(table.cells.rows)
-    turns = table.turns(names.ORIENTATION, "orientation")
+    turns = table.turns(names.ORIENTATION, layout.orientation)
     measured_joints = table.vector(names.MEASURED_JOINTS)
     position = _seen(table)
     if position is None:
@@ -92,7 +91,7 @@ def _state(table: Table, robot: Robot, program: Source | Sequence[Source] | None
         payload_center=table.vector(names.PAYLOAD[1:], fill=0.0),
         wrench=table.vector(names.WRENCH, fill=0.0, partial=True),
         temperature=table.column("temperature_C", fill="median"),
-        time=table.column("time_s", fill="median"),
+        time=table.column("time_s", fill="between"),
         session=np.array([session_names.index(s) for s in sessions]) if sessions else None,
         session_names=session_names,
         channels=own_channels(table),
@@ -179,7 +178,7 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
     if "target" in table.place and program is not None:
         return program_targets(program, robot, table.text("target"), cells, table.diagnostics)
     position = table.vector(names.COMMAND_POSITION)
-    turns = table.turns(names.COMMAND_ORIENTATION, "cmd_orientation")
+    turns = table.turns(names.COMMAND_ORIENTATION, table.layout.cmd_orientation)
     if position is None or turns is None:
         message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
         if "target" in table.place:

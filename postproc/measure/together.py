@@ -92,8 +92,7 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
 
 def _concerns(column_map: Source, source: Source) -> bool:
     layout = read_column_map(column_map)
-    columns = [mapped.name for mapped in layout.columns.values()]
-    columns += [name for rotation in layout.rotations.values() for name in rotation.columns]
+    columns = [*(mapped.name for mapped in layout.columns.values()), *layout.turned]
     try:
         cells = read_cells(source, layout, [])
     except PostprocError:

@@ -9,11 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
+from postproc.measure.layout import QUATERNIONS
 from postproc.measure.readings import CLEARER
 from postproc.measure.units import UNITS
 
-QUATERNIONS = {"wxyz": [1, 2, 3, 0], "xyzw": [0, 1, 2, 3]}
-"""Where x, y, z and w stand."""
 USUAL = ("xyz", "ZYX", "ZYZ", "rotvec")
 TRIPLES = ["".join(axes) for axes in product("xyz", repeat=3) if axes[0] != axes[1] != axes[2]]
 FORMS = (*USUAL, *(form for axes in TRIPLES for form in (axes, axes.upper()) if form not in USUAL))

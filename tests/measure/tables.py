@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import tomlkit
 
 from postproc.diagnostics import Source
 
@@ -51,6 +52,11 @@ def source(lines: Sequence[str]) -> Source:
     return Source("cell.csv", "\n".join(lines).encode())
 
 
+def column_map(content) -> Source | None:
+    """A column map with this content."""
+    return None if content is None else Source("map.toml", tomlkit.dumps(content).encode())
+
+
 def edited(lines: Sequence[str], columns: Sequence[int], change: Callable[[float], float]) -> list[str]:
     """The same table with some columns changed."""
     body = []
@@ -62,4 +68,4 @@ def edited(lines: Sequence[str], columns: Sequence[int], change: Callable[[float
     return [lines[0], *body]
 
 
-__all__ = ["HEADER", "TOOL", "edited", "points", "poses", "source", "table"]
+__all__ = ["HEADER", "TOOL", "column_map", "edited", "points", "poses", "source", "table"]

@@ -12,7 +12,7 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.measure.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from tests.measure.tables import HEADER, points, poses
+from tests.measure.tables import HEADER, column_map, points, poses
 
 Q = poses(12)
 PLACES = points(Q)
@@ -28,8 +28,8 @@ def table(separator=",", header=HEADER, number=lambda x: f"{x:.5f}", place=None,
     return (title + "\n".join([header.replace(",", separator), *rows]) + "\n").encode()
 
 
-def read(data: bytes, column_map=None):
-    return read_measurements(Source("t.csv", data), load_robot("irb4600_60_205"), column_map=column_map)
+def read(data: bytes, layout=None):
+    return read_measurements(Source("t.csv", data), load_robot("irb4600_60_205"), column_map=column_map(layout))
 
 
 @pytest.mark.parametrize(
@@ -223,6 +223,28 @@ def test_a_wrong_orientation_map_is_a_finding(layout):
     with pytest.raises(PostprocError) as error:
         read(with_columns("u,v,w", ["1,2,3"] * len(Q)), {"orientation": layout})
     assert [d.code for d in error.value.diagnostics] == ["DAT002"]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "says"),
+    [
+        ("seperator = ';'", "1:1", "did you mean `separator`?"),
+        ("separator = 5", "1:13", "valid string"),
+        ("decimal = ':'", "1:11", "'.' or ','"),
+        ("header = 'no heading'", "1:10", "boolean"),
+        ("[columns]\nq1_deg = 1.5", "2:10", "`columns.q1_deg`"),
+        ("[columns]\nx_mm = { name = 'X', unit = 'furlong' }", "2:8", "known are deg, rad"),
+        ("[columns]\nx_mm = { name = 'X', sgin = -1 }", "2:1", "did you mean `sign`?"),
+        ("[columns]\nx_mm = { name = 'X', sign = 'minus' }", "2:8", "valid number"),
+        ("[columns", "1:9", "not TOML"),
+    ],
+)
+def test_a_wrong_map_says_where_and_what_is_allowed(text, place, says):
+    with pytest.raises(PostprocError) as error:
+        read_measurements(Source("t.csv", table()), load_robot("irb4600_60_205"), None, Source("m.toml", text.encode()))
+    (found,) = error.value.diagnostics
+    assert (found.code, found.place) == ("DAT002", f"m.toml:{place}")
+    assert says in found.message + found.help
 
 
 @pytest.mark.parametrize(("name", "meant"), [("paylod_kg", "payload_kg"), ("tempeature_C", "temperature_C")])

@@ -10,7 +10,7 @@ from postproc.diagnostics import PostprocError
 from postproc.measure.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from tests.measure.tables import HEADER, poses, source, table
+from tests.measure.tables import HEADER, column_map, poses, source, table
 
 ARM = load_robot("irb4600_60_205")
 N = 40
@@ -24,8 +24,8 @@ def beside(names: str, *columns, units: str = "") -> list[str]:
     return [f"{lines[0]},{names}", *([units] if units else []), *body]
 
 
-def read(lines, column_map=None, **more):
-    return read_measurements(source(lines), ARM, column_map=column_map, **more)
+def read(lines, layout=None, **more):
+    return read_measurements(source(lines), ARM, column_map=column_map(layout), **more)
 
 
 def said(lines, severity: str, **more) -> str:
@@ -95,7 +95,7 @@ def test_a_column_is_read_in_the_unit_that_it_states():
 
 def test_a_unit_that_is_not_known_is_said():
     lines = beside("Temp [F]", np.full(N, 70.0))
-    assert "states the unit `F`" in said(lines, "warning", column_map={"columns": {"temperature_C": "Temp [F]"}})
+    assert "states the unit `F`" in said(lines, "warning", layout={"columns": {"temperature_C": "Temp [F]"}})
 
 
 def test_masses_that_nobody_reads_are_said():

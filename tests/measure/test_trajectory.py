@@ -48,6 +48,18 @@ def test_accelerations_are_told_from_rounded_angles(rate):
     assert data.state.a[inner] == pytest.approx(true[inner], abs=0.1)
 
 
+def test_a_record_with_an_empty_time_is_one():
+    time = np.arange(120) / 20
+    q, v = swing(time)
+    lines = table(q, time).data.decode().split("\n")
+    lines[41] = lines[41].rpartition(",")[0] + ","
+    data = read_measurements(Source("record.csv", "\n".join(lines).encode()), load_robot("irb4600_60_205"))
+    assert np.degrees(data.state.v[1:-1]) == pytest.approx(v[1:-1], abs=4.1)
+    assert data.state.time[40] == pytest.approx(2.0)
+    (gap,) = (d for d in data.diagnostics if d.code == "DAT005")
+    assert gap.message.endswith("what lies between its neighbours is taken there")
+
+
 def test_uneven_times_and_rows_out_of_order():
     g = np.random.default_rng(4)
     time = np.cumsum(g.uniform(0.005, 0.015, 200))
