@@ -267,8 +267,9 @@ class Abrupt:
         x = self.signal.values[:, None]
         centre, width = np.array(self.bumps).T
         steps = x > np.mean(self.steps, axis=1) if self.steps else np.zeros((len(x), 0))
-        raw = np.hstack([x, steps, np.exp(-0.5 * ((x - centre) / width) ** 2)])
-        return np.asarray(raw / np.maximum(np.abs(raw).max(axis=0), 1e-30))
+        # In single precision a bump far from all values is nothing, and no spike at the nearest.
+        raw = np.hstack([x, steps, np.exp(-0.5 * ((x - centre) / width) ** 2)]).astype(np.float32)
+        return np.asarray(raw / np.maximum(np.abs(raw).max(axis=0), 1e-30), dtype=float)
 
 
 def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
