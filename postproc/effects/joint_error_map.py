@@ -68,7 +68,7 @@ class JointErrorMap(
         several = len(self.joint) > 2
         choices = [self.joint, tuple(sorted((*self.joint, *moving)))] if several and moving else [self.joint]
         size = 6 * len(state) * len(choices[-1])
-        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, self.joint, k))]
+        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else 2 * k * len(self.joint) <= len(state))]
         every = (orders or [self.order])[::-1]
         return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
 

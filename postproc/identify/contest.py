@@ -41,7 +41,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
             rival = replace(search, fit=refit_all(base, search.fit, [m.candidate for m in others], noise))
             if rival.fit.set_aside == search.fit.set_aside:
                 rival.outside = patterns_left(rival, len(search.outside))
-                if alike(rival.outside, search.outside) and rival.outside[0].evidence > _worth(one, search, rival):
+                if alike(search.outside, rival.outside) and rival.outside[0].evidence > _worth(one, search, rival):
                     rivals.append((rival.linear().square, rival, others))
         best = min(rivals, key=lambda r: r[0], default=None)
         if best is None or best[0] > search.linear().square + near:
@@ -60,5 +60,7 @@ def _worth(one: Missing, search: Search, without: Search) -> float:
 
 
 def alike(some: Sequence[Suspect], others: Sequence[Suspect]) -> bool:
-    """Whether some patterns stand for others: for each of these one of its channels at its place."""
-    return all(any(one.where == s.where and set(one.channels) & set(s.channels) for one in some) for s in others)
+    """Whether some patterns stand for others, if any: for each of these one of its channels at its place."""
+    return bool(others) and all(
+        any(one.where == s.where and set(one.channels) & set(s.channels) for one in some) for s in others
+    )

@@ -26,10 +26,13 @@ from postproc.patterns.signals import added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-PLACES = 22
+PLACES = 24
 """Joints, base, tool, instrument, what it reads, and four bodies that turn or shift."""
-READINGS = frozenset(f"instrument, {reading}" for reading in WAYS)
-ROOMS = {None: PLACES, "joint": 6, "instrument": 6}
+FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
+"""What stands somewhere else, or leans about a point that nobody knows."""
+APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS)])
+"""Where the arm changes nothing but by leaning on it."""
+ROOMS = {None: PLACES, "joint": 6, "instrument": 6, "base": 2}
 """How many places there are of each sort, of any other one."""
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
@@ -54,8 +57,8 @@ class Group:
 
 
 def sort(where: str) -> str:
-    """Joints are one sort of places, and so is all that an instrument may be off by."""
-    return where.partition(",")[0].rstrip(" 123456")
+    """Joints are one sort of places, and so is all that an instrument may be off by where it stands."""
+    return where if where == FRAMES[0] else where.partition(",")[0].rstrip(" 123456")
 
 
 def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
@@ -90,12 +93,12 @@ class Patterns:
 
     def groups(self, where: str) -> Iterator[Group]:
         """Patterns at a place: the arm does not change what an instrument makes of its readings."""
-        groups = (self.apart if where in READINGS else self.anywhere, self.only(where))
+        groups = (self.apart if where in APART else self.anywhere, self.only(where))
         return (group for group in groups if group.some)
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
         """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
-        anywhere = pattern.where is None and (where not in READINGS or self.slow.issuperset(pattern.channels))
+        anywhere = pattern.where is None and (where not in APART or self.slow.issuperset(pattern.channels))
         return anywhere or pattern.where == sort(where)
 
     @cached_property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.fit.channels import varies
-from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.formula import Edge, Pattern, sharper
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import TOOL, Signal, tool_poses
 
@@ -19,6 +20,8 @@ MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
+NEAR = 0.03
+"""Share of the moment's range by which an edge may move when the axis is found more closely."""
 
 
 def pulls(state: State, position: Array) -> Iterator[Pattern]:
@@ -103,16 +106,24 @@ def _moment(lean: Array, way: float) -> Signal:
 def _leaning(lean: Array, way: float) -> Iterator[Pattern]:
     """Shapes of the moment (n, 3) about a horizontal axis."""
     for shape in _shapes(_moment(lean, way)):
+        finer = partial(_turned, lean, _plain(shape), way, np.pi / (8 * WAYS))
+        yield replace(shape, kind=f"{shape.kind} of the moment", where="base", gate=(), finer=finer)
 
-        def turned(form: str = _plain(shape)) -> list[Pattern]:
-            near = way + np.pi / (8 * WAYS) * np.arange(-4, 5)
-            signals = (_moment(lean, float(w)) for w in near)
-            some = [next((p for p in _shapes(s) if _plain(p) == form), None) for s in signals]
-            # The place of an edge moves with the axis: both at once.
-            every = [q for p in some if p is not None for q in (p, *sharper(p))]
-            return [replace(p, where="base", gate=(), finer=None) for p in every]
 
-        yield replace(shape, kind="leaning", where="base", gate=(), finer=turned)
+def _turned(lean: Array, form: str, way: float, apart: float, at: tuple[Edge, ...] | None = None) -> list[Pattern]:
+    """A shape about axes near one, so far apart [rad]: the place of an edge moves with the axis, so both at once.
+
+    Twice, the second time with edges (``at``) near the one that was found.
+    """
+    found: list[Pattern] = []
+    for near in way + apart * np.arange(-4, 5):
+        one = next((p for p in _shapes(_moment(lean, float(near))) if _plain(p) == form), None)
+        some = [] if one is None else [one, *sharper(one)]
+        reach = NEAR * float(np.ptp(lean))
+        for p in (p for p in some if at is None or np.abs(np.subtract(p.at, at)).max(initial=0.0) < reach):
+            finer = partial(_turned, lean, form, near, apart / 5, p.at) if at is None else None
+            found.append(replace(p, where="base", gate=(), finer=finer))
+    return found
 
 
 def _shapes(signal: Signal) -> list[Pattern]:

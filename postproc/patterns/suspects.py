@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.every import Patterns
+from postproc.patterns.every import FRAMES, Patterns
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.sight import Sight
@@ -62,15 +62,17 @@ class Suspect:
 def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
-    Joints and base (turn), instrument (translation, turn about the base, or what it reads), tool (translation), the far
-    end of each arm body (turn or shift). The last two bodies are a few centimetres long: the tool and the joints beside
-    them do what they do.
+    Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
+    may move), tool (translation), the far end of each arm body (turn or shift). The last two bodies are a few
+    centimetres long: the tool and the joints beside them do what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
     found["base"] = J[:, :, BODY + 3 : BODY + 6]
     found["instrument"] = J[:, :, INSTRUMENT : INSTRUMENT + 3]
     found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
+    for frame, first in zip(FRAMES, (INSTRUMENT, BODY), strict=True):
+        found[frame] = J[:, :, first : first + 6]
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     for reading, moves in Sight.of(problem.rest).moves().items():
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]

@@ -77,7 +77,7 @@ class Tried:
                 self.anywhere = np.maximum(self.anywhere, falls)
                 self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
         for pattern in self.every.wide:
-            if pattern.where in (None, where):
+            if self.every.sensible(pattern, where):
                 self._wide(where, pattern)
 
     def _wide(self, where: str, pattern: Pattern) -> Found:

@@ -14,12 +14,16 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import suspect_size
+from postproc.patterns.every import FRAMES
 from postproc.patterns.sight import SEEN, WAYS, Sight
 from postproc.patterns.signals import channels_read
 from postproc.patterns.suspects import Suspect
 from postproc.render.templates import environment, fill, load_template
 
-_PLACE = re.compile(rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:(shifted|turned|{'|'.join(WAYS)})$|.*))?")
+FRAME = FRAMES[0].partition(", ")[2]
+_PLACE = re.compile(
+    rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:({FRAME}|shifted|turned|{'|'.join(WAYS)})$|.*))?"
+)
 """A part of the arm or the instrument, and how it moves, if not in every direction."""
 
 
@@ -102,17 +106,23 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     assert where is not None
     kind, index, how = where[1], int(where[2] or 0), where[3]
     along, reading = WAYS.get(how or "", ("", ""))
-    turned = how == "turned" or (kind in ("base", "body") and how is None)
-    unit = reading or ("rad" if turned or kind == "joint" else "m")
-    place, axes = f"body_{index}" if kind in ("base", "body") else kind, "3:" if turned else ":3"
-    size = float(np.abs(suspect.values).max() * np.abs(suspect_size(found.searched, suspect)).max())
-    said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
+    parts = {"rad": "3:", "m": ":3"}
     if kind == "joint":
-        axes = str(index - 1)
-    for part, code in enumerate(suspect.codes):
-        name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
-        name += f"_{unit}" if unit != "1" else ""
-        yield _Term(name, said, code, place, axes, unit, kind != "joint" and not along, size, along)
-    if kind == "body":
-        everywhere = "np.ones(len(state))"
-        yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)
+        parts = {"rad": str(index - 1)}
+    elif along:
+        parts = {reading: ":3"}
+    elif how != FRAME:
+        del parts["m" if how == "turned" or (kind in ("base", "body") and how is None) else "rad"]
+    place = f"body_{index}" if kind in ("base", "body") else kind
+    sizes = np.abs(suspect_size(found.searched, suspect)).reshape(suspect.place.shape[2], -1)
+    said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
+    for unit, axes in parts.items():
+        own = (sizes[3:] if unit == "rad" else sizes[:3]) if how == FRAME else sizes
+        size = float(np.abs(suspect.values).max() * own.max())
+        for part, code in enumerate(suspect.codes):
+            name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
+            name += f"_{unit}" if unit != "1" else ""
+            yield _Term(name, said, code, place, axes, unit, kind != "joint" and not along, size, along)
+        if kind == "body":
+            everywhere = "np.ones(len(state))"
+            yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

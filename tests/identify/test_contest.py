@@ -1,4 +1,4 @@
-"""A name goes where as many patterns of the same channels and places tell nearly as much without it."""
+"""A name goes where no more patterns of the same channels and places tell nearly as much without it."""
 
 from __future__ import annotations
 
@@ -50,8 +50,10 @@ def fit(names, left, outside, aside=()):
         ([], 9000.0, (), False),
     ],
 )
-def test_a_name_goes_where_as_many_patterns_leave_hardly_more(monkeypatch, outside, left, aside, goes):
-    base, whole = fit((), 10500.0, []), fit(("backlash",), 500.0, [suspect("load3", "joint 3")])
+@pytest.mark.parametrize("second", [[], [suspect("x", "instrument")]])
+def test_a_name_goes_where_no_more_patterns_leave_hardly_more(monkeypatch, second, outside, left, aside, goes):
+    """A second pattern may have stood beside it for what the name was off by."""
+    base, whole = fit((), 10500.0, []), fit(("backlash",), 500.0, [suspect("load3", "joint 3"), *second])
     bare = fit((), left, outside, aside)
     monkeypatch.setattr(contest, "refit_all", lambda base, full, others, noise: bare if not others else None)
     monkeypatch.setattr(contest, "patterns_left", lambda search, most=3: search.fit.outside[:most])

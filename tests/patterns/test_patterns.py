@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.model.sensitivity import BODY
+from postproc.model.places import BODY, INSTRUMENT
 from postproc.patterns.cycles import waves
-from postproc.patterns.every import PLACES, Patterns, grown, odds, patterns, switched
+from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
 from postproc.patterns.formula import Pattern, sharper
 from postproc.patterns.shapes import breaks
 from postproc.patterns.signals import Signal, channel_signal
@@ -165,6 +165,19 @@ def test_an_instrument_turns_about_its_own_origin():
     seen = data.position - problem.error[:, :3]
     for k, axis in enumerate(np.eye(3)):
         assert places(problem)["instrument, turned"][:, :3, k] == pytest.approx(np.cross(axis, seen), abs=5e-3)
+
+
+def test_what_stands_elsewhere_is_shifted_and_turned():
+    """With its door open a cell's column leans, and the tracker on it: neither a shift nor a turn alone tells it."""
+    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
+    fit = base_fit(data)
+    door, row = np.where(np.arange(len(data)) % 4 < 2, 1.0, 0.0), fit.problem.row
+    leans = fit.problem.sensitivity.matrix[:, :, INSTRUMENT : INSTRUMENT + 6] @ [1e-4, -2e-4, 1e-4, 1e-4, 5e-5, -1e-4]
+    y = fit.problem.whiten((leans * door[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    every = Patterns([plain("door", door, "level")], slow=frozenset(["door"]))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), every)
+    assert found[0].where in FRAMES
+    assert replace(fit.linear, residual=y).extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
 
 def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
