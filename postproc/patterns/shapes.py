@@ -101,6 +101,7 @@ def of_channel(signal: Signal) -> Iterator[Pattern]:
     """
     yield from of_signal(signal)
     if signal.name[0] in "qval" and signal.values.min() < 0 < signal.values.max():
+        yield Pattern((signal,), side := f"side of {signal.label}", np.sign, "side", label=side)
         for pattern in of_signal(signal.size):
             yield pattern
             if pattern.kind == "ramp":

@@ -128,6 +128,18 @@ def test_stops_on_both_sides_and_what_levels_off(law, said):
     assert found.text.startswith(said) and abs(np.corrcoef(found.values, law(q))[0, 1]) > 0.997
 
 
+def test_friction_that_grows_as_it_warms_is_the_side_of_a_load_where_it_is_warm():
+    g = np.random.default_rng(14)
+    load, warm = g.uniform(-400.0, 300.0, 180), g.uniform(20.0, 28.0, 180)
+    truth = np.sign(load) * np.maximum(warm - 24.0, 0.0)
+    every = of_two(load2=load, temperature=warm)
+    side = next(p for p in every.every if p.text == "side of load2")
+    gates = [switched(factor, *every.switches[k][:2]) for factor, k in grown(side, every)[1]]
+    found = closest(best(gates, truth), truth)
+    assert found.text.startswith("side of load2 only where temperature is above 2") and found.text.endswith("growing")
+    assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
+
+
 def test_a_column_of_the_table_may_come_again():
     rail = np.random.default_rng(15).uniform(0.0, 5.0, 150)
     truth = np.sin(2 * np.pi * rail / 1.3 + 0.5)
