@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.patterns.cycles import GEAR, LOW, TEETH, comes_again, sways, waves
-from postproc.patterns.felt import overturning, pulls
+from postproc.patterns.felt import LEANS, overturning, pulls
 from postproc.patterns.formula import Pattern, Single, sharper, values_of
 from postproc.patterns.levels import of_few, of_words, words
 from postproc.patterns.memory import lags, memories
@@ -26,13 +26,13 @@ from postproc.patterns.signals import added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-PLACES = 24
+PLACES = 25
 """Joints, base, tool, instrument, what it reads, and four bodies that turn or shift."""
 FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
 """What stands somewhere else, or leans about a point that nobody knows."""
 APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS)])
 """Where the arm changes nothing but by leaning on it."""
-ROOMS = {None: PLACES, "joint": 6, "instrument": 6, "base": 2}
+ROOMS = {None: PLACES, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
@@ -58,7 +58,7 @@ class Group:
 
 def sort(where: str) -> str:
     """Joints are one sort of places, and so is all that an instrument may be off by where it stands."""
-    return where if where == FRAMES[0] else where.partition(",")[0].rstrip(" 123456")
+    return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
 
 
 def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
@@ -93,12 +93,15 @@ class Patterns:
 
     def groups(self, where: str) -> Iterator[Group]:
         """Patterns at a place: the arm does not change what an instrument makes of its readings."""
-        groups = (self.apart if where in APART else self.anywhere, self.only(where))
+        everywhere = [] if where == LEANS else [self.apart if where in APART else self.anywhere]
+        groups = (*everywhere, self.only(where))
         return (group for group in groups if group.some)
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
         """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
-        anywhere = pattern.where is None and (where not in APART or self.slow.issuperset(pattern.channels))
+        anywhere = (
+            pattern.where is None and where != LEANS and (where not in APART or self.slow.issuperset(pattern.channels))
+        )
         return anywhere or pattern.where == sort(where)
 
     @cached_property

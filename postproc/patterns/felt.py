@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,15 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.fit.channels import varies
-from postproc.patterns.formula import Edge, Pattern, sharper
-from postproc.patterns.shapes import of_signal
+from postproc.patterns.formula import Edge, Pattern, only_at, sharper
+from postproc.patterns.shapes import breaks, of_signal
 from postproc.patterns.signals import TOOL, Signal, tool_poses
 
 MOMENT = ("load2", "q1", "x", "y")
 """Channels that the overturning moment follows."""
+LEAN = "(state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
+LEANING, LEANS = "the overturning moment", "base, as it leans"
+"""Its name, and the place that it turns and shifts."""
 WAYS = 4
 """Horizontal axes about which the footing is asked, half a turn apart in all."""
 NEAR = 0.03
@@ -71,10 +75,9 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern
     Args:
         others: channels by which a footing may soften: water under it, its temperature.
     """
-    if state.body_load is None or state.robot is None:
+    lean = overturning_moment(state)
+    if lean is None:
         return
-    force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
-    lean = moment + np.cross(distal_point(state.robot, 0), force)
     for way in np.pi / WAYS * np.arange(WAYS):
         yield from _leaning(lean, float(way))
     both = [_moment(lean, 0.0), _moment(lean, np.pi / 2)]
@@ -82,7 +85,6 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern
         # Legs and anchors at two sides each, or a footing that is alike all around.
         for text, law in (
             ("square of the overturning moment about x and about y", lambda x, y: [x * np.abs(x), y * np.abs(y)]),
-            ("square of the overturning moment", lambda x, y: [a * np.sqrt(x**2 + y**2) for a in (x, y)]),
             ("cube of the overturning moment about x and about y", lambda x, y: [x**3, y**3]),
         ):
             form = f"growing with the {text}, to its side"
@@ -91,14 +93,60 @@ def overturning(state: State, others: Iterable[Signal] = ()) -> Iterator[Pattern
             form = f"the overturning moment about x and about y times {other.whole}"
             yield Pattern((other, *both), form, lambda c, x, y: [c * x, c * y], "leaning", where="base", wide=True)
 
+    yield from _all_around(lean, others)
+
+
+def overturning_moment(state: State) -> Array | None:
+    """(n, 3) about the base origin [N m]; None where loads are not known."""
+    if state.body_load is None or state.robot is None:
+        return None
+    force, moment = state.body_load[:, 0, :3], state.body_load[:, 0, 3:]
+    return np.asarray(moment + np.cross(distal_point(state.robot, 0), force))
+
+
+def leaning(lean: Array) -> Array:
+    """(n, 3, 2) turn and shift of a base that leans as the moment (n, 3) pulls it, about a point above or below it."""
+    size = np.hypot(lean[:, 0], lean[:, 1])
+    x, y = lean[:, :2].T / np.maximum(size, 1e-9)
+    still = np.zeros(len(lean))
+    return np.stack([np.stack([x, y, still], axis=1), np.stack([y, -x, still], axis=1)], axis=2)
+
+
+def _all_around(lean: Array, others: Iterable[Signal]) -> Iterator[Pattern]:
+    """Shapes of the size of the moment (n, 3), for a footing that is alike all around: cushions, springs, play."""
+    size = Signal(MOMENT, np.hypot(lean[:, 0], lean[:, 1]), f"np.hypot(*{LEAN}[:, :2].T)", "load", LEANING)
+    if not varies(size.values):
+        return
+    laws: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+        (f"to the side of {LEANING}, however large", lambda x: x**0.0),
+        (f"growing with the root of {LEANING}", lambda x: np.sqrt(x)),
+        (f"growing with the square of {LEANING}", lambda x: x * x),
+    )
+    every = [Pattern((size,), form, law, "curve") for form, law in laws]
+    every += [_levelling(size, float(k)) for k in np.quantile(size.values, np.linspace(0.1, 0.9, 9))]
+    for shape in [*every, *breaks(size)]:
+        yield only_at(LEANS, replace(shape, kind=f"{shape.kind} of the moment"))
+    for other in others:
+        both, kind = (other, size), "leaning"
+        yield only_at(LEANS, Pattern(both, f"{LEANING} times {other.whole}", lambda c, x: c * x, kind))
+        if other.values.min() > 0:
+            yield only_at(LEANS, Pattern(both, f"{LEANING} over {other.whole}", lambda c, x: x / c, kind))
+
+
+def _levelling(size: Signal, over: float) -> Pattern:
+    """What grows in proportion at first and hardly at all in the end."""
+
+    def finer() -> list[Pattern]:
+        return [replace(_levelling(size, over * k), finer=None) for k in np.geomspace(0.3, 3.0, 41)]
+
+    at = ((over, over),)
+    return Pattern((size,), f"levelling off over {{}}{size.of}", lambda x: np.tanh(x / over), "rise", at, None, finer)
+
 
 def _moment(lean: Array, way: float) -> Signal:
     """The moment (n, 3) about a horizontal axis."""
     along = np.array([np.cos(way), np.sin(way), 0.0])
-    code = (
-        "((state.body_load[:, 0, 3:] + np.cross(state.robot.link[0][:3, 3], state.body_load[:, 0, :3]))"
-        f" @ {np.round(along, 4).tolist()})"
-    )
+    code = f"({LEAN} @ {np.round(along, 4).tolist()})"
     axis = {0: "x", 90: "y"}.get(round(np.degrees(way)), f"an axis {np.degrees(way):.0f} deg from x")
     return Signal(MOMENT, np.asarray(lean @ along), code, "load", f"the overturning moment about {axis}")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -109,6 +109,12 @@ def spread(moves: Array, values: Array) -> Array:
 def sharper(pattern: Pattern) -> list[Pattern]:
     """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
     return [] if pattern.finer is None else pattern.finer()
+
+
+def only_at(where: str, pattern: Pattern) -> Pattern:
+    """A pattern that makes sense at one place."""
+    finer = None if pattern.finer is None else lambda: [only_at(where, p) for p in sharper(pattern)]
+    return replace(pattern, where=where, gate=(), finer=finer)
 
 
 def side_by_side(some: Sequence[Pattern], tries: float) -> Pattern:

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.fit.channels import varies
 from postproc.model.equilibrium import Equilibrium
 from postproc.patterns.cycles import GEAR, LOW, sways, waves
-from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.formula import Pattern, only_at
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import TOOL, Signal, place_code
 from postproc.robot.pose import displace
@@ -121,9 +121,4 @@ def azimuth(point: Array, code: str, label: str) -> Signal:
 def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Pattern]:
     if varies(signal.values):
         again = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
-        yield from (_only_at(where, p) for p in (*of_signal(signal), *again))
-
-
-def _only_at(where: str, pattern: Pattern) -> Pattern:
-    finer = None if pattern.finer is None else lambda: [_only_at(where, p) for p in sharper(pattern)]
-    return replace(pattern, where=where, gate=(), finer=finer)
+        yield from (only_at(where, p) for p in (*of_signal(signal), *again))

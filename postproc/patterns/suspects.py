@@ -13,6 +13,7 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.every import FRAMES, Patterns
+from postproc.patterns.felt import LEANS, leaning, overturning_moment
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.sight import Sight
@@ -63,8 +64,8 @@ def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
-    may move), tool (translation), the far end of each arm body (turn or shift). The last two bodies are a few
-    centimetres long: the tool and the joints beside them do what they do.
+    may move, or the base as it leans), tool (translation), the far end of each arm body (turn or shift). The last two
+    bodies are a few centimetres long: the tool and the joints beside them do what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -73,6 +74,11 @@ def places(problem: Problem) -> dict[str, Array]:
     found["instrument, turned"] = J[:, :, INSTRUMENT + 3 : INSTRUMENT + 6]
     for frame, first in zip(FRAMES, (INSTRUMENT, BODY), strict=True):
         found[frame] = J[:, :, first : first + 6]
+    lean = overturning_moment(problem.sensitivity.state)
+    if lean is not None:
+        turn, shift = np.moveaxis(leaning(lean), 2, 0)
+        parts = (J[:, :, BODY + 3 : BODY + 6] @ turn[:, :, None], J[:, :, BODY : BODY + 3] @ shift[:, :, None])
+        found[LEANS] = np.concatenate(parts, axis=2)
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     for reading, moves in Sight.of(problem.rest).moves().items():
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]

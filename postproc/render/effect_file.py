@@ -15,6 +15,7 @@ from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import suspect_size
 from postproc.patterns.every import FRAMES
+from postproc.patterns.felt import LEAN, LEANS
 from postproc.patterns.sight import SEEN, WAYS, Sight
 from postproc.patterns.signals import channels_read
 from postproc.patterns.suspects import Suspect
@@ -22,7 +23,7 @@ from postproc.render.templates import environment, fill, load_template
 
 FRAME = FRAMES[0].partition(", ")[2]
 _PLACE = re.compile(
-    rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:({FRAME}|shifted|turned|{'|'.join(WAYS)})$|.*))?"
+    rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:({FRAME}|as it leans|shifted|turned|{'|'.join(WAYS)})$|.*))?"
 )
 """A part of the arm or the instrument, and how it moves, if not in every direction."""
 
@@ -69,7 +70,9 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
     places = tuple(dict.fromkeys(term.place for term in terms))
     bodies = ", ".join(f"{p.removeprefix('body_')}: {p}" for p in places if p.startswith("body"))
-    reads = dict.fromkeys(name for law in (*(term.law for term in terms), sight) for name in channels_read(law))
+    reads = dict.fromkeys(
+        name for law in (*(term.law + term.along for term in terms), sight) for name in channels_read(law)
+    )
     title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"
     values = {
         "name": "".join(word.capitalize() for word in words),
@@ -106,19 +109,23 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     assert where is not None
     kind, index, how = where[1], int(where[2] or 0), where[3]
     along, reading = WAYS.get(how or "", ("", ""))
-    parts = {"rad": "3:", "m": ":3"}
-    if kind == "joint":
-        parts = {"rad": str(index - 1)}
+    # Of each part the unit, the axes, how it moves if that is one number, and which of the sizes are its own.
+    parts = [("rad", "3:", "", slice(3, 6)), ("m", ":3", "", slice(0, 3))]
+    if how == LEANS.partition(", ")[2]:
+        to = f"({LEAN} * [1.0, 1.0, 0.0] / np.maximum(np.hypot(*{LEAN}[:, :2].T), 1e-9)[:, None])"
+        parts = [("rad", "3:", to, slice(0, 1)), ("m", ":3", f"np.cross({to}, [0.0, 0.0, 1.0])", slice(1, 2))]
+    elif kind == "joint":
+        parts = [("rad", str(index - 1), "", slice(1))]
     elif along:
-        parts = {reading: ":3"}
+        parts = [(reading, ":3", along, slice(1))]
     elif how != FRAME:
-        del parts["m" if how == "turned" or (kind in ("base", "body") and how is None) else "rad"]
+        turned = how == "turned" or (kind in ("base", "body") and how is None)
+        parts = [("rad", "3:", "", slice(None)) if turned else ("m", ":3", "", slice(None))]
     place = f"body_{index}" if kind in ("base", "body") else kind
     sizes = np.abs(suspect_size(found.searched, suspect)).reshape(suspect.place.shape[2], -1)
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
-    for unit, axes in parts.items():
-        own = (sizes[3:] if unit == "rad" else sizes[:3]) if how == FRAME else sizes
-        size = float(np.abs(suspect.values).max() * own.max())
+    for unit, axes, along, own in parts:
+        size = float(np.abs(suspect.values).max() * sizes[own].max())
         for part, code in enumerate(suspect.codes):
             name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
             name += f"_{unit}" if unit != "1" else ""

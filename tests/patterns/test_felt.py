@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.patterns.felt import felt_by_tool, overturning
+from postproc.patterns.felt import felt_by_tool, leaning, overturning
 from postproc.patterns.signals import Signal
 from postproc.robot.catalogue import load_robot
 from tests.independent.arm import irb4600
@@ -55,3 +55,23 @@ def test_a_footing_may_soften_with_a_column_of_words():
     moment = 0.5 * np.stack([-push[:, 1], push[:, 0]], axis=1) * wet[:, None]
     assert tilted.values == pytest.approx(moment / np.abs(moment).max())
     assert tilted.where == "base" and tilted.channels[0] == "ground"
+
+
+def test_a_base_leans_about_a_point_below_it_as_the_moment_turns_it():
+    """A turn about the pivot moves a point as the same turn and a shift of the base do."""
+    g = np.random.default_rng(5)
+    lean, points, below = g.normal(0, 800.0, (7, 3)), g.uniform(-1, 1, (7, 3)), np.array([0.0, 0.0, 0.4])
+    tip = lean * [1.0, 1.0, 0.0] / np.linalg.norm(lean[:, :2], axis=1, keepdims=True)
+    turn, shift = np.moveaxis(leaning(lean), 2, 0)
+    wanted = np.cross(tip, points + below)
+    assert np.cross(turn, points) + below[2] * shift == pytest.approx(wanted)
+
+
+def test_a_footing_on_air_softens_as_its_pressure_falls():
+    load, pressure = np.random.default_rng(6).normal(0, 500.0, (40, 1, 6)), np.linspace(2.0, 6.0, 40)
+    robot = SimpleNamespace(link=np.eye(4)[None].copy())
+    air = Signal(("cushion_bar",), pressure, "air", "", "cushion_bar")
+    found = {p.form: p for p in overturning(SimpleNamespace(body_load=load, robot=robot), [air])}
+    soft = found["the overturning moment over cushion_bar"]
+    wanted = np.hypot(load[:, 0, 3], load[:, 0, 4]) / pressure
+    assert soft.values == pytest.approx(wanted / wanted.max()) and soft.where == "base, as it leans"

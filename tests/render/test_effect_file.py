@@ -162,6 +162,20 @@ def lifting_foot(g, arm) -> Hidden:
     return Hidden("lifting_foot", "unknown", channels=("load2",), body=body)
 
 
+def sprung_cart(g, arm) -> Hidden:
+    """A cart on disc springs half a metre below: it leans as the arm pulls it, to its stops."""
+
+    def body(s, f, wrench):
+        moment = (wrench[:, 0, 3:] + np.cross(arm.link[0][:3, 3], wrench[:, 0, :3])) * [1.0, 1.0, 0.0]
+        size = np.linalg.norm(moment, axis=1, keepdims=True)
+        tip = 2e-4 * np.tanh(size / 500.0) * moment / size
+        xi = np.zeros((len(s), 7, 6))
+        xi[:, 0] = np.hstack([np.cross(tip, arm.link[0][:3, 3] + [0.0, 0.0, 0.5]), tip])
+        return xi
+
+    return Hidden("sprung_cart", "unknown", channels=("load2",), body=body)
+
+
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
@@ -171,6 +185,7 @@ def lifting_foot(g, arm) -> Hidden:
         (nest, 404),
         (soft_tool, 405),
         (lifting_foot, 406),
+        (sprung_cart, 407),
     ],
 )
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
