@@ -110,7 +110,9 @@ def _falls(gram: Array, along: Array, others: list[int]) -> Array:
     whole = gram.reshape(P * m, P * m)
     at = (np.array(others, dtype=int)[:, None] * m + np.arange(m)).ravel()
     held = whole[at][:, at]
-    known = np.linalg.solve(held + APART * np.diag(np.diag(held)), np.column_stack([whole[at], along.ravel()[at]]))
+    each = np.diag(held).reshape(-1, m).mean(axis=1)  # none where the fitted parameters do all that a shape could
+    held = held + APART * np.diag(np.repeat(np.where(each > 0, each, 1.0), m))
+    known = np.linalg.solve(held, np.column_stack([whole[at], along.ravel()[at]]))
     fall = float(along.ravel()[at] @ known[:, -1])
     rest = along - (whole[:, at] @ known[:, -1]).reshape(P, m)
     own = np.einsum("kikj->ijk", gram)
