@@ -38,6 +38,7 @@ def run(
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
+    from postproc.identify.verdict import of_little_worth
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
@@ -57,11 +58,16 @@ def run(
         print_json(found.as_json())
     else:
         print(found.text())
-        _say_named(found, model, data, table.words(effects))
+        little = of_little_worth(found)
+        keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
+        _say_named(found, keys, model, data, table.words(effects))
         if text is not None and draft is not None:
-            keys, own = [m.candidate.key for m in found.missing], table.words([*effects, draft])
+            own = table.words([*effects, draft])
             words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
-            say_next("adds what remains, too" if keys else "adds it", *words, lead="or" if keys else "next")
+            what = "adds what remains, too" if keys else "adds it"
+            if not found.suspects[0].codes:
+                what = "adds what a single pose tells of it, which is not all"
+            say_next(what, *words, lead="or" if keys else "next")
         elif text is not None:
             words = ("diagnose", model, *data, *table.words(effects), "--draft", "OWN.py")
             say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
@@ -70,8 +76,7 @@ def run(
     return 0
 
 
-def _say_named(found: Diagnosis, model: Path, data: Sequence[str], own: Sequence[str]) -> None:
-    keys = [m.candidate.key for m in found.missing]
+def _say_named(found: Diagnosis, keys: Sequence[str], model: Path, data: Sequence[str], own: Sequence[str]) -> None:
     if keys:
         it = "it" if len(keys) == 1 else "them"
         say_next(f"writes the model that has {it}", "add", model, *keys, *_tables(data), *own, "-o", "BETTER.toml")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +14,8 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
-from postproc.fit.fitted import Fit
+from postproc.fit.fitted import Fit, rms
+from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
 from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward, terms_needed
@@ -64,6 +66,17 @@ class Diagnosis:
     floor: float | None
     bound: float
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def unnamed(self) -> float | None:
+        """Held-out rms [m] of the searched rows with the patterns that remain without a name; None where none does."""
+        if not self.suspects:
+            return None
+        fit = self.searched
+        told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
+        known = fit.linear.extended(np.hstack(told))
+        out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
+        return rms(fit.problem.weights.measured(out)[:, :3])
 
     def as_json(self) -> dict[str, Any]:
         from postproc.identify.report import diagnosis_json

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from postproc.patterns.suspects import Suspect
 
 
+UNNAMED = "+ what was found, without a name"
 TELLING = 0.05
 """Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do."""
 FEWEST, MOST = 3, 8
@@ -57,6 +58,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         ],
         "suspects": [s.as_json() for s in d.suspects],
         "floor_mm": _known(d.floor),
+        "held_out_rms_mm_unnamed": _known(d.unnamed),
         "bound_mm": _known(d.bound),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
@@ -127,6 +129,7 @@ def _ladder(d: Diagnosis) -> list[str]:
     floor = f"{1e3 * d.floor:.3f}" if d.floor else "unknown"
     rungs = [("the model as it came", d.base.held_out_rms, "")]
     rungs += [(f"+ {m.candidate.key}", m.held_out_after, place(m.candidate.label)) for m in d.missing]
+    rungs += [(UNNAMED, d.unnamed, "")] if d.unnamed is not None else []
     rungs.append((FREE, d.bound, ""))
     lines = ["held-out error, mm per axis:"]
     lines += [f"  {name:36s} {1e3 * error:8.3f}   {where}".rstrip() for name, error, where in rungs]

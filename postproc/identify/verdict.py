@@ -37,7 +37,8 @@ def headline(d: Diagnosis) -> str:
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = "them" if len(d.missing) > 1 else "it"
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm per axis."
-    fell += noise + _of_little_worth(d)
+    little = joined([f"`{key}`" for key in of_little_worth(d)])
+    fell += noise + (f" Significant, but worth next to nothing: {little}." if little else "")
     if d.verdict == "missing":
         what = f": {title(d, d.missing[0])}" if len(d.missing) == 1 else ""
         return f"The model lacks {names}{what}. {fell}"
@@ -49,7 +50,10 @@ def headline(d: Diagnosis) -> str:
     if not d.suspects:
         return found or f"More is left than noise, and no effect of the library explains it.{noise}"
     s = d.suspects[0]
-    follows = f"The remaining structure sits at {s.where} and follows {s.channel} ({s.pattern}{_extent(d, s)})."
+    same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
+    own = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
+    at = s.where + ("," if "," in s.where else "")
+    follows = f"The remaining structure sits at {at} and follows {own} ({s.pattern}{_extent(d, s)})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."
     lead = found or "Something is missing that no effect of the library explains. "
@@ -78,12 +82,11 @@ def suspect_size(fit: Fit, suspect: Suspect) -> Array:
     return np.asarray(np.linalg.lstsq(columns, fit.linear.rest, rcond=None)[0])
 
 
-def _of_little_worth(d: Diagnosis) -> str:
-    """The effects that are significant, and lower the error by next to nothing."""
+def of_little_worth(d: Diagnosis) -> list[str]:
+    """Keys of effects that are significant, and lower the error by next to nothing."""
     before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
-    little = [m for m, error in zip(d.missing, before, strict=False) if m.held_out_after > (1 - LITTLE) * error]
-    names = joined([f"`{m.candidate.key}`" for m in little])
-    return f" Significant, but worth next to nothing: {names}." if little else ""
+    pairs = zip(d.missing, before, strict=False)
+    return [m.candidate.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]
 
 
 def too_few(fit: Fit) -> bool:

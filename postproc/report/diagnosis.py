@@ -6,6 +6,7 @@ from typing import Any
 
 from postproc.fit.wording import FREE, p_text, place
 from postproc.identify.diagnose import Diagnosis
+from postproc.identify.report import UNNAMED
 from postproc.identify.verdict import doubts, headline
 from postproc.report.charts import bars
 from postproc.report.document import plain
@@ -30,6 +31,8 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     document = plain(found.as_json())
     ladder = {"the model as it came": document["held_out_rms_mm"]}
     ladder |= {f"+ {m['effect']}": m["held_out_rms_mm_after"] for m in document["missing"]}
+    if document["held_out_rms_mm_unnamed"] is not None:
+        ladder[UNNAMED] = document["held_out_rms_mm_unnamed"]
     ladder[FREE] = document["bound_mm"]
     key = {
         **_verdict(document),

@@ -193,11 +193,15 @@ def test_the_next_command_reads_the_table_in_the_same_way(call: Call, cell: Path
 def test_a_diagnosis_ends_with_the_commands_that_follow(
     call: Call, cell: Path, samples: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = SimpleNamespace(candidate=SimpleNamespace(key="arm_load"), not_separable=("payload_error", "dress_pack"))
-    second = SimpleNamespace(candidate=SimpleNamespace(key="backlash"), not_separable=())
+    alike = {"arm_load": ("payload_error", "dress_pack"), "backlash": (), "link_compliance": ()}
+    missing = [
+        SimpleNamespace(candidate=SimpleNamespace(key=key), not_separable=rivals, held_out_after=after)
+        for (key, rivals), after in zip(alike.items(), (6e-5, 3e-5, 2.98e-5), strict=True)
+    ]
     found = SimpleNamespace(
         diagnostics=(),
-        missing=(first, second),
+        base=SimpleNamespace(held_out_rms=1e-4),
+        missing=missing,  # the last one is worth next to nothing, which the sentence says: no command adds it
         suspects=(),
         beside=(),
         verdict="missing",
@@ -218,7 +222,15 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
 def test_what_follows_can_be_copied_into_a_shell(
     call: Call, cell: Path, samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = SimpleNamespace(diagnostics=(), missing=(), suspects=(), beside=(), verdict="complete", text=lambda: "..")
+    found = SimpleNamespace(
+        diagnostics=(),
+        base=SimpleNamespace(held_out_rms=3e-5),
+        missing=(),
+        suspects=(),
+        beside=(),
+        verdict="complete",
+        text=lambda: "..",
+    )
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())

@@ -20,6 +20,7 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
 from postproc.identify.trends import joint_errors
+from postproc.identify.verdict import headline
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -210,6 +211,16 @@ def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
         assert found.verdict == "unknown"
         suspect = found.suspects[0]
         assert suspect.where == f"joint {suspect.channel[1]}" and suspect.pattern.startswith("step near")
+        assert 0.8 * found.floor < found.unnamed < 1.2 * found.floor < 0.6 * found.base.held_out_rms
+        table = found.text().split("held-out error")[1].splitlines()
+        assert table[2] == f"  + what was found, without a name     {1e3 * found.unnamed:8.3f}"
+    # A pattern of several channels is told with all of them, columns of the table's own first.
+    data = replace(
+        found.base.data, state=data.rows(data.usable).state.with_(channels={"door": np.zeros(len(found.base.data))})
+    )
+    own = replace(found.base, problem=replace(found.base.problem, data=data))
+    more = tuple(replace(suspect, channel=name) for name in (suspect.channel, "q9", "door"))
+    assert f"follows door, {suspect.channel} and q9 (step near" in headline(replace(found, base=own, suspects=more))
 
 
 def test_shuffled_channels_win_nothing():
