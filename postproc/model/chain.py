@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def deflected_chain(robot: Robot, q: Array, body: Mapping[int, Array], ends: boo
     return Chain(q, body, T, flange, tip, turn)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Directions:
     """How every coordinate moves what lies beyond it, in chain order, m coordinates.
 
@@ -81,6 +82,11 @@ class Directions:
     spin: Array
     origin: Array
     carried: tuple[int, ...]
+
+    @cached_property
+    def line(self) -> Array:
+        """(n, m, 6) what of a force and its moment about the base origin a coordinate bears: s + o x a, and a."""
+        return np.concatenate([self.slide + np.cross(self.origin, self.spin), self.spin], axis=-1)
 
 
 def directions(robot: Robot, chain: Chain, bodies: tuple[int, ...]) -> Directions:
@@ -122,8 +128,5 @@ def spread(along: Directions, forces: Array) -> Array:
     """
     # A coordinate bears what acts on the first body that it moves, and on all after it.
     w = np.cumsum(forces[:, ::-1], axis=1)[:, ::-1][:, list(along.carried)]
-    force, moment = w[..., :3], w[..., 3:]
-    # spin . (M - origin x F), written without the cross product of every coordinate.
-    turning = np.einsum("nmi,nmi->nm", along.spin, moment - np.cross(along.origin, force))
-    result: Array = np.einsum("nmi,nmi->nm", along.slide, force) + turning
+    result: Array = np.einsum("nmi,nmi->nm", along.line, w)
     return result
