@@ -9,6 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.added import added_statements
+from postproc.compensate.circles import behind_the_unknown, spoiled_starts
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
 from postproc.compensate.decisions import Decisions, decide_changes
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
@@ -67,8 +68,9 @@ def plan_changes(
     lengths = samples.curves.length.tolist()
     asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(moves))
     indivisible = {i: why for i, why in asked if why is not None}
-    refused: dict[StatementKey, str] = {}
-    left: dict[int, Array] = {}  # moves whose targets are not where the correction wants them, and where they are
+    refused = behind_the_unknown(motion)
+    # Moves whose targets are not where the correction wants them, and where they are.
+    left = {i: np.zeros(6) for i, move in enumerate(moves) if move.event.statement.key in refused}
     shared: set[int] = set()  # of these: runs that differ little and get their middle
     whole: set[int] = set()  # runs that share one with all runs of their statement, not with those to their target
     spent: set[int] = set()  # runs for which that was tried, too
@@ -97,7 +99,13 @@ def plan_changes(
         alike = {moves[i].event.statement.key for i in middles.keys() | again}
         refused |= {key: why for key, why in decisions.refused.items() if key not in alike}
         if now_left.keys() <= left.keys() and not clashing and not parted:
-            break
+            spoiled = spoiled_starts(motion, exact, written, left)
+            if not spoiled:
+                break
+            refused |= spoiled
+            left |= {i: np.zeros(6) for i, move in enumerate(moves) if move.event.statement.key in spoiled}
+            shared -= left.keys()
+            continue
         left = now_left | left | {i: now_left[i] for i in parted} | middles
         left = {i: shift for i, shift in left.items() if i not in again}
         shared = (shared | middles.keys()) - parted

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction import Exact
+from postproc.compensate.circles import circle_point
+from postproc.compensate.correction import NO_JUMP, Exact
 from postproc.compensate.motion import Motion
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.sharing import straight
@@ -97,7 +98,10 @@ class Wishes:
         shift = np.array([np.interp(u[0], samples.u[rows], column) for column in shifts.T])
         T = move.T_work_via.copy()
         turned = displace(np.concatenate([np.zeros(3), shift[3:]]))[:3, :3] @ T[:3, :3]
-        T[:3, :3], T[:3, 3] = turned, T[:3, 3] + shift[:3]
+        lacks = self.curve[rows][[0, -1], :3, 3] - self.written.T_work_tcp[rows][[0, -1], :3, 3]
+        beside = samples.goal[i] > samples.start[i] and np.abs(lacks).max() > NO_JUMP
+        T[:3, 3] = circle_point(samples, self.written, i, float(u[0])) if beside else T[:3, 3] + shift[:3]
+        T[:3, :3] = turned
         return T
 
 
