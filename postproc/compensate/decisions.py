@@ -147,8 +147,7 @@ def _refuse(
             continue
         followed = edited & bases.get(key, set())
         # It would follow in some of its runs only, or a function decides how.
-        stays = any(w.origin.base is not None and w.origin.base.target not in moved for w in group)
-        if followed and not agree(group) and (stays or any(w.origin.root is None for w in group)):
+        if followed and not agree(group) and any(w.origin.root not in moved for w in group):
             refused[key] = DIFFERENT
             continue
         # Another call may hand another target over: what is derived from a parameter is not tied to one of them.

@@ -26,6 +26,7 @@ LENT_START = (
     "the arm comes from a target of a file that is only read along and stays as it is: convert both together"
     " (`postproc batch`)"
 )
+STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -86,6 +87,8 @@ def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> st
         return SHARED
     if on_the_way and start.event.statement.source.lent:
         return LENT_START
+    if on_the_way and start.event.statement.key in plan.decisions.refused:
+        return STAYING_START
     divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
     return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)
 

@@ -184,4 +184,5 @@ def _one_text(motion: Motion, rows: Sequence[int]) -> bool:
     first, *others = [motion.moves[i].event for i in rows]
     base = first.target_origin.base
     same = all(event.target == first.target and event.via == first.via for event in others)
-    return same or (base is not None and all(event.target_origin.base == base for event in others))
+    named = all(event.target_origin.named == first.target_origin.named for event in others)
+    return (same and named) or (base is not None and all(event.target_origin.base == base for event in others))

@@ -18,6 +18,10 @@ APART = 0.03
 """Share of their spread by which numbers must differ from one another to be told apart: a coordinate that is a rounded
 multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
 
+CANCELLING = 2.0
+"""How much more than what the shifts differ by one number may do: what takes that back again is other numbers, and with
+nearly as many of them as runs that is chance, by which a target that is taught anew would go far off."""
+
 
 @dataclass(frozen=True, slots=True)
 class Users:
@@ -97,17 +101,25 @@ def straight(numbers: Sequence[Mapping[str, float]], shifts: Array, least: float
         least: what may be left over to do with a number less; unit of the shifts.
     """
     names = sorted(set(numbers[0]).intersection(*numbers[1:]), key=lambda name: (-len(name), name))
-    best, off = _fitted(names, numbers, shifts)
+    best, off, part = _fitted(names, numbers, shifts)
+    while part > CANCELLING:
+        fewer = [[other for other in names if other != name] for name in names]
+        best, off, part = min((_fitted(chosen, numbers, shifts) for chosen in fewer), key=lambda found: found[1])
+        names = [name for name, _ in best.slopes]
     for name in tuple(names):
-        fewer = [other for other in names if other != name]
-        simpler, left = _fitted(fewer, numbers, shifts)
-        if left <= max(1.01 * off, least):
-            names, best = fewer, simpler
+        without = [other for other in names if other != name]
+        simpler, left, part = _fitted(without, numbers, shifts)
+        if left <= max(1.01 * off, least) and part <= CANCELLING:
+            names, best = without, simpler
     return best
 
 
-def _fitted(names: Sequence[str], numbers: Sequence[Mapping[str, float]], shifts: Array) -> tuple[Displacement, float]:
-    """Least squares, the constant in the middle of what is left; and the largest distance (along an axis) from it."""
+def _fitted(
+    names: Sequence[str], numbers: Sequence[Mapping[str, float]], shifts: Array
+) -> tuple[Displacement, float, float]:
+    """Least squares, the constant in the middle of what is left; the largest distance (along an axis) from it; and how
+    much the most that a number does is of the spread of the shifts.
+    """
     values = np.array([[run[name] for name in names] for run in numbers]).reshape(len(numbers), len(names))
     size = np.ptp(values, axis=0)
     size[size == 0.0] = np.inf  # it tells the runs apart in nothing
@@ -116,7 +128,9 @@ def _fitted(names: Sequence[str], numbers: Sequence[Mapping[str, float]], shifts
     rest = shifts - values @ slopes
     x, y, z = ((rest.min(axis=0) + rest.max(axis=0)) / 2).tolist()
     by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))
-    return Displacement((x, y, z), by_name), float(np.ptp(rest, axis=0).max()) / 2
+    size[np.isinf(size)] = 0.0
+    part = np.abs(slopes * size[:, None]).max(initial=0.0) / max(np.ptp(shifts, axis=0).max(), 1e-9)
+    return Displacement((x, y, z), by_name), float(np.ptp(rest, axis=0).max()) / 2, float(part)
 
 
 def shared_shifts(

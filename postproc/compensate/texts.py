@@ -35,7 +35,7 @@ def agree(group: Sequence[Wish]) -> bool:
 
 def one_target(group: Sequence[Wish]) -> bool:
     """Whether all name one target now."""
-    return len({w.target for w in group}) == 1
+    return len({(w.target, w.origin.named) for w in group}) == 1
 
 
 def by_place(wishes: Sequence[Wish]) -> dict[PlaceKey, list[Wish]]:

@@ -45,11 +45,12 @@ class Handed:
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """The target that ``Offs`` displaces: its text, the first argument, and its value."""
+    """The target that ``Offs`` displaces: its text, the first argument, its value, and where its numbers stand."""
 
     source: Source
     span: Span
     target: RobTarget
+    numbers: TargetSpans | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,11 @@ class Origin:
     base: Base | None = None
     root: RobTarget | None = None
     lever: Vec3 = (0.0, 0.0, 0.0)
+
+    @property
+    def named(self) -> TargetSpans | None:
+        """The literal numbers that it has, or displaces: others are another target, even where they are equal."""
+        return self.spans if self.base is None else self.base.numbers
 
 
 @dataclass(frozen=True, slots=True)

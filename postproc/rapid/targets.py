@@ -54,8 +54,8 @@ class Targets:
                 origin = replace(origin, root=root, lever=lever)
                 if tree.name == "offs":
                     displaced = tree.arguments[0]
-                    base = Base(source, displaced.span, to_robtarget(evaluate(displaced, before).data))
-                    origin = replace(origin, base=base)
+                    named, its = self._of_value(evaluate(displaced, before), before)
+                    origin = replace(origin, base=Base(source, displaced.span, named, its.spans))
             return target, origin
         except NotKnown as error:
             return error, _runtime(declaration)
