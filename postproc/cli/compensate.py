@@ -6,11 +6,10 @@ from pathlib import Path
 
 from postproc.cli.conversion import ConvertOptions, unmeasured
 from postproc.cli.finish import finish
-from postproc.cli.inputs import STDIN
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file
-from postproc.cli.report import print_json, say, show
+from postproc.cli.report import STDIN, print_json, say, show
 from postproc.diagnostics import PostprocError
 
 

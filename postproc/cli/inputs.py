@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import show
+from postproc.cli.report import STDIN, show
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
     from postproc.model.arm import Model
     from postproc.robot.arm import Robot
-
-STDIN = "<stdin>"
 
 
 def read_source(name: str, lent: bool = False) -> Source:

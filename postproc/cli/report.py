@@ -14,6 +14,7 @@ from postproc.report.document import to_json
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
 RESET = "\x1b[0m"
+STDIN = "<stdin>"  # what `-` on the command line is called
 SHOWN = 10  # places of one code that are printed in full
 
 
@@ -49,7 +50,8 @@ def say(text: str) -> None:
 
 def say_next(what: str, *words: object, lead: str = "next") -> None:
     """The command that follows, as it can be copied, and what it does."""
-    say(f"{lead}: `postproc {shlex.join(map(str, words))}` {what}")
+    told = ["-" if str(word) == STDIN else str(word) for word in words]
+    say(f"{lead}: `postproc {shlex.join(told)}` {what}")
 
 
 def print_json(document: Mapping[str, Any]) -> None:

@@ -11,8 +11,7 @@ import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from postproc.cli.inputs import STDIN
-from postproc.cli.report import print_json, show
+from postproc.cli.report import STDIN, print_json, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:

@@ -66,7 +66,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
     step[starts_chain(moves, move)[1:]] = 0.0
     s = np.concatenate([[0.0], np.cumsum(step)])
     path = Path(moves, mounts, T, q, move, u, s, goal, blend, corners.stop)
-    findings += _examine(robot, moves, path, in_space)
+    findings += _examine(robot, moves, path, in_space & (curves.fault[move] == 0))
     return path, once(findings)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from postproc.rapid.changes import SETTERS
 from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.program import Program
@@ -74,13 +75,13 @@ def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
         elif bound is not None:
             memory.frame.bindings[key[1:]] = NotKnown(f"`{key[1:]}` {reason}")
         elif key[0] not in "%" and key != "@moves":
-            memory.changed[key] = NotKnown(f"`{shown(key, memory.program)}` {reason}")
+            memory.changed[key] = NotKnown(f"{shown(key, memory.program)} {reason}")
 
 
 def shown(key: str, program: Program) -> str:
-    """The name of data as it is spelt where it is declared, or of state."""
+    """The name of data as it is spelt where it is declared, or what sets a state."""
     declaration = program.names.get(key)
-    return declaration.name if declaration is not None else key.lstrip("@")
+    return f"what {SETTERS[key]} sets" if declaration is None else f"`{declaration.name}`"
 
 
 def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
@@ -89,7 +90,7 @@ def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]
     for end in ends[1:]:
         for key in result.keys() | end.keys():
             if key not in result or key not in end or (result[key] is not end[key] and result[key] != end[key]):
-                result[key] = NotKnown(f"`{shown(key, program)}` depends on a condition that is not known")
+                result[key] = NotKnown(f"{shown(key, program)} depends on a condition that is not known")
     return result
 
 

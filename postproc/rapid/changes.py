@@ -16,6 +16,11 @@ STATE: Mapping[str, str] = {
     "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
     "singarea": "@singarea", "velset": "@velset", "accset": "@accset",
 }  # fmt: skip
+# And what to call it.
+SETTERS: Mapping[str, str] = {
+    "@gripload": "GripLoad", "@pdisp": "PDispSet or PDispOn", "@eoffs": "EOffsSet or EOffsOn", "@conf_l": "ConfL",
+    "@conf_j": "ConfJ", "@singarea": "SingArea", "@velset": "VelSet", "@accset": "AccSet",
+}  # fmt: skip
 # Instructions that only read their arguments. Any other instruction may write the data it is given by name.
 READ_ONLY = frozenset(
     re.findall(

@@ -200,6 +200,8 @@ def _call(call: Call, scope: Scope) -> Value:
     if call.name not in functions.FUNCTIONS:
         raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
+    if call.name == "orobt":
+        arguments = (*arguments, scope.lookup(Name(call.span, "c_progdisp")).data)
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     kind, data = functions.call(call.name, arguments, options)
     return Value(data, kind)

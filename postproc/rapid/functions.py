@@ -42,6 +42,14 @@ def rel_tool(arguments: tuple[Data, ...], options: Options) -> Data:
     return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
 
 
+def orobt(arguments: tuple[Data, ...], options: Options) -> Data:
+    """ORobT: a place under a program displacement (the second argument), in the object frame."""
+    target, displacement = arguments
+    if "inpdisp" in options:
+        return target
+    return (*as_pose(pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
+
+
 def def_frame(arguments: tuple[Data, ...], options: Options) -> Data:
     p1, p2, p3 = arguments
     return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(options.get("origin", 1))))
@@ -114,6 +122,7 @@ def _distance(a: Data, b: Data) -> float:
 FUNCTIONS: Mapping[str, tuple[str, Function]] = {
     "offs": ("robtarget", offs),
     "reltool": ("robtarget", rel_tool),
+    "orobt": ("robtarget", orobt),
     "posemult": ("pose", _plain(_mult)),
     "poseinv": ("pose", _plain(_inv)),
     "posevect": ("pos", pose_vect),
@@ -151,8 +160,8 @@ RUN_TIME = frozenset(
     re.findall(
         r"\w+",
         """
-    ainput aoutput calcjointt calcrobt cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym
-    gettime ginput goutput isstoppos orobt poserror reltime testdi
+    ainput aoutput cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym gettime ginput goutput
+    isstoppos poserror reltime testdi
     """,
     )
 )
@@ -174,4 +183,6 @@ def call(name: str, arguments: tuple[Data, ...], options: Options) -> tuple[str,
 def unknown(name: str) -> NotKnown:
     """Why a function that is none of ``FUNCTIONS`` has no value."""
     what = "known only at run time" if name.lower() in RUN_TIME else "a function this version does not know"
+    if name.lower() in ("calcrobt", "calcjointt"):
+        what = "worked out by the controller: a place and the joint angles there are not turned into one another here"
     return NotKnown(f"`{name}` is {what}")

@@ -15,10 +15,10 @@ UNKNOWN_SPEED = SpeedData(100.0)
 UNKNOWN_ZONE = to_zone(PREDEFINED["z50"][1])
 
 # State that is not known and what is taken for it: it tells the timing, or which posture of the arm is meant.
-_ASSUMED: Mapping[str, tuple[str, str]] = {
-    "@velset": ("VelSet", "full speed is taken"),
-    "@conf_l": ("ConfL", "targets are taken in the configuration that they state"),
-    "@conf_j": ("ConfJ", "targets are taken in the configuration that they state"),
+_ASSUMED: Mapping[str, str] = {
+    "@velset": "full speed is taken",
+    "@conf_l": "targets are taken in the configuration that they state",
+    "@conf_j": "targets are taken in the configuration that they state",
 }
 
 _WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
@@ -101,11 +101,11 @@ class Missing:
 
     def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
         """What is taken for state that is not known and that no target depends on."""
-        for key, (instruction, assumed) in _ASSUMED.items():
+        for key, assumed in _ASSUMED.items():
             value = state.get(key)
             if isinstance(value, NotKnown) and key not in self.reported:
                 self.reported.add(key)
-                text = f"what {instruction} has set is not known from here on ({value.reason}): {assumed}"
+                text = f"{value.reason}, from here on: {assumed}"
                 self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
 
     def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:

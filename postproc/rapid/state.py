@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Span
-from postproc.rapid.changes import STATE
+from postproc.rapid.changes import SETTERS, STATE
 from postproc.rapid.memory import Memory
 from postproc.rapid.motion import Piece
 from postproc.rapid.pose import pose_inv, pose_mult, subtract
@@ -35,7 +35,7 @@ class State:
 
     def forgotten(self, keys: Iterable[str]) -> State:
         """The same with the given keys not known."""
-        unknown = {k: NotKnown(f"`{k[1:]}` is not known here") for k in keys if k in self.values}
+        unknown = {k: NotKnown(f"what {SETTERS[k]} sets is not known here") for k in keys if k in self.values}
         return replace(self, values={**self.values, **unknown})
 
 

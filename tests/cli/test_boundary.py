@@ -18,7 +18,7 @@ from postproc.cli.conversion import parse_channel, parse_vector, unmeasured
 from postproc.cli.finish import finish, unified_diff
 from postproc.cli.inputs import read_source
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, show
+from postproc.cli.report import print_json, say_next, show
 from postproc.cli.run import run
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
@@ -371,6 +371,11 @@ def test_a_hyphen_reads_stdin(words: list[str], samples: Path) -> None:
     process = subprocess.run(command, input=program.read_bytes(), capture_output=True, check=False, cwd=samples.parent)
     assert process.returncode == (1 if "--check" in words else 0), process.stderr
     assert b"CLI" not in process.stderr
+
+
+def test_a_command_that_follows_names_stdin_as_it_was_named(capsys: pytest.CaptureFixture[str]) -> None:
+    say_next("does it", "diagnose", Path("m.toml"), "<stdin>")
+    assert "`postproc diagnose m.toml -` does it" in capsys.readouterr().err
 
 
 def test_stdin_is_no_file_to_write_over(call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -115,6 +115,8 @@ def test_arcs_that_are_none() -> None:
     assert [ARC_FAULTS[i] for i in fault] == [ARC_FAULTS[i] for i in (1, 2, 3, 4, 0)]
     moves = chain(joint(A), arc(pose(1.1, 0.0, 0.5), B, fine=True))
     assert codes(moves) == ["MOT001"]
+    turned = moves[1].q + np.array([0, 0, 0, 0, 0, 2 * np.pi])
+    assert codes([moves[0], replace(moves[1], q=turned)]) == ["MOT001"]  # how an arc that is none arrives says nothing
 
 
 def corner(zone: float, ahead: float = 0.2) -> Path:

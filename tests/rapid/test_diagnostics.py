@@ -76,8 +76,8 @@ def test_missing_tools_are_errors_and_missing_targets_are_warnings() -> None:
 def test_state_that_only_one_way_sets_is_said() -> None:
     body = "IF di1=1 THEN VelSet 50,800; ConfL\\Off; ENDIF MoveL p,v5,z0,tool0; MoveL p,v5,z0,tool0;"
     found = walk_program(program(module(body, f"CONST robtarget p:={target(0, 0, 0)};"))).diagnostics
-    assert [(d.code, d.message.split(" is")[0]) for d in found] == [
-        ("RAP022", "what VelSet has set"), ("RAP022", "what ConfL has set"),
+    assert [(d.code, d.message.split(" depends")[0]) for d in found] == [
+        ("RAP022", "what VelSet sets"), ("RAP022", "what ConfL sets"),
     ]  # fmt: skip
     assert "full speed is taken" in found[0].message
 

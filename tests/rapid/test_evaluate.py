@@ -158,12 +158,29 @@ def test_conditions(condition: str, value: bool) -> None:
     assert [e.speed.v_tcp for e in found if not e.conditional] == [5 if value else 10]
 
 
+def test_orobt_takes_the_displacement_in() -> None:
+    found = events("PDispSet a; q0:=ORobT(p); PDispOff; MoveL q0,v5,z0,tool0;", DATA + "VAR robtarget q0;")[0]
+    assert isinstance(found.target, RobTarget)
+    np.testing.assert_allclose(matrix(found.target), A @ matrix(moved("p")), atol=1e-9)
+    assert (found.target.robconf, found.displacement.trans) == ((0, -1, 2, 1), (0, 0, 0))
+    kept = events("PDispSet a; q0:=ORobT(p\\InPDisp); PDispOff; MoveL q0,v5,z0,tool0;", DATA + "VAR robtarget q0;")[0]
+    assert kept.target == moved("p")
+    unknown = events("IF di1=1 PDispSet a; q0:=ORobT(p); PDispOff; MoveL q0,v5,z0,tool0;", DATA + "VAR robtarget q0;")[
+        0
+    ]
+    assert unknown.reason == "what PDispSet or PDispOn sets depends on a condition that is not known"
+
+
 @pytest.mark.parametrize(
     ("target", "reason"),
     [
         ("CRobT()", "`CRobT` is known only at run time"),
         ("CRobT(\\Tool:=tool0)", "`CRobT` is known only at run time"),
-        ("CalcRobT(j,tool0)", "`CalcRobT` is known only at run time"),
+        (
+            "CalcRobT(j,tool0)",
+            "`CalcRobT` is worked out by the controller: a place and the joint angles there are not turned"
+            " into one another here",
+        ),
         ("MyVision(p)", "`MyVision` is a function this version does not know"),
         ("Offs(p,1,0)", "`offs` has no value for these arguments"),
         ("Offs(nowhere,1,0,0)", "`nowhere` is not declared in these files"),

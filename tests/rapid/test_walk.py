@@ -288,7 +288,7 @@ def test_payload_in_program_order() -> None:
 def test_payload_that_depends_on_a_signal_is_not_known() -> None:
     found = events("IF di1=1 GripLoad part; MoveL p,v5,z0,tool0; GripLoad load0; MoveL p,v5,z0,tool0;", P + LOADS)
     assert [e.reason for e in found] == [
-        "the payload is not known: `gripload` depends on a condition that is not known", None,
+        "the payload is not known: what GripLoad sets depends on a condition that is not known", None,
     ]  # fmt: skip
     found = events("IF di1=1 THEN GripLoad part; GripLoad load0; ENDIF MoveL p,v5,z0,tool0;", P + LOADS)
     assert found[0].reason is None
