@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
 from postproc.compensate.values import Insertion, TargetValue
-from postproc.rapid.events import MotionEvent
+from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.program import Program
 
 # An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
@@ -18,6 +19,8 @@ _PLAIN = re.compile(r"(Move|ArcMove)(?P<way>[LC])(DO|AO|GO|Sync)?$")
 TIME_DECIMALS = 5  # of a divided duration: 10 microseconds, finer than `num` has for some seconds
 _DECIMAL = re.compile(r"\d+\.?\d*|\.\d+")
 _TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
+
+ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
 _OPENS = re.compile(
@@ -66,6 +69,33 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
     if not _stands_alone(statement.source.data, statement.span[0]):
         return "it stands in a one-line IF"
     return None
+
+
+def runs_astray(events: Sequence[MotionEvent], rows: Iterable[int]) -> frozenset[StatementKey]:
+    """Statements that also run in a way that is not followed (with a payload that is not known, ..), but for those from
+    and to the places of a run that is: a target that is added for the one lies beside the way of the other.
+
+    Args:
+        rows: of the events that are moves with a known start.
+    """
+    lost = {row: e for row, e in enumerate(events) if e.reason is not None and e.again is None and not e.loose}
+    keys = {e.statement.key for e in lost.values()}
+    followed = {_way(events, row) for row in rows if events[row].statement.key in keys}
+    return frozenset(e.statement.key for row, e in lost.items() if _way(events, row) not in followed)
+
+
+def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
+    """What tells whether two runs of a statement lie on one line in the object frame."""
+    event, before = events[row], row - 1
+    while before >= 0 and events[before].statement.interpolation == "none" and events[before].reason is None:
+        before -= 1
+    if event.first or before < 0:
+        return ()
+    start = events[before]
+    known = start.target is not None and event.target is not None and start.reason == event.reason
+    place = (start.target, event.target, event.via)
+    frames = ((e.wobj, e.displacement, e.tool) for e in (start, event))
+    return (event.statement.key, *place, *frames) if known else (row,)
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:

@@ -13,7 +13,7 @@ from postproc.compensate.circles import behind_the_unknown, spoiled_starts
 from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
 from postproc.compensate.decisions import Decisions, decide_changes
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
-from postproc.compensate.insertions import why_indivisible
+from postproc.compensate.insertions import ASTRAY, runs_astray, why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
 from postproc.compensate.sharing import Users, possible_runs, shared_shifts
@@ -68,6 +68,8 @@ def plan_changes(
     lengths = samples.curves.length.tolist()
     asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(moves))
     indivisible = {i: why for i, why in asked if why is not None}
+    astray = runs_astray(events, (move.row for move in moves if not move.first))
+    indivisible |= {i: ASTRAY for i, move in enumerate(moves) if move.event.statement.key in astray}
     refused = behind_the_unknown(motion)
     # Moves whose targets are not where the correction wants them, and where they are.
     left = {i: np.zeros(6) for i, move in enumerate(moves) if move.event.statement.key in refused}

@@ -122,6 +122,7 @@ class Execution(ABC):
         if not word or self.program.routine(word, memory.frame.routine.module) is None:
             forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
             self.ways.doubt()
+            self.recorder.chosen = True
             self.report_once(
                 "RAP032", "warning", "which routine is called here is known only at run time",
                 memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",

@@ -90,7 +90,8 @@ def _follow_rest(flow: Flow, unknown: State) -> None:
     calls = _calls(flow.program)
     for routine in flow.program.all_routines():
         loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
-        if not routine.source.lent and (loose or any(True for _ in _unreached(flow, routine))):
+        chosen = flow.recorder.chosen and routine.kind == "PROC" and not routine.parameters
+        if not routine.source.lent and (loose or chosen or any(True for _ in _unreached(flow, routine))):
             flow.recorder.supposed = routine.key in flow.entered and not loose
             memory = _start(flow, routine, unknown)
             _finish(flow, routine, memory)
@@ -98,13 +99,14 @@ def _follow_rest(flow: Flow, unknown: State) -> None:
 
 
 def _marked(flow: Flow) -> list[MotionEvent]:
-    """The events, those marked whose statements also run with other targets on ways that are not followed."""
-    if not flow.recorder.elsewhere:
-        return flow.ways.events
-    return [
-        replace(event, elsewhere=True) if event.statement.key in flow.recorder.elsewhere else event
-        for event in flow.ways.events
-    ]
+    """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
+    events = flow.ways.events
+    for i, event in enumerate(events):
+        if event.statement.key in flow.recorder.elsewhere:
+            events[i] = replace(event, elsewhere=True)
+        elif event.statement.key in flow.recorder.astray:
+            events[i] = replace(event, detached=True)
+    return events
 
 
 def _start(flow: Flow, routine: Routine, state: State) -> Memory:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from postproc.rapid.events import MotionEvent
 
-NOWHERE = -1  # where the arm stands is not known
+NOWHERE = -1  # where the arm stands is not known; less than that: see ``Ways.stay``
 MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
 
 
@@ -14,7 +14,7 @@ class Ways:
     """Events in the order in which they run; where several ways meet, one after the other.
 
     Args:
-        ends: indices of the events after one of which the arm stands now.
+        ends: indices of the events after one of which the arm stands now, or codes for where that is not known.
         exits: the same for ways on which the routine may have been left.
     """
 
@@ -23,6 +23,25 @@ class Ways:
         self.ends: frozenset[int] = frozenset({NOWHERE})
         self.exits: frozenset[int] = frozenset()
         self.last = NOWHERE  # the last event that moves the arm
+
+    @property
+    def known(self) -> list[int]:
+        """The events after one of which the arm stands now."""
+        return sorted(end for end in self.ends if end > NOWHERE)
+
+    def stay(self, event: int) -> None:
+        """The arm stands where an event has brought it, on a way that is not followed: it goes on from nowhere."""
+        self.ends = frozenset({NOWHERE - 1 - event})
+
+    def begin_as(self, event: int) -> bool:
+        """Whether the arm stands where an event began, as far as is known on any way."""
+        if self.events[event].first:
+            return False
+        before = event - 1
+        while before >= 0 and _still(self.events[before]):
+            before -= 1
+        again = self.events[before].again if before >= 0 else None
+        return self.ends <= {NOWHERE - 1 - (before if again is None else again)}
 
     def lose(self) -> None:
         """Nobody knows where the arm stands."""
@@ -37,16 +56,15 @@ class Ways:
         self.exits |= self.ends
         self.ends = frozenset()
 
-    def go(self, event: MotionEvent) -> int:
-        """Add a motion once for every way that leads to it; how many events that takes.
+    def go(self, event: MotionEvent) -> None:
+        """Add a motion once for every way that leads to it.
 
         On a way other than from the event before, the arm first stands ``again`` where that way has brought it.
         """
-        count = len(self.events)
-        if event.statement.interpolation == "none" and event.reason is None:
-            self.events.append(event)  # the arm stays where it is
-            return 1
-        known = sorted(self.ends - {NOWHERE})[-MOST_WAYS:]
+        if _still(event):
+            self.events.append(event)
+            return
+        known = self.known[-MOST_WAYS:]
         known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(self.ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
@@ -56,4 +74,8 @@ class Ways:
             self.events.append(replace(event, way=number) if number else event)
         self.last = len(self.events) - 1
         self.ends = frozenset({self.last})
-        return len(self.events) - count
+
+
+def _still(event: MotionEvent) -> bool:
+    """The arm stays where it is."""
+    return event.statement.interpolation == "none" and event.reason is None

@@ -354,3 +354,40 @@ def test_added_targets_have_the_external_axes_of_their_place_on_the_way() -> Non
     y, axis = np.array(lines, dtype=float).T
     np.testing.assert_allclose(axis, 10 + 120 * (y - y[-1] + 680) / 680, atol=0.3)  # corrected places: 2 mm in 680
     assert axis[-1] == 130
+
+
+HOME = f"""  PROC home()
+    MoveL {target(1250, -500)},v100,fine,tT;
+    MoveL {target(1250, -100)},v100,fine,tT;
+  ENDPROC
+"""
+AGAIN = f"  PROC home()\n    MoveL {target(1250, -100)},v100,fine,tT;\n  ENDPROC\n"
+BEGINS = {
+    "payload": ("", f"IF di1=1 GripLoad part;\nMoveL {target(1400, -400)},v100,fine,tT;\nhome;", ""),
+    "handler": ("", "ERROR\nhome;\nRAISE;", ""),
+    "trap": ("", "", "  TRAP tr\n    home;\n  ENDTRAP\n"),
+    "service": ("", "", f"  PROC serve()\n    MoveL {target(1400, -400)},v100,fine,tT;\n    home;\n  ENDPROC\n"),
+    "chosen": ("VAR string s;", f"s:=ask();\nMoveL {target(1400, -400)},v100,fine,tT;\n%s%;", ""),
+}
+
+
+@pytest.mark.parametrize("case", BEGINS)
+def test_nothing_is_added_to_the_way_of_a_statement_that_also_begins_elsewhere(case: str) -> None:
+    """The targets of one way would send the arm, on the other, to that first: hundreds of millimetres off its line."""
+    data, body, more = BEGINS[case]
+    load = "PERS loaddata part:=[9,[0,0,120],[1,0,0,0],0,0,0];\n" + data
+    start = f"MoveJ {target(1250, -500, 760)},v200,fine,tT;\nMoveL {target(1250, -500)},v100,fine,tT;\nhome;\n"
+    ask = '  FUNC string ask()\n    IF di1=1 RETURN "home";\n    RETURN "";\n  ENDFUNC\n'
+    found = convert(module(load, start + body, AGAIN + ask + more))
+    text = written(found)
+    home = text[text.index("PROC home") : text.index("ENDPROC", text.index("PROC home"))]
+    assert home.count("MoveL") == 1
+
+
+@pytest.mark.parametrize("more", ["", "  PROC serve()\n    home;\n  ENDPROC\n"])
+def test_targets_are_added_where_a_routine_goes_one_way_however_it_is_started(more: str) -> None:
+    """Its second line begins at the target of its first, whoever calls it."""
+    found = convert(module("", f"MoveJ {target(1250, -500, 760)},v200,fine,tT;\nhome;", HOME + more))
+    text = written(found)
+    home = text[text.index("PROC home") : text.index("ENDPROC", text.index("PROC home"))]
+    assert home.count("MoveL") > 2
