@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic
 from postproc.fit.fitted import Fit
+from postproc.fit.wording import joined
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
@@ -20,6 +21,8 @@ MANY = 1e6
 TOO_LOUD, FEW = 5.0, 20
 """No noise is so many times what a fit with so many numbers to spare leaves."""
 
+SHOWN = 9
+"""Rows that are named beside the one that stands out most."""
 ELSEWHERE, FAR = 100, 3.0
 """Poses between the joint angles of a record, and so many times its held-out error a prediction there may be off."""
 
@@ -43,10 +46,15 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         )
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
-    for i in standing_out(fit)[:10].tolist():
-        message = f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, more than noise explains"
+    if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):
+        message = (
+            f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} mm from the fitted model, more than noise explains"
+        )
+        if others := [fit.data.name(i) for i in rows[1:]]:
+            more = [f"{len(others) - SHOWN} more"] if len(others) > SHOWN else []
+            message += f"; so do {joined([*others[:SHOWN], *more])}"
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
-        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(i), help_))
+        found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
     return found
 
 

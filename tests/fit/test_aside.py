@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from postproc.fit.channels import channels
+from postproc.fit.findings import data_findings, standing_out
 from postproc.fit.problem import Weights
 from postproc.identify.diagnose import diagnose
 from postproc.patterns.every import patterns
@@ -31,6 +34,21 @@ def test_poses_that_show_a_local_error_are_not_taken_for_bad_readings(seed):
     found = diagnose(base_fit(data).model, data)
     assert found.verdict == "unknown"
     assert "q3" in [s.channel for s in found.suspects[:3]]
+
+
+def test_rows_that_stand_out_are_one_finding_at_the_farthest():
+    data, _ = cell(worn_tooth, seed=911, poses=80, noise=0.01)
+    fit = base_fit(data)
+    rows = standing_out(fit)
+    size = np.linalg.norm(fit.position_error[rows], axis=1)
+    assert 1 < len(rows) < 10
+    (found,) = (d for d in data_findings(fit) if d.code == "DAT025")
+    assert found.message.startswith(f"row {fit.data.row[rows[np.argmax(size)]]} lies {1e3 * size.max():.2f} mm from")
+    assert found.place.split(":")[1] == str(fit.data.line[rows[np.argmax(size)]])
+    others = found.message.partition("; so do ")[2]
+    assert {int(n) for n in re.findall(r"row (\d+)", others)} == {fit.data.row[i] for i in rows} - {
+        fit.data.row[rows[np.argmax(size)]]
+    }
 
 
 @pytest.mark.parametrize("seed", [921, 922, 923])
