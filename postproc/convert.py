@@ -185,9 +185,10 @@ def _moving(
     _stop_at_errors(findings)
     reasons = Counter(e.reason for e in events if e.reason is not None and not e.statement.source.lent)
     if motion is None or (reasons and all(move.T_work_tcp is None for move in motion.moves)):
-        text = "no motion statement has a target that is known before the program runs"
+        text = "no motion statement leads to a place that is known before the program runs"
         why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
-        help_ = f"{why}`postproc inspect` has the reason of every statement"
+        measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
+        help_ = why + next(measured, "`postproc inspect` has the reason of every statement")
         _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
     return motion
 

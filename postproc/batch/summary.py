@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from postproc.batch.values import Batch, Outcome
+from postproc.batch.work import MEASURED
 
 HEAD = ("task", "result", "before mm", "after mm", "added", "left", "unproved", "warnings")
 MOST_ROWS = 40
@@ -15,9 +16,8 @@ def result_line(outcome: Outcome) -> str:
     """What became of a task."""
     text: str = outcome.status
     if f := outcome.figures:
-        text = (
-            f"{f['max_error_before_mm']:.3f} mm -> {f['max_error_after_mm']:.3f} mm, {f['added_targets']} targets added"
-        )
+        fell = " -> ".join(f"{length} mm" for length in _lengths(f) if length) or "no line or arc could be measured"
+        text = f"{fell}, {f['added_targets']} targets added"
     return f"{outcome.task.name}: {text}{' (done before)' if outcome.cached else ''}"
 
 
@@ -48,12 +48,16 @@ def _rank(outcome: Outcome) -> tuple[bool, float]:
     return outcome.status != "failed", -outcome.figures.get("max_error_after_mm", 0.0)
 
 
+def _lengths(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """Deviation before and after [mm]; empty where nothing could be measured."""
+    return tuple(f"{figures[name]:.3f}" if name in figures else "" for name in MEASURED)
+
+
 def _row(outcome: Outcome) -> tuple[str, ...]:
     figures: tuple[str, ...] = ("",) * 5
     if f := outcome.figures:
-        lengths = (f"{f['max_error_before_mm']:.3f}", f"{f['max_error_after_mm']:.3f}")
         counts = (f["added_targets"], f["statements"]["skipped"], f.get("unproved_statements") or "")
-        figures = (*lengths, *map(str, counts))
+        figures = (*_lengths(f), *map(str, counts))
     warnings = sum(found["severity"] == "warning" for found in outcome.findings)
     reason = next((f": {found['code']}" for found in outcome.findings if found["severity"] == "error"), "")
     result = outcome.status + (reason if outcome.status == "failed" else "") + (", as before" if outcome.cached else "")

@@ -18,7 +18,8 @@ from postproc.diagnostics import Diagnostic, PostprocError
 if TYPE_CHECKING:
     from postproc.model.arm import Model
 
-FIGURES = ("max_error_before_mm", "max_error_after_mm", "added_targets", "unproved_statements", "cycle_time_s")
+FIGURES = ("added_targets", "unproved_statements", "cycle_time_s")
+MEASURED = ("max_error_before_mm", "max_error_after_mm")  # told where a line or an arc could be measured
 
 
 def prepare_worker() -> None:
@@ -58,7 +59,8 @@ def convert(job: Job) -> Result:
     findings = tuple(d.as_json() for d in done.diagnostics)
     if not done.outputs:
         return Result(job.name, job.key, "failed", findings=findings)
-    figures = {name: done.report[name] for name in FIGURES}
+    names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
+    figures = {name: done.report[name] for name in names}
     statements = [row["status"] for row in done.report["statements"]]
     figures["statements"] = {s: statements.count(s) for s in ("compensated", "unchanged", "skipped")}
     return Result(job.name, job.key, "compensated", done.outputs, figures, findings)

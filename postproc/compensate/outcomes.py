@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +11,14 @@ from postproc.arrays import Array
 from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
-from postproc.compensate.transitions import finding, for_the_next, in_transition, transient_finding, transition_findings
+from postproc.compensate.transitions import (
+    finding,
+    for_the_next,
+    in_transition,
+    own_moves,
+    transient_finding,
+    transition_findings,
+)
 from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.rapid.events import MotionEvent, MotionStatement
@@ -138,7 +146,8 @@ def unmeasured(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan:
     """Lines and arcs whose way is in no figure (where they begin or end is not known), and how many there are."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
     measured = {move.event.statement.key for move in plan.motion.moves if not move.first}
-    own = run & {o.statement.key for o in outcomes}
+    mine = itertools.compress(plan.motion.moves, own_moves(plan))
+    own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
     return len(own - measured), len(own)
 
 

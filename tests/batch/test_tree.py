@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from postproc.batch.discover import discover
 from postproc.batch.jobsfile import read_plan
+from postproc.batch.summary import result_line, table_lines
 from postproc.batch.values import Settings
 from postproc.diagnostics import PostprocError
 from postproc.resources import resource
@@ -350,3 +351,12 @@ def test_the_figures_of_a_task_are_those_of_its_conversion(tmp_path: Path) -> No
     (only,) = batch.outcomes
     assert only.figures["statements"] == {"compensated": 3, "unchanged": 0, "skipped": 0}
     assert only.figures["max_error_before_mm"] > only.figures["max_error_after_mm"] > 0
+
+
+def test_a_task_of_which_nothing_could_be_measured_has_no_figures(tmp_path: Path) -> None:
+    lone = re.sub(r"(?m)^\s*Move[LC].*\n", "", program("One"))
+    batch, _ = convert(write(tmp_path / "in", {"One.mod": lone}), tmp_path / "out")
+    (only,) = batch.outcomes
+    assert only.status == "compensated" and "max_error_after_mm" not in only.figures
+    assert result_line(only) == "One.mod: no line or arc could be measured, 0 targets added"
+    assert any("One.mod  compensated" in line for line in table_lines(batch))

@@ -133,3 +133,29 @@ def test_a_way_that_begins_at_a_target_that_is_only_lent_says_so() -> None:
     assert told.help.startswith("the arm comes from a target of a file that is only read along")
     both = convert(("own.mod", own, False), ("cell.sys", lent, False))
     assert "CMP006" not in [d.code for d in both.diagnostics]
+
+
+LIBRARY = f"""MODULE Lib
+  {TOOL}
+  PROC rWeld(robtarget s,robtarget e)
+    MoveJ Offs(s,0,0,50),v100,fine,t;
+    MoveL s,v100,fine,t;
+    MoveL e,v100,fine,t;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_the_lines_of_a_library_that_run_on_the_targets_of_the_program_are_in_the_figures() -> None:
+    part = f"MODULE Part\n  CONST robtarget a:={target(1200)};\n  CONST robtarget b:={target(1250, 40)};\n"
+    part += f"  PROC main()\n    MoveJ {target(1200, 50)},v100,fine,t;\n    rWeld a,b;\n    rWeld b,a;\n  ENDPROC\nENDMODULE\n"
+    found = convert(("part.mod", part, False), ("lib.sys", LIBRARY, True), force=(0.0, 0.0, -200.0))
+    assert found.report["measured_statements"] == 2
+    assert found.report["max_error_before_mm"] > 0.3 and found.report["max_error_after_mm"] < 0.05
+    assert not [d for d in found.diagnostics if d.code == "CMP017"]
+
+
+def test_where_the_program_measures_its_tool_the_way_out_is_told() -> None:
+    text = f"MODULE M\n  {TOOL}\n  PROC main()\n    BECheckTcp t;\n    MoveL {target(1200)},v100,fine,t;\n  ENDPROC\nENDMODULE\n"
+    (stop,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP003"]
+    assert "`--constant t`" in stop.help
