@@ -41,7 +41,9 @@ def read_source(path: Path, code: str) -> Source:
     try:
         return Source(str(path), path.read_bytes())
     except OSError as error:
-        raise PostprocError.of(code, f"cannot read `{path}`: {error.strerror}", help="check the path") from error
+        raise PostprocError.of(
+            code, f"cannot read `{path}`: {error.strerror}", help="check the name and its rights"
+        ) from error
 
 
 def parse_toml(source: Source, code: str) -> dict[str, Any]:

@@ -14,13 +14,14 @@ import numpy as np
 
 from postproc.batch.values import Job, Settings, Task
 from postproc.compensate.options import Options
-from postproc.diagnostics import PostprocError, Source
+from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.catalogue import load_robot
+from postproc.tomlfile import read_source
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
 
@@ -103,11 +104,7 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
 
 
 def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        text = f"cannot read `{path}`: {error.strerror}"
-        raise PostprocError.of("BAT002", text, help="check the name and its rights") from error
+    return read_source(path, "BAT002").data
 
 
 def _digest(value: object) -> str:

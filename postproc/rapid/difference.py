@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 
@@ -47,13 +47,8 @@ class Difference:
         return "  ".join(parts)
 
     def as_json(self) -> dict[str, Any]:
-        return {
-            "kind": self.kind, "what": self.what, "place": self.place, "name": self.name,
-            "line_a": self.line_a, "line_b": self.line_b,
-            "distance_mm": self.distance_mm, "angle_deg": self.angle_deg,
-            "conf": [list(c) for c in self.conf] if self.conf else None,
-            "arguments": [{"role": role, "a": a, "b": b} for role, a, b in self.arguments],
-        }  # fmt: skip
+        arguments = [{"role": role, "a": a, "b": b} for role, a, b in self.arguments]
+        return {**asdict(self), "arguments": arguments}
 
 
 @dataclass(frozen=True)

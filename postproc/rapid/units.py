@@ -91,14 +91,16 @@ def target_matrices(events: Sequence[MotionEvent]) -> Array:
     """
     if not events:
         return np.zeros((0, 4, 4))
-    targets = []
-    for event in events:
-        if not isinstance(event.target, RobTarget):
-            raise ValueError("the event has no robtarget")
-        targets.append((*event.target.trans, *event.target.rot))
-    numbers = np.array(targets)
+    numbers = np.array([(*target.trans, *target.rot) for target in _robtargets(events)])
     result: Array = object_matrices(events) @ pose_matrix(numbers[:, :3], numbers[:, 3:])
     return result
+
+
+def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:
+    targets = [event.target for event in events if isinstance(event.target, RobTarget)]
+    if len(targets) < len(events):
+        raise ValueError("the event has no robtarget")
+    return targets
 
 
 def object_matrices(events: Sequence[MotionEvent]) -> Array:
@@ -119,11 +121,7 @@ def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]
     """
     if not events:
         return []
-    rots = []
-    for event in events:
-        if not isinstance(event.target, RobTarget):
-            raise ValueError("the event has no robtarget")
-        rots.append(event.target.rot)
+    rots = [target.rot for target in _robtargets(events)]
     matrices = inverse(object_matrices(events)) @ T_base_tcp
     quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
     quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
