@@ -15,10 +15,9 @@ from postproc.fit.channels import shown
 from postproc.patterns.formula import Edge, Pattern, sharper
 from postproc.patterns.signals import Signal
 
-STEPS, KINKS = 24, 9
+STEPS, KINKS, SOME, FINE, KNOTS = 24, 9, 30, 400, 150
 GAP = 0.08
 """Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
-SOME, FINE, KNOTS = 30, 400, 150
 FINEST = 2
 """How often places and widths of a smooth shape are tried closer by."""
 CLOSER = 4.0
