@@ -21,10 +21,15 @@ ARMS = Path(__file__).parent / "arms"
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
+ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
+"""Estimates [rad/s^2] where nobody states them; jerks are ten times as many [rad/s^3]."""
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Positive = Annotated[float, Field(gt=0)]
 PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
+
+
+GUESSED = {"joints": "not stated: two turns and 180 deg/s are taken, accelerations and jerks are estimates"}
 
 
 class _Table(BaseModel):
@@ -47,10 +52,10 @@ class _Dh(_Table):
 
 
 class _Joints(_Table):
-    limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)]
-    speed_deg_per_s: PositiveSix
-    acceleration_rad_per_s2: PositiveSix
-    jerk_rad_per_s3: PositiveSix
+    limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)] = [(-360.0, 360.0)] * 6
+    speed_deg_per_s: PositiveSix = [180.0] * 6
+    acceleration_rad_per_s2: PositiveSix = ACCELERATION
+    jerk_rad_per_s3: PositiveSix = [10 * a for a in ACCELERATION]
     torque_Nm: PositiveSix | None = None
     stiffness_Nm_per_rad: PositiveSix | None = None
 
@@ -64,7 +69,7 @@ class _Body(_Table):
 
 class _Bodies(_Table):
     center_frame: Literal["body", "base_at_zero", "dh"] = "body"
-    body: Annotated[list[_Body], Field(min_length=7, max_length=7)]
+    body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
 
 
 class _File(_Table):
@@ -74,8 +79,8 @@ class _File(_Table):
     repeatability_mm: Positive | None = None
     chain: _Chain | None = None
     dh: _Dh | None = None
-    joints: _Joints
-    bodies: _Bodies
+    joints: _Joints = _Joints()
+    bodies: _Bodies = _Bodies()
 
 
 def list_robots() -> list[str]:
@@ -150,7 +155,7 @@ def read_robot(source: Source) -> Robot:
         joint_compliance=None if joints.stiffness_Nm_per_rad is None else 1.0 / np.array(joints.stiffness_Nm_per_rad),
         opw=derive(link, axis),
         payload=file.payload_kg,
-        sources=_sources(source),
+        sources={**({} if "joints" in file.model_fields_set else GUESSED), **_sources(source)},
     )
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
+from postproc.robot.catalogue import ACCELERATION
 from postproc.robot.opw import derive
 
-ACCELERATION = np.array([8.0, 8.0, 8.0, 20.0, 20.0, 25.0])  # estimate: URDF has no accelerations
 ENDLESS = 2 * np.pi
 """A joint without limits turns so far to either side: poses are drawn inside limits."""
 
@@ -59,8 +59,8 @@ def read_urdf(path: Path) -> Robot:
         lower=lower,
         upper=upper,
         speed=np.where((speed > 0) & np.isfinite(speed), speed, np.pi),
-        acceleration=ACCELERATION,
-        jerk=10 * ACCELERATION,
+        acceleration=np.array(ACCELERATION),
+        jerk=10 * np.array(ACCELERATION),
         mass=np.array([0.0] + [i.mass for i in list(model.inertias)[1:]]),
         center=np.array([np.zeros(3)] + [i.lever for i in list(model.inertias)[1:]]),
         inertia=np.array([np.zeros((3, 3))] + [i.inertia for i in list(model.inertias)[1:]]),
