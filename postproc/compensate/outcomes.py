@@ -35,6 +35,7 @@ LENT_START = (
     " (`postproc batch`)"
 )
 STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
+BESIDE = "what is corrected beside it begins or ends here: check the path around this statement"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -63,8 +64,8 @@ def judge_statements(
         outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
         outcomes.append(outcome)
         if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
-            findings.append(finding("CMP005", "warning", statement, f"left as it is: {outcome.reason}",
-                                     "the neighbours are corrected; check the path around this statement"))  # fmt: skip
+            text = f"left as it is: {outcome.reason}"
+            findings.append(finding("CMP005", "warning", statement, text, BESIDE))
             continue
         rows = [moves[i] for i in indices if i in moves]
         way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
@@ -75,7 +76,7 @@ def judge_statements(
             findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, way > end)))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
-        text = "no line or arc could be measured: where they begin or end is known only when the program runs"
+        text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
         findings.append(Diagnostic("CMP017", "warning", text, program.sources[0], help="the deviations given are zero"))
     findings += _searched_findings(outcomes, events) + transition_findings(plan) + transient_finding(plan, after)
     return outcomes, findings

@@ -100,12 +100,11 @@ def _follow_rest(flow: Flow, unknown: State) -> None:
 
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
-    events = flow.ways.events
-    for i, event in enumerate(events):
-        if event.statement.key in flow.recorder.elsewhere:
-            events[i] = replace(event, elsewhere=True)
-        elif event.statement.key in flow.recorder.astray:
-            events[i] = replace(event, detached=True)
+    events, recorder = flow.ways.events, flow.recorder
+    marked = recorder.elsewhere | recorder.astray
+    for i, event in enumerate(events if marked else ()):
+        if event.statement.key in marked:
+            events[i] = replace(event, elsewhere=event.statement.key in recorder.elsewhere, detached=True)
     return events
 
 
@@ -130,6 +129,11 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
         flow.conditional += 1
         flow.body(body, memory)
         flow.conditional -= 1
+        texts = [routine.source.data[slice(*statement.span)].lower() for statement in statements_in(body)]
+        goes_on, back = (any(t.startswith(w) for t in texts) for w in ((b"retry", b"trynext"), b"restopath"))
+        if goes_on and not back:  # the routine does, from where its handler has moved to
+            moved = (flow.program.motion(routine.source, statement) for statement in statements_in(routine.body))
+            flow.recorder.astray.update(motion.key for motion in moved if motion is not None)
 
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:

@@ -384,6 +384,16 @@ def test_nothing_is_added_to_the_way_of_a_statement_that_also_begins_elsewhere(c
     assert home.count("MoveL") == 1
 
 
+@pytest.mark.parametrize(("handler", "added"), [
+    ("RETRY;", True), ("{move}\nRETRY;", False), ("{move}\nTRYNEXT;", False), ("StorePath;\n{move}\nRestoPath;\nRETRY;", True),
+])  # fmt: skip
+def test_nothing_is_added_where_a_handler_moves_and_the_routine_goes_on(handler: str, added: bool) -> None:
+    away = f"MoveL {target(1400, -400)},v100,fine,tT;"
+    way = f"MoveJ {target(1250, -500)},v200,fine,tT;\nWaitDI di1,1;\nMoveL {target(1250, -100)},v100,fine,tT;\n"
+    found = convert(module("", f"{way}ERROR\n{handler.format(move=away)}"))
+    assert (found.report["added_targets"] > 0) == added
+
+
 @pytest.mark.parametrize("more", ["", "  PROC serve()\n    home;\n  ENDPROC\n"])
 def test_targets_are_added_where_a_routine_goes_one_way_however_it_is_started(more: str) -> None:
     """Its second line begins at the target of its first, whoever calls it."""
