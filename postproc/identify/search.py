@@ -14,6 +14,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, predicts_better, refit
 from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
+from postproc.identify.whole import formed_anew, worth
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
 from postproc.patterns.tried import ODDS
@@ -57,11 +58,11 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     may only look better because other effects are missing, and two names together may tell what one pattern tells.
     """
     named = replace(search, outside=[])
-    missing, fork = _select(named, first, [], True)
+    missing, fork = _select(named, search.fit, first, [], True)
     named, missing = _plainer(search, first, named, missing)
     if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
-        other, _ = _select(fork.search, ranking(fork.search), fork.missing, False)
-        if _worth(search.fit.linear, fork.search, other) > _worth(search.fit.linear, named, missing) + CLOSE:
+        other, _ = _select(fork.search, search.fit, ranking(fork.search), fork.missing, False)
+        if worth(search.fit.linear, fork.search, other) > worth(search.fit.linear, named, missing) + CLOSE:
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
@@ -81,24 +82,12 @@ def _plainer(
     if not any(c.evidence > NEAR * best for c in others):
         return named, missing
     rest = replace(search, outside=[], classes={k: c for k, c in search.classes.items() if k != key})
-    plain, _ = _select(rest, others, [], True)
+    plain, _ = _select(rest, search.fit, others, [], True)
     before = search.fit.linear
-    if len(plain) < 2 or _worth(before, rest, plain) <= _worth(before, named, missing):
+    if len(plain) < 2 or worth(before, rest, plain) <= worth(before, named, missing):
         return named, missing
     rest.classes = named.classes
     return rest, plain
-
-
-def _worth(before: Linear, search: Search, missing: list[Missing]) -> float:
-    """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
-
-    A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in
-    for one smooth pattern lose against it.
-    """
-    after = search.linear()
-    added = max(after.parameters - before.parameters, 1)
-    gained = schwarz(before.square, before.square - after.square, added, before.freedom, 1.0)
-    return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
 
 
 @dataclass(frozen=True)
@@ -119,12 +108,12 @@ class _Fork:
 
 
 def _select(
-    search: Search, ranked: list[Candidate], missing: list[Missing], first: bool
+    search: Search, base: Fit, ranked: list[Candidate], missing: list[Missing], first: bool
 ) -> tuple[list[Missing], _Fork | None]:
     """One effect or pattern after another, and where a pattern came near a name that went before it.
 
     Args:
-        first: whether a name goes before the first pattern that comes near it.
+        base: the model as it came. first: whether a name goes before the first pattern that comes near it.
     """
     fork: _Fork | None = None
     refused: set[str] = set()
@@ -144,7 +133,11 @@ def _select(
                 continue
             missing = _with(missing, taken)
         elif outside is not None and len(search.outside) < PATTERNS:
-            search.outside = [*search.outside, outside]
+            anew = None if search.outside else formed_anew(search, base, missing)
+            if anew is None:
+                search.outside = [*search.outside, outside]
+            else:
+                missing = anew
         else:
             break
         ranked, refused = ranking(search), set()

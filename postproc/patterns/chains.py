@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import product
 from math import factorial, log
 
 import numpy as np
@@ -96,7 +97,7 @@ def _pair(gram: Array, along: Array, tries: Array, worth: Worth) -> list[int]:
     i, j = some[np.stack(np.triu_indices(len(some), 1))]
     m = along.shape[1]
     whole, both = np.empty((2 * m, 2 * m, len(i))), np.hstack([along[i], along[j]]).T
-    for (a, p), (b, q) in ((x, y) for x in ((0, i), (m, j)) for y in ((0, i), (m, j))):
+    for (a, p), (b, q) in product(((0, i), (m, j)), repeat=2):
         whole[a : a + m, b : b + m] = np.moveaxis(gram[p, :, q], 0, -1)
     scale = np.einsum("iic->c", whole)  # none where the fitted parameters do all that both could
     falls = explained(whole, both, APART * np.where(scale > 0, scale, 1.0) / len(both))

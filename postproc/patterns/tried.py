@@ -163,7 +163,7 @@ class Tried:
                 best = max(best, self._several(one.where, signal), key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
-            if self.every.sensible(best.pattern, where):
+            if where != best.where and self.every.sensible(best.pattern, where):
                 self.add(where, best.pattern)
 
     def _could(self, one: Found, times: float, tries: float = 1.0) -> float:

@@ -54,7 +54,7 @@ def begin(monkeypatch):
 
     monkeypatch.setattr(module, "ranking", ranking)
     monkeypatch.setattr(module, "_take", take)
-    monkeypatch.setattr(module, "_worth", worth)
+    monkeypatch.setattr(module, "worth", worth)
     monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
     monkeypatch.setattr(module, "clear", lambda s, linear, share: s.evidence > 0 and s.where != "joint total")
     monkeypatch.setattr(module, "worth_saying", lambda fit: 0.0)

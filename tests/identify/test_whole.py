@@ -1,0 +1,50 @@
+"""Effects that were found one after another, formed anew beside one another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.effects.registry import effect_library
+from postproc.identify.judgement import judged, refit
+from postproc.identify.ranking import Search
+from postproc.identify.search import Missing
+from postproc.identify.selection import compose
+from postproc.identify.whole import formed_anew
+from tests.identify.cells import base_fit, cell
+from tests.independent.cells import Hidden, column
+
+
+def two_rates(g, arm):
+    knee, more = g.uniform(350, 600), g.uniform(3e-7, 8e-7)
+
+    def windup(s, tau):
+        return column(1, more * np.sign(tau[:, 1]) * np.maximum(np.abs(tau[:, 1]) - knee, 0))
+
+    return Hidden("two_rates", "nonlinear_compliance", joint=windup, note="")
+
+
+def eccentric(g, arm):
+    size, phase = g.uniform(0.2e-3, 0.4e-3), g.uniform(0, 2 * np.pi)
+    return Hidden("eccentric", "transmission_error", joint=lambda s, tau: column(1, size * np.sin(s.q[:, 1] + phase)))
+
+
+def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_suits_both():
+    data, _ = cell(two_rates, eccentric, seed=7)
+    base = base_fit(data)
+    library = effect_library()
+    search = Search(base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None, [])
+    missing = []
+    for key, change in (("nonlinear_compliance", {"law": "tanh"}), ("transmission_error", {})):
+        screen, linear = search.screen(), search.linear()
+        found = compose(screen, linear, key)
+        told = replace(found, effect=replace(found.effect, **change), label=change.get("law", found.label))
+        after = refit(search.fit, linear, told)
+        missing.append(Missing(judged(search.fit, after, told), after.held_out_rms))
+        search.fit = after
+    early = search.fit.linear.square
+    anew = formed_anew(search, base, missing)
+    assert [m.candidate.effect.law for m in anew[:1]] == ["piecewise"] and len(anew) == 2
+    assert search.fit.linear.square < early - 20 and anew[1].held_out_after == search.fit.held_out_rms
+    assert formed_anew(search, base, anew) is None
