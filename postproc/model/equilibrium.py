@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -120,7 +121,16 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
     """Bodies whose far ends an effect moves, or whose load it reads.
 
     Asked of one state, once for every body, with a load on that body that is not a number: where it shows, it is read.
+    It does not show through a comparison (a step at a moment): what asks for loads and shows none may read any.
     """
+    asked: list[str] = []
+
+    class Listening(State):
+        def __getattribute__(self, name: str) -> Any:
+            if name == "body_load":
+                asked.append(name)
+            return super().__getattribute__(name)
+
     probe = state.rows(np.zeros(8, dtype=int))
     body_load = np.zeros((8, 7, 6))
     body_load[ALL_BODIES, ALL_BODIES] = np.nan
@@ -133,9 +143,12 @@ def active_bodies(model: Model, state: State) -> tuple[int, ...]:
         body_load=body_load,
     )
     found: set[int] = set()
+    listening = Listening(**{f.name: getattr(probe, f.name) for f in fields(probe)})
     for effect in model.effects:
-        share = displacement_of(effect, probe)
+        asked.clear()
+        share = displacement_of(effect, listening)
         parts = [share.joint, share.tool, share.instrument, *share.body.values()]
         read = np.array([np.isnan(p).any(axis=1) for p in parts if p is not None and p.ndim == 2]).reshape(-1, 8)
-        found |= {*share.body, *(b for b in ALL_BODIES if read[:, b].any())}
+        shown = {b for b in ALL_BODIES if read[:, b].any()}
+        found |= {*share.body, *(shown or (ALL_BODIES if asked else ()))}
     return tuple(sorted(found))

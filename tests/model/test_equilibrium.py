@@ -37,6 +37,17 @@ class FreeSprings(Effect, reads=("load",)):
         return Displacement(body={b: state.body_load[:, b] @ self.matrix[b].T for b in range(7)})
 
 
+class Rocking(Effect, reads=("load",)):
+    """The base turns by a step where the moment on it is above a limit: no number that shows in the step."""
+
+    turn_rad: float = param(unit="rad", low=-0.1, high=0.1, typical=1e-4)
+
+    def displacement(self, state: State) -> Displacement:
+        turned = np.zeros((len(state), 6))
+        turned[:, 4] = self.turn_rad * (state.body_load[:, 0, 4] > 0)
+        return Displacement(body={0: turned})
+
+
 def channels(n: int) -> dict[str, np.ndarray]:
     return {
         "payload_mass": RNG.uniform(0, 60, n),
@@ -228,3 +239,18 @@ def test_an_arm_of_rubber_is_a_finding() -> None:
     with pytest.raises(PostprocError) as error:
         equilibrium(default_model(), model.state(np.array([[0.0] * 6, [np.nan] * 6])))
     assert "pose 1" in error.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize("turn", [0.0, 1e-3])
+def test_a_step_at_the_load_of_a_body_gets_its_load(turn: float) -> None:
+    """Also at null, where nothing of it shows: it was asked without any load, and failed."""
+    robot, g = load_robot("irb4600_60_205"), np.random.default_rng(3)
+    q = g.uniform(-0.5, 0.5, (40, 6)) * [6, 1, 1, 1, 1, 1]
+    state = State(q=q, payload_mass=np.full(40, 60.0), payload_center=np.zeros((40, 3)))
+    rest = equilibrium(Model(robot, (Rocking(turn_rad=turn),)), state)
+    turned = predict(Model(robot, (Rocking(turn_rad=turn),)), state)
+    plain = predict(Model(robot), state)
+    beyond = rest.state.body_load[:, 0, 4] > 0
+    assert 0 < beyond.sum() < 40 or turn == 0.0
+    moved = np.linalg.norm(turned[:, :3, 3] - plain[:, :3, 3], axis=1) > 1e-6
+    np.testing.assert_array_equal(moved, beyond & (turn > 0))
