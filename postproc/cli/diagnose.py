@@ -61,14 +61,15 @@ def run(
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))
-        if text is not None and draft is not None:
+        told = text is not None and not found.misleading
+        if told and draft is not None:
             own = table.words([*effects, draft])
             words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")
             what = "adds what remains, too" if keys else "adds it"
             if not found.suspects[0].codes:
                 what = "adds what a single pose tells of it, which is not all"
             say_next(what, *words, lead="or" if keys else "next")
-        elif text is not None:
+        elif told:
             words = ("diagnose", model, *data, *table.words(effects), "--draft", "OWN.py")
             say_next("writes what remains as an effect of your own", *words, lead="and" if found.missing else "next")
         elif found.suspects and draft is None:

@@ -78,6 +78,11 @@ class Diagnosis:
         out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
         return rms(fit.problem.weights.measured(out)[:, :3])
 
+    @property
+    def misleading(self) -> bool:
+        """Whether rows that the fit has not seen are predicted worse with the patterns that remain than without."""
+        return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
+
     def as_json(self) -> dict[str, Any]:
         from postproc.identify.report import diagnosis_json
 

@@ -20,6 +20,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.record import fit_json, parameters_json
 from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
+from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed
 from postproc.identify.search import Missing
 from postproc.identify.verdict import doubts, headline
@@ -152,3 +153,21 @@ def test_channels_that_show_the_same_pattern_stand_in_one_line():
         "  joint 2, q2 and load3: step, 60 % of what is above the noise",
         "  joint 2, load2: step, 50 % of what is above the noise",
     ]
+
+
+@pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
+def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, said):
+    found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4))
+    assert Diagnosis.misleading.fget(found) is said
+    suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, codes=("state.q[:, 1]",))
+    said_of = SimpleNamespace(
+        verdict="unknown",
+        missing=[],
+        suspects=[suspect],
+        floor=None,
+        final=SimpleNamespace(held_out_rms=1e-4),
+        base=SimpleNamespace(held_out_rms=1e-4, data=SimpleNamespace(state=SimpleNamespace(channels={}))),
+        misleading=said,
+    )
+    text = headline(said_of)
+    assert ("predicted worse" in text, "can be added" in text) == (said, not said)
