@@ -62,13 +62,14 @@ class JointErrorMap(
         """From the highest order down, on the same joints; three with a map mean all that move (one kind of gear).
 
         The penalty keeps within bounds what few rows could not determine. On one or two joints, orders that the rows
-        alone could not determine would pass a worn tooth or a step for a map.
+        alone could not determine would pass a worn tooth or a step for a map, and beside the finest a further joint
+        must find room.
         """
         moving = tuple(int(j) + 1 for j in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1) if j + 1 not in self.joint)
         several = len(self.joint) > 2
         choices = [self.joint, tuple(sorted((*self.joint, *moving)))] if several and moving else [self.joint]
-        size = 6 * len(state) * len(choices[-1])
-        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else 2 * k * len(self.joint) <= len(state))]
+        size, joints = 6 * len(state) * len(choices[-1]), len(self.joint)
+        orders = [k for k in ORDERS if (size * k <= MANY_CELLS if several else _carried(state, joints + (k > 25), k))]
         every = (orders or [self.order])[::-1]
         return tuple(tuple(self.on(joint, k, fall) for k in every) for joint in choices for fall in FALLS)
 
@@ -94,15 +95,16 @@ class JointErrorMap(
         low, high = np.where(full, -100.0, low), np.where(full, 100.0, high)
         moving = tuple(int(j) + 1 for j in np.flatnonzero(high - low > 0.1))
         choices: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+        fine = tuple(k for k in ORDERS if k <= 25 or len(state) >= MANY_ROWS)
         if current is None:
-            choices = [(joints, ORDERS) for joints in [moving, *((j,) for j in moving)]]
+            choices = [(joints, fine) for joints in [moving, *((j,) for j in moving)]]
         else:
             choices = [((*current.joint, j), (current.order,)) for j in moving if j not in current.joint]
-            choices += [(current.joint, tuple(k for k in ORDERS if k > current.order))]
+            choices += [(current.joint, tuple(k for k in fine if k > current.order))]
         found: list[Variant] = []
         for joints, orders in choices:
             for k in orders:
-                if _carried(state, joints, k):
+                if _carried(state, len(joints), k):
                     effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
                     where = "all joints" if set(joints) == set(moving) else named(joints)
                     found.append(variant(effect, f"{where}, orders to {k}"))
@@ -114,6 +116,6 @@ def named(joints: tuple[int, ...]) -> str:
     return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 
 
-def _carried(state: State, joints: tuple[int, ...], order: int) -> bool:
+def _carried(state: State, joints: int, order: int) -> bool:
     """Whether as many rows could determine the coefficients without any penalty."""
-    return 2 * order * len(joints) <= len(state) and (order <= 25 or len(state) >= MANY_ROWS)
+    return 2 * order * joints <= len(state)
