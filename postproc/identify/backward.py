@@ -13,8 +13,8 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, convincing, fitted_best, judged, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all
-from postproc.identify.search import Missing
 from postproc.identify.selection import compose
+from postproc.identify.whole import Missing
 
 
 def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:

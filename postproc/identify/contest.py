@@ -11,7 +11,8 @@ from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
-from postproc.identify.search import Missing, patterns_left
+from postproc.identify.search import patterns_left
+from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 
 MENDS = 0.1

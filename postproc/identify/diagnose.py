@@ -24,7 +24,8 @@ from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
-from postproc.identify.search import Missing, clear, select_forward, worth_saying
+from postproc.identify.search import clear, select_forward, worth_saying
+from postproc.identify.whole import Missing
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model

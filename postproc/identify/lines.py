@@ -16,8 +16,8 @@ from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.judgement import fitted_best, predicts_better
 from postproc.identify.ranking import Search
-from postproc.identify.search import Missing
 from postproc.identify.selection import compose
+from postproc.identify.whole import Missing
 
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3

@@ -14,7 +14,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, predicts_better, refit
 from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
-from postproc.identify.whole import formed_anew, worth
+from postproc.identify.whole import Missing, formed_anew, worth
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
 from postproc.patterns.tried import ODDS
@@ -23,31 +23,6 @@ MOST = 6
 """Effects that are added one after another at most."""
 PATTERNS = 3
 """Patterns that stand beside one another at most."""
-
-
-@dataclass(frozen=True)
-class Missing:
-    """An effect that the model lacks.
-
-    Args:
-        candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
-        alike: effects that explain this data nearly as well; unseen: effects that would not be seen beside it.
-    """
-
-    candidate: Candidate
-    held_out_after: float
-    alike: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
-
-    @property
-    def not_separable(self) -> tuple[str, ...]:
-        """What this data does not tell it from."""
-        return (*self.alike, *self.unseen)
-
-    def or_else(self, key: str) -> Missing:
-        """The same, which this data does not tell from a further effect."""
-        unseen = tuple(k for k in self.unseen if k != key)
-        return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
 
 
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:

@@ -13,7 +13,7 @@ from postproc.fit.wording import joined, place
 if TYPE_CHECKING:
     from postproc.arrays import Array
     from postproc.identify.diagnose import Diagnosis
-    from postproc.identify.search import Missing
+    from postproc.identify.whole import Missing
     from postproc.patterns.suspects import Suspect
 
 LITTLE = 0.02

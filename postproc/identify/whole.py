@@ -3,23 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
+from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import fitted_best
 from postproc.identify.ranking import Search
 from postproc.identify.refits import refit_all
 from postproc.identify.selection import compose
 from postproc.patterns.tried import ODDS
 
-if TYPE_CHECKING:
-    from postproc.identify.search import Missing
+
+@dataclass(frozen=True)
+class Missing:
+    """An effect that the model lacks.
+
+    Args:
+        candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
+        alike: effects that explain this data nearly as well; unseen: effects that would not be seen beside it.
+    """
+
+    candidate: Candidate
+    held_out_after: float
+    alike: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+
+    @property
+    def not_separable(self) -> tuple[str, ...]:
+        """What this data does not tell it from."""
+        return (*self.alike, *self.unseen)
+
+    def or_else(self, key: str) -> Missing:
+        """The same, which this data does not tell from a further effect."""
+        unseen = tuple(k for k in self.unseen if k != key)
+        return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
 
 
-def worth(before: Linear, search: Search, missing: Sequence[object]) -> float:
+def worth(before: Linear, search: Search, missing: Sequence[Missing]) -> float:
     """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
 
     A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in

@@ -7,7 +7,7 @@ import numpy as np
 from postproc.identify import backward
 from postproc.identify.candidate import Candidate
 from postproc.identify.ranking import Search
-from postproc.identify.search import Missing
+from postproc.identify.whole import Missing
 
 
 def named(key, evidence):

@@ -18,7 +18,7 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
-from postproc.identify.search import Missing
+from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column

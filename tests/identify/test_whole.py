@@ -9,9 +9,8 @@ import numpy as np
 from postproc.effects.registry import effect_library
 from postproc.identify.judgement import judged, refit
 from postproc.identify.ranking import Search
-from postproc.identify.search import Missing
 from postproc.identify.selection import compose
-from postproc.identify.whole import formed_anew
+from postproc.identify.whole import Missing, formed_anew
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 

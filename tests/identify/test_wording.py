@@ -22,8 +22,8 @@ from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed
-from postproc.identify.search import Missing
 from postproc.identify.verdict import doubts, headline
+from postproc.identify.whole import Missing
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
 
