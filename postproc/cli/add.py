@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from postproc.cli.inputs import load_model, own_effects, short_names
-from postproc.cli.options import DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile
+from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
 from postproc.cli.report import print_json, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
 def run(
-    model: Path,
+    model: ArmFile,
     /,
     *effect: str,
     data: DataFiles,
@@ -25,12 +23,9 @@ def run(
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.
 
     Args:
-        model: TOML file of the arm.
         effect: keys of the effects to add, one after another.
         data: table of measured poses (CSV); - reads stdin. May be repeated.
-        effects: Python file with effects of your own; its code is run. May be repeated.
         output: model file to write; comments of the model survive. Default: stdout, and nowhere with --json.
-        report: HTML page to write.
         json: print the postproc/fit/1 document.
     """
     from postproc.identify.add import add_effects
@@ -55,7 +50,7 @@ def run(
     else:
         (say if output is None else print)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
-            own = [word for file in effects for word in ("--effects", file)]
             say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects))
-            say_next("corrects a program with it", "compensate", "PROGRAM", "-m", output, *own, "-o", "OUT", lead="or")
+            words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")
+            say_next("corrects a program with it", *words, lead="or")
     return 0

@@ -11,11 +11,11 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Settings, Shard
-from postproc.cli.conversion import ConvertOptions, unmeasured
+from postproc.cli.conversion import ConvertOptions
 from postproc.cli.options import Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import reporting
-from postproc.cli.report import print_json, say
+from postproc.cli.report import print_json, say, unmeasured
 from postproc.diagnostics import PostprocError
 
 Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
@@ -43,7 +43,6 @@ def run(
         workers: processes on this machine. Default: one for each core.
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
-        report: HTML page to write.
         json: print the postproc/batch/1 document.
     """
     from postproc.batch.executors import open_pool

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from postproc.cli.inputs import load_model, short_names
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
+from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next
 
 
 def run(
-    model: Path,
+    model: ArmFile,
     /,
     *data: Tables,
     effects: EffectFiles = (),
@@ -22,10 +20,6 @@ def run(
     """Compare a model with measurements: figures, the worst poses, the residual against every channel.
 
     Args:
-        model: TOML file of the arm.
-        data: tables of measured poses (CSV); - reads stdin.
-        effects: Python file with effects of your own; its code is run. May be repeated.
-        report: HTML page to write.
         json: print the postproc/compare/1 document.
     """
     from postproc.identify.compare import compare

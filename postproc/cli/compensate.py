@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import ConvertOptions, unmeasured
+from postproc.cli.conversion import ConvertOptions
 from postproc.cli.finish import finish
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file
-from postproc.cli.report import STDIN, print_json, say, show
+from postproc.cli.report import STDIN, print_json, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
 
@@ -30,7 +30,6 @@ def run(
     Args:
         program: RAPID module; - reads stdin.
         output: where to write the corrected program. Default: stdout, and nowhere with --json.
-        report: HTML page to write.
         in_place: write over the program itself.
         check: write nothing; exit 1 if the output (the program, without -o) would change.
         diff: write nothing; print the textual difference, exit 1 if there is one.

@@ -1,9 +1,8 @@
-"""What ``compensate``, ``batch`` and ``seam`` are asked for: the real arm, what acts on it, what is read along."""
+"""What is asked for where programs are read: the real arm, what is read along, what acts on the arm."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,7 +12,7 @@ from cyclopts import Parameter
 from postproc.cli.inputs import load_model
 from postproc.cli.options import EffectFiles, FreeAxes, ModelFile, Names, SideFiles, Tolerance
 from postproc.compensate.options import Options
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -38,13 +37,6 @@ def parse_vector(option: str, text: str) -> Vector:
     return x, y, z
 
 
-def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
-    """That nothing tells how near the real torch comes, and why."""
-    known = "CMP016" not in {d.code for d in findings}
-    why = "the model was not fitted to measurements of this arm" if known else "not all of the model holds here"
-    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
-
-
 def parse_channel(text: str) -> tuple[str, float]:
     """Name and value of a channel, ``temperature=30``, or ``shift=night=1`` of a word.
 
@@ -64,37 +56,50 @@ def parse_channel(text: str) -> tuple[str, float]:
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class ConvertOptions:
-    """The real arm, what acts on it, and how near it has to come.
+class ProgramOptions:
+    """The real arm, and how a program is read.
 
     Attributes:
         model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's.
+        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
+        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
+        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
+    """
+
+    model: ModelFile = None
+    robot: str | None = None
+    effects: EffectFiles = ()
+    side_files: SideFiles = ()
+    constant: Names = ()
+    free_axes: FreeAxes = ""
+
+    def arm(self) -> Model:
+        """The model, with another arm where one is named."""
+        return load_model(self.model, self.robot, self.effects)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ConvertOptions(ProgramOptions):
+    """What acts on the arm, and how near it has to come.
+
+    Attributes:
         force: force on the TCP in base axes [N], FX,FY,FZ.
         moment: moment on the TCP in base axes [N m], MX,MY,MZ.
         force_on: where the force acts: along the whole program, or while the arc burns.
         inertia: compensate the deflection under sustained acceleration.
         tolerance: largest distance from the programmed path [mm].
         template: folder of Jinja templates in place of the shipped ones.
-        effects: Python file with effects of your own; its code is run. May be repeated.
-        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
-        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
-    model: ModelFile = None
-    robot: str | None = None
     force: VectorText = "0,0,0"
     moment: VectorText = "0,0,0"
     force_on: Literal["all", "arc"] = "all"
     inertia: Literal["on", "off"] = "on"
     tolerance: Tolerance = 0.01
     template: Path | None = None
-    effects: EffectFiles = ()
-    side_files: SideFiles = ()
-    constant: Names = ()
-    free_axes: FreeAxes = ""
     channel: Names = ()
 
     @property
@@ -116,10 +121,6 @@ class ConvertOptions:
             "tolerance [mm]": f"{self.tolerance:g}",
             **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
         }
-
-    def arm(self) -> Model:
-        """The model, with another arm where one is named."""
-        return load_model(self.model, self.robot, self.effects)
 
     def options(self, entry: str | None = None) -> Options:
         """What the conversion is asked for; ``entry`` is the routine that runs first."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.inputs import load_model, own_effects, short_names
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
+from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
+from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next, show
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    model: Path,
+    model: ArmFile,
     /,
     *data: Tables,
     effects: EffectFiles = (),
@@ -30,10 +30,6 @@ def run(
     The exit code is 0 whatever the verdict is.
 
     Args:
-        model: TOML file of the arm.
-        data: tables of measured poses (CSV); - reads stdin.
-        effects: Python file with effects of your own, which take part; its code is run. May be repeated.
-        report: HTML page to write.
         draft: Python file to write where something remains without a name: it as an effect of your own.
         json: print the postproc/diagnose/1 document.
     """
@@ -61,6 +57,9 @@ def run(
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))
+        if found.verdict == "complete":
+            words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
+            say_next("corrects a program with this model", *words)
         told = text is not None and not found.misleading
         if told and draft is not None:
             own = table.words([*effects, draft])
@@ -86,8 +85,6 @@ def _say_named(found: Diagnosis, keys: Sequence[str], model: Path, data: Sequenc
             pair = ("--between", f"{m.candidate.key},{other}")
             what = "chooses poses that tell them apart"
             say_next(what, "plan", model, *data, *pair, *own, "-o", "POSES.csv", lead="or")
-    if found.verdict == "complete":
-        say_next("corrects a program with this model", "compensate", "PROGRAM", "-m", model, "-o", "OUT")
 
 
 def _tables(data: Sequence[str]) -> list[str]:

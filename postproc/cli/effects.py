@@ -22,7 +22,6 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
     """List the effects by key.
 
     Args:
-        effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/effects/1 document.
     """
     library = effect_library(effects)
@@ -40,7 +39,6 @@ def show(key: str, /, *, effects: EffectFiles = (), json: Flag = False) -> int:
 
     Args:
         key: as in a model file, such as joint_compliance.
-        effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/effect/1 document.
     """
     cls = find_effect(key, effect_library(effects))

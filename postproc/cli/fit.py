@@ -33,7 +33,6 @@ def run(
     """Fit the model of an arm to measured poses.
 
     Args:
-        data: tables of measured poses (CSV); - reads stdin.
         robot: library name, or a robot TOML or URDF file.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
         output: model file to write. Default: stdout, and nowhere with --json.

@@ -8,14 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN, show
+from postproc.cli.report import STDIN
 from postproc.diagnostics import PostprocError, Source
 
 if TYPE_CHECKING:
     from postproc.effects.base import Effect
-    from postproc.measure.measurements import Measurements
     from postproc.model.arm import Model
-    from postproc.robot.arm import Robot
 
 
 def read_source(name: str, lent: bool = False) -> Source:
@@ -67,36 +65,6 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
 
 
-def load_measurements(
-    data: Sequence[str],
-    robot: Robot,
-    program: str | None = None,
-    columns: str | None = None,
-    measured: bool = True,
-    beside: Sequence[Path] = (),
-) -> Measurements:
-    """The tables of measured poses as one, their findings printed.
-
-    Args:
-        data: CSV files; ``-`` is stdin.
-        robot: the arm that was measured.
-        program: RAPID module that was run, for tables that name targets.
-        columns: TOML file that maps the columns of another layout.
-        measured: False where the table need not say what was measured.
-        beside: RAPID modules that are read along with the program.
-
-    Raises:
-        PostprocError: what is wrong with one of the files.
-    """
-    from postproc.measure.together import read_tables
-
-    run = [read_source(program), *(read_source(str(path), lent=True) for path in beside)] if program else None
-    layout = read_source(columns) if columns else None
-    table = read_tables([read_source(name) for name in data], robot, run, layout, measured)
-    show(table.diagnostics)
-    return table
-
-
 def short_names(*files: str | Path) -> str:
     """What was compared with what, in a line: files without their folders."""
     return " ".join(Path(file).name for file in files)
@@ -107,6 +75,11 @@ def own_effects(files: Sequence[Path]) -> list[type[Effect]]:
     from postproc.effects.loading import load_effect_file
 
     return [cls for file in files for cls in load_effect_file(file)]
+
+
+def effect_words(files: Sequence[Path | str]) -> list[str]:
+    """Effects of one's own, for a command that follows."""
+    return [word for file in files for word in ("--effects", str(file))]
 
 
 def _read(name: str) -> bytes:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles
+from postproc.cli.conversion import ProgramOptions
+from postproc.cli.options import Flag
 from postproc.cli.programs import named_files, read_lent, read_program_file
 from postproc.cli.report import print_json, say, show
 from postproc.cli.run import BAD_INPUT
@@ -31,38 +30,21 @@ EDITED: Mapping[Place | None, str] = {
 HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9}  tool, load, frame; what is edited"
 
 
-def run(
-    program: str,
-    /,
-    *,
-    model: ModelFile = None,
-    robot: str | None = None,
-    effects: EffectFiles = (),
-    side_files: SideFiles = (),
-    constant: Names = (),
-    free_axes: FreeAxes = "",
-    json: Flag = False,
-) -> int:
+def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag = False) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 
     What would be edited is decided as ``compensate`` does without a force.
 
     Args:
         program: RAPID module; - reads stdin.
-        model: TOML file of the real arm. Default: the shipped model.
-        robot: arm of the library, in place of the model's.
-        effects: Python file with effects of your own; its code is run. May be repeated.
-        side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
-        constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
-        free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
         json: print the postproc/inspect/1 document.
     """
     from postproc.convert import UNREADABLE, compensate_program
     from postproc.report.inspection import inspect_program
 
-    sources = [read_program_file(program), *read_lent(side_files, program)]
-    arm = _arm(model, robot, effects)
-    options = Options(constants=constant, free_axes=free_axes.lower())
+    sources = [read_program_file(program), *read_lent(given.side_files, program)]
+    arm = _arm(given)
+    options = Options(constants=given.constant, free_axes=given.free_axes.lower())
     found = inspect_program(sources, arm.robot, options)
     if not has_errors(found.diagnostics):
         found = found.decided(compensate_program(sources, arm, options).outcomes)
@@ -82,14 +64,14 @@ def run(
     return int(has_errors(found.diagnostics))
 
 
-def _arm(model: Path | None, robot: str | None, effects: Sequence[Path]) -> Model:
+def _arm(given: ProgramOptions) -> Model:
     """The model that decides; an arm whose stiffness nobody knows is looked at as it is."""
     from postproc.model.arm import Model
     from postproc.robot.catalogue import load_robot
 
-    if model is None and robot is not None and (bare := load_robot(robot)).joint_compliance is None:
-        return Model(bare, robot_name=robot)
-    return load_model(model, robot, effects)
+    if given.model is None and given.robot is not None and (bare := load_robot(given.robot)).joint_compliance is None:
+        return Model(bare, robot_name=given.robot)
+    return given.arm()
 
 
 def _text(row: Row) -> str:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.inputs import load_measurements
+from postproc.cli.inputs import effect_words, read_source
+from postproc.cli.report import show
 
 if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
@@ -34,14 +35,23 @@ def _axes(_: object, value: str) -> None:
 
 Tolerance = Annotated[float, Parameter(validator=_positive)]
 Distance = Annotated[float, Parameter(validator=_distance)]
+ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Flag = Annotated[bool, Parameter(show_default=False)]
-EffectFiles = Annotated[tuple[Path, ...], Parameter(name="--effects", n_tokens=1, show_default=False)]
+EffectFiles = Annotated[
+    tuple[Path, ...],
+    Parameter(
+        name="--effects",
+        n_tokens=1,
+        show_default=False,
+        help="Python file with effects of your own; its code is run. May be repeated.",
+    ),
+]
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
-ReportFile = Annotated[Path | None, Parameter(name="--report")]
-Tables = Annotated[str, Parameter(required=True)]
+ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
+Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
@@ -69,12 +79,28 @@ class TableOptions:
     def words(self, effects: Sequence[Path | str] = ()) -> list[str]:
         """The options as they were written, for a command that reads the same table with the same effects."""
         given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name != "side_files"]
-        given += [("with", file) for file in self.side_files] + [("effects", file) for file in effects]
-        return [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
+        given += [("with", file) for file in self.side_files]
+        words = [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
+        return words + effect_words(effects)
 
     def read(self, data: Sequence[str], robot: Robot, measured: bool = True) -> Measurements:
-        """The tables of these names as one; see ``load_measurements``."""
-        return load_measurements(data, robot, self.program, self.columns, measured, self.side_files)
+        """The tables as one, their findings printed.
+
+        Args:
+            data: CSV files; ``-`` is stdin. robot: the arm that was measured.
+            measured: False where the table need not say what was measured.
+
+        Raises:
+            PostprocError: what is wrong with one of the files.
+        """
+        from postproc.measure.together import read_tables
+
+        beside = [read_source(str(path), lent=True) for path in self.side_files]
+        run = [read_source(self.program), *beside] if self.program else None
+        layout = read_source(self.columns) if self.columns else None
+        table = read_tables([read_source(name) for name in data], robot, run, layout, measured)
+        show(table.diagnostics)
+        return table
 
 
 @Parameter(name="*")

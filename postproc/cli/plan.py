@@ -9,14 +9,14 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import EffectFiles, Flag, MeasuredOptions, Output, Tables
+from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import PostprocError
 
 
 def run(
-    model: Path,
+    model: ArmFile,
     /,
     *data: Tables,
     between: str | None = None,
@@ -30,13 +30,10 @@ def run(
     """Choose the poses to measure next: to tell two effects apart, or to sharpen what is determined worst.
 
     Args:
-        model: TOML file of the arm.
-        data: tables of what has been measured (CSV); - reads stdin.
         between: two effects to be told apart, KEY,KEY. Default: sharpen the worst-determined parameters.
         count: number of poses.
         output: CSV file to write, a table whose measured columns are to be filled in. Default: stdout.
         rapid: RAPID program to write that visits the poses, from the stated sides, with waits.
-        effects: Python file with effects of your own; its code is run. May be repeated.
         json: print the postproc/plan/1 document.
     """
     from postproc.identify.plan import plan_poses

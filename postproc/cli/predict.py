@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, Output, TableOptions
+from postproc.cli.options import ArmFile, EffectFiles, Output, TableOptions
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import say, show
 
 
 def run(
-    model: Path,
+    model: ArmFile,
     data: str,
     /,
     *,
@@ -22,9 +20,7 @@ def run(
     """Predict the TCP in the instrument's frame for every row of a table.
 
     Args:
-        model: TOML file of the arm.
         data: table with commanded poses (CSV); - reads stdin.
-        effects: Python file with effects of your own; its code is run. May be repeated.
         output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm, one row per input row, same order.
             Default: stdout.
     """

@@ -54,6 +54,13 @@ def say_next(what: str, *words: object, lead: str = "next") -> None:
     say(f"{lead}: `postproc {shlex.join(told)}` {what}")
 
 
+def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
+    """That nothing tells how near the real torch comes, and why."""
+    known = "CMP016" not in {d.code for d in findings}
+    why = "the model was not fitted to measurements of this arm" if known else "not all of the model holds here"
+    return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
+
+
 def print_json(document: Mapping[str, Any]) -> None:
     """Print a document on stdout, with the version that wrote it; numbers that are not finite become null."""
     print(to_json({"schema": document["schema"], "tool": __version__, **document}))

@@ -8,12 +8,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from postproc.cli.conversion import ConvertOptions, unmeasured
+from postproc.cli.conversion import ConvertOptions
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent
-from postproc.cli.report import print_json, say, show
+from postproc.cli.report import print_json, say, show, unmeasured
 
 
 def run(

@@ -237,6 +237,9 @@ def test_what_follows_can_be_copied_into_a_shell(
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")
     said = "next: `postproc compensate PROGRAM -m 'my cell.toml' -o OUT` corrects a program with this model\n"
     assert outcome.err == said
+    (tmp_path / "play.py").write_text(OWN)
+    own = call("diagnose", "my cell.toml", cell / "fit.csv", "--noise", "0.05", "--effects", "play.py")
+    assert own.err == said.replace("-o OUT", "--effects play.py -o OUT")
     drafted = call("diagnose", "my cell.toml", cell / "fit.csv", "--draft", "own.py")
     assert drafted.err.startswith("info[DAT028]")
     assert not (tmp_path / "own.py").exists()
