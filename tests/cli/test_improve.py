@@ -26,7 +26,7 @@ NOISE_MM = 0.03
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``fit.csv`` and ``validate_true.csv`` of an arm with backlash."""
     folder = tmp_path_factory.mktemp("cell")
-    make_set(folder, seed=5, plan=Plan([hidden.backlash]), noise_mm=NOISE_MM, poses=120)
+    make_set(folder, seed=5, plan=Plan([hidden.backlash]), noise_mm=NOISE_MM, poses=120, sized=False)
     return folder
 
 
