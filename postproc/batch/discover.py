@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from postproc.batch.controller import Drive, library_name, read_drives, read_quietly
@@ -50,9 +51,10 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
         if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
             copies += members
             continue
-        beside = str(PurePosixPath(home).parent / SHARED).lower()
-        shared = [f for h, names in groups.items() if h.lower() == beside and h != home for f in names]
-        tasks.append(_task(home, members, shared, drive))
+        others = {h: names for h, names in groups.items() if h != home and _parent(h) == _parent(home)}
+        shared = [f for h, names in others.items() if PurePosixPath(h).name.lower() == SHARED for f in names]
+        beside = [f for names in others.values() for f in names if f not in shared]
+        tasks.append(replace(_task(home, members, drive), shared=tuple(shared), beside=tuple(beside)))
     loose, more = _loose(folder, rest)
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
@@ -115,7 +117,11 @@ def _drive(home: str, drives: dict[str, dict[str, Drive]]) -> Drive | None:
     return None
 
 
-def _task(name: str, files: list[str], shared: list[str], drive: Drive | None) -> Task:
+def _parent(place: str) -> str:
+    return str(PurePosixPath(place).parent).lower()
+
+
+def _task(name: str, files: list[str], drive: Drive | None) -> Task:
     robot = library_name(drive.type) if drive is not None and drive.type is not None else None
     findings = []
     base = drive.base if drive is not None else Pose()
@@ -125,7 +131,7 @@ def _task(name: str, files: list[str], shared: list[str], drive: Drive | None) -
             "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
         )
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    return Task(name, tuple(files), tuple(shared), robot, base or Pose(), tuple(findings))
+    return Task(name, tuple(files), robot=robot, base=base or Pose(), findings=tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

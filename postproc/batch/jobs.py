@@ -12,12 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from postproc.batch.controller import read_quietly
 from postproc.batch.values import Job, Settings, Task
 from postproc.compensate.options import Options
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
+from postproc.rapid.lent import lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.catalogue import load_robot
@@ -98,6 +100,7 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
     given = {(root / name).resolve() for name in (*task.files, *task.shared)}
     shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
+    shared += lent_values([*own, *shared], lambda: (Source(name, read_quietly(root / name)) for name in task.beside))
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
     key = _digest((converter.fingerprint, content, task.base))
     return Job(task.name, key, (*own, *shared), converter.model, replace(converter.options, base=task.base))

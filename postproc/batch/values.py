@@ -24,6 +24,7 @@ class Task:
         name: its folder or file, relative to the root of the batch, with forward slashes.
         files: its program files, relative to the root.
         shared: files it reads and must not change.
+        beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         base: the base frame of that arm in the world.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
@@ -32,6 +33,7 @@ class Task:
     name: str
     files: tuple[str, ...]
     shared: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
     robot: str | None = None
     base: Pose = Pose()
     findings: tuple[Diagnostic, ...] = ()

@@ -169,6 +169,21 @@ def test_what_every_task_shares_is_read_and_not_written(tmp_path: Path) -> None:
     assert (tmp_path / "out/RAPID/TASK0/SYSMOD/shared.sys").read_text() == shared
 
 
+def test_data_without_a_value_has_that_of_another_task(tmp_path: Path) -> None:
+    # One object in all tasks, as MultiMove cells declare it; LOCAL and TASK data is another in each.
+    bare = "PERS tooldata tTorch;"
+    seam = program("Seam", tool=bare)
+    head = f"MODULE Head\n  VAR num nOther:=1;\n  {TOOL}\n  PROC main()\n    MoveL *,v100,fine,tool0;\n  ENDPROC\nENDMODULE\n"
+    more = {"RAPID/TASK1/PROGMOD/Main.mod": "MODULE Main\n  PROC main()\n    rSeam;\n  ENDPROC\nENDMODULE\n"}
+    more |= {"RAPID/TASK1/PROGMOD/Seam.mod": seam, "RAPID/TASK1/SYSMOD/user.sys": "MODULE user\nENDMODULE\n"}
+    batch, _ = convert(backup(tmp_path / "in", **more, **{"RAPID/TASK8/PROGMOD/Head.mod": head}), tmp_path / "out")
+    assert statuses(batch)["RAPID/TASK1"] == "compensated", batch.outcomes
+    assert (tmp_path / "out/RAPID/TASK1/PROGMOD/Seam.mod").read_text().count(bare) == 1
+    own = {"RAPID/TASK8/PROGMOD/Head.mod": head.replace("PERS", "TASK PERS")}
+    batch, _ = convert(backup(tmp_path / "own", **more, **own), tmp_path / "out2")
+    assert "RAP020" in codes(batch, "RAPID/TASK1")
+
+
 def test_side_files_lend_their_data(tmp_path: Path) -> None:
     source = write(tmp_path / "in", {"a.mod": program("A", tool="")})
     side = write(tmp_path, {"tools.sys": f"MODULE tools\n  {TOOL}\nENDMODULE\n"}) / "tools.sys"
