@@ -76,8 +76,7 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
         def make(count: int) -> Executor:
             if client.status != "running":
                 raise _lost(address, "the connection is lost")
-            executor: Executor = client.get_executor()
-            return executor
+            return client.get_executor()
 
         yield Pool(make, max(1, threads), repeats=False)
 

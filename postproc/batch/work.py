@@ -71,8 +71,7 @@ def _model(data: bytes, thread: int) -> Model:
     """The model, built once; pinocchio's work space belongs to one thread."""
     import pickle
 
-    model: Model = pickle.loads(data)
-    return model
+    return pickle.loads(data)
 
 
 def _internal(error: Exception) -> Diagnostic:

@@ -66,5 +66,4 @@ def circle_point(samples: Samples, written: Exact, i: int, u: float) -> Array:
     start, goal = ends_of(samples, written, i)
     middle = written.T_work_tcp[(samples.start[i] + samples.goal[i]) // 2, :3, 3]
     center, radial, tangent, angle, _, _ = circle_through(start[None], middle[None], goal[None])
-    point: Array = (center + np.cos(u * angle) * radial + np.sin(u * angle) * tangent)[0]
-    return point
+    return (center + np.cos(u * angle) * radial + np.sin(u * angle) * tangent)[0]

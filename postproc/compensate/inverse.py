@@ -141,8 +141,7 @@ def _newton(model: Model, state: State, theta: Array) -> Array:
     """Damped inverses of the nominal Jacobian, (n, 6, 6): J^T (J J^T + lambda^2)^-1, finite at singular poses."""
     J = jacobian(model.robot, theta, state.T_flange_tcp)
     Jt = np.swapaxes(J, 1, 2)
-    damped: Array = Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))
-    return damped
+    return Jt @ np.linalg.inv(J @ Jt + DAMPING**2 * np.eye(6))
 
 
 def _closed_form_steps(model: Model, state: State, theta: Array, deflection: Deflection, desired: Array) -> Array:

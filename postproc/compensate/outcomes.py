@@ -157,8 +157,7 @@ def _shifts(plan: Plan) -> Array:
     samples = plan.motion.samples
     T_goal = samples.curves.mounts.work(plan.exact.T_base_flange)
     error = pose_error(samples.T_work_tcp[samples.goal], T_goal)
-    length: Array = np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
-    return length
+    return np.linalg.norm(error.reshape(-1, 2, 3), axis=2)
 
 
 def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:

@@ -20,8 +20,7 @@ _ROUNDS = 6  # of bisection: the largest deviation is then within 2 % of the sma
 
 def perpendicular(vectors: Array, direction: Array) -> Array:
     """What is left of (k, 3) vectors across the unit directions (3,) or (k, 3); all of it for a zero direction."""
-    across: Array = vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
-    return across
+    return vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction
 
 
 def chord_gaps(u: Array, across: Array, weight: Array, a: int, b: int) -> float:
@@ -116,15 +115,13 @@ def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
     normal = np.cross(av, ab)
     size = float(normal @ normal)
     if size < 1e-24:
-        straight: Array = np.linalg.norm(perpendicular(points - a, ab / np.linalg.norm(ab)), axis=1)
-        return straight
+        return np.linalg.norm(perpendicular(points - a, ab / np.linalg.norm(ab)), axis=1)
     center = a + (np.cross(normal, av) * (ab @ ab) + np.cross(ab, normal) * (av @ av)) / (2 * size)
     radius = float(np.linalg.norm(a - center))
     axis = normal / np.sqrt(size)
     height = (points - center) @ axis
     radial = np.linalg.norm(points - center - height[:, None] * axis, axis=1) - radius
-    gaps: Array = np.hypot(height, radial)
-    return gaps
+    return np.hypot(height, radial)
 
 
 def place_arcs(

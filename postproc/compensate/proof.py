@@ -104,8 +104,7 @@ def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array
     """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
     size = programmed.goal - programmed.start
     at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
-    positions: Array = programmed.T_work_tcp[at, :3, 3]
-    return positions
+    return programmed.T_work_tcp[at, :3, 3]
 
 
 def distance_to_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:

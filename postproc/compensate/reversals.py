@@ -65,5 +65,4 @@ def find_reversals(model: Model, samples: Samples, T_commanded: Array, t: Array,
 def _turns(samples: Samples) -> Flags:
     """(n - 1, 6) whether a joint travels the other way from one sample to the next."""
     side = approach_side(samples)
-    turned: Flags = side[1:] * side[:-1] < 0
-    return turned
+    return side[1:] * side[:-1] < 0

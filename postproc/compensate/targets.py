@@ -114,8 +114,7 @@ def _outside_zones(samples: Samples, i: int, u: Array) -> Flags:
     length = float(samples.curves.length[i])
     near, far = 2 * _zone_in_force(samples, i - 1), 2 * _zone_in_force(samples, i)
     inside = (u > 0) & (u < 1)
-    outside: Flags = inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
-    return outside
+    return inside & (u * length >= near - 1e-9) & ((1 - u) * length >= far - 1e-9)
 
 
 def _zone_in_force(samples: Samples, i: int) -> float:

@@ -21,8 +21,7 @@ def own_moves(plan: Plan) -> Flags:
     mine = np.array([not move.event.statement.source.lent for move in moves])
     known = mine | [move.event.statement.key in plan.decisions.edited for move in moves]
     first = np.array([move.first for move in moves])
-    result: Flags = mine | (known & np.append(False, known[:-1]) & ~first)
-    return result
+    return mine | (known & np.append(False, known[:-1]) & ~first)
 
 
 def in_transition(plan: Plan, after: Deviation) -> np.ndarray:

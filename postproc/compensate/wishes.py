@@ -88,8 +88,7 @@ class Wishes:
         Of an arc that begins nobody knows where it goes with the goal.
         """
         if pieces is not None and pieces.goals:
-            middle: Array = self.curve[pieces.vias[-1]]
-            return middle
+            return self.curve[pieces.vias[-1]]
         samples, move = self.motion.samples, self.motion.moves[i]
         assert move.T_work_via is not None
         _, u = distance_to_curves(samples.curves, np.array([i]), move.T_work_via[None, :3, 3])

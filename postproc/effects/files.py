@@ -72,8 +72,7 @@ def restore(module: str, file: str | None, name: str, fields: dict[str, Any]) ->
     found: Any = sys.modules[module]
     for part in name.split("."):
         found = getattr(found, part)
-    result: Effect = found(**fields)
-    return result
+    return found(**fields)
 
 
 def _check_structure(cls: type[Effect], name: str, value: Any) -> list[FieldProblem]:

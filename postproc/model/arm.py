@@ -42,8 +42,7 @@ class Model:
     @cached_property
     def gravity(self) -> Array:
         """(3,) in base axes [m/s^2]."""
-        g: Array = self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
-        return g
+        return self.R_world_base.T @ np.array([0.0, 0.0, -GRAVITY])
 
     @cached_property
     def _built(self) -> dict[tuple[int, ...], Multibody]:

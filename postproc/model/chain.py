@@ -128,5 +128,4 @@ def spread(along: Directions, forces: Array) -> Array:
     """
     # A coordinate bears what acts on the first body that it moves, and on all after it.
     w = np.cumsum(forces[:, ::-1], axis=1)[:, ::-1][:, list(along.carried)]
-    result: Array = np.einsum("nmi,nmi->nm", along.line, w)
-    return result
+    return np.einsum("nmi,nmi->nm", along.line, w)

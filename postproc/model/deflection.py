@@ -56,8 +56,7 @@ def distance(new: Deflection, old: Deflection) -> Array:
     for b, xi in new.body.items():
         step = np.abs(xi - old.body[b]) if b in old.body else np.abs(xi)
         total = np.maximum(total, np.maximum(step[:, :3].max(axis=1), REACH * step[:, 3:].max(axis=1)))
-    result: Array = total
-    return result
+    return total
 
 
 def moves(new: Deflection, old: Deflection) -> Array:

@@ -21,8 +21,7 @@ def tcp_compliance(model: Model, state: State) -> Array:
     The inverse of Eq. 22, defined at singular poses and for rigid links as well.
     """
     at = tangent(model, equilibrium(model, state))
-    S: Array = at.J @ at.give @ at.compliance @ np.swapaxes(at.J, 1, 2)
-    return S
+    return at.J @ at.give @ at.compliance @ np.swapaxes(at.J, 1, 2)
 
 
 def stiffness(model: Model, state: State) -> Array:
@@ -66,5 +65,4 @@ def inertia(rest: Equilibrium, at: Frame) -> Array:
         return M
     J = point_jacobian(at.along, payload_point(state, at.chain))[:, :3]
     mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))
-    whole: Array = M + mass[:, None, None] * (np.swapaxes(J, 1, 2) @ J)
-    return whole
+    return M + mass[:, None, None] * (np.swapaxes(J, 1, 2) @ J)

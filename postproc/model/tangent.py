@@ -98,8 +98,7 @@ def dead_load_stiffness(along: Directions, point: Array, force: Array, moment: A
     upper = np.triu(twist)
     bend = upper + np.swapaxes(np.triu(twist, 1), 1, 2)
     turn = np.einsum("nka,nia->nik", np.cross(moment[:, None], along.spin), along.spin)
-    result: Array = bend + np.tril(turn, -1)
-    return result
+    return bend + np.tril(turn, -1)
 
 
 def _effect_loads(model: Model, rest: Equilibrium, at: Frame) -> Array:

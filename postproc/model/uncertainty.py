@@ -109,8 +109,7 @@ def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:
     if known is None:
         return np.full(len(state), np.nan)
     covariance = position_covariance(model, state, known, instrument)
-    sigma: Array = np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0) / 3.0)
-    return sigma
+    return np.sqrt(np.maximum(np.trace(covariance, axis1=1, axis2=2), 0.0) / 3.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,7 +80,4 @@ class JointLimits(LinearConstraint):  # type: ignore[misc]
 
     def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
         F = np.vstack([np.eye(6), -np.eye(6)])
-        found: tuple[Any, ...] = canlinear_colloc_to_interpolate(
-            *self.terms, F, self.limit, None, None, gridpoints, identical=True
-        )
-        return found
+        return canlinear_colloc_to_interpolate(*self.terms, F, self.limit, None, None, gridpoints, identical=True)

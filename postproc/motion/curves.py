@@ -127,8 +127,7 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
 
     def seen(p: Array) -> Array:
         d = p - center
-        angle: Array = np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
-        return angle
+        return np.arctan2(np.sum(d * tangent, axis=1), np.sum(d * radial, axis=1)) % (2 * np.pi)
 
     angle, at_via = seen(end), seen(via)
     d_via, d_end = np.linalg.norm(to_via, axis=1), np.linalg.norm(to_end, axis=1)
@@ -144,14 +143,12 @@ def circle_through(start: Array, via: Array, end: Array) -> tuple[Array, Array, 
 def axes_of(radial: Array, tangent: Array) -> Array:
     """Unit normals (k, 3) of circles given by their radial and tangent vectors (k, 3)."""
     normal = np.cross(radial, tangent)
-    result: Array = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    return result
+    return normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
 
 
 def _carried_back(axis: Array, angle: Array, R: Array) -> Array:
     """Orientations (k, 3, 3) turned back along the circle to its start."""
-    back: Array = Rotation.from_rotvec(-angle[:, None] * axis).as_matrix() @ R
-    return back
+    return Rotation.from_rotvec(-angle[:, None] * axis).as_matrix() @ R
 
 
 def _turn_past(turn: Array, R_start: Array, R_via: Array, fraction: Array) -> Array:
@@ -195,5 +192,4 @@ def pose_at(robot: Robot, curves: Curves, move: Index, u: Array) -> Array:
 
 def joints_at(curves: Curves, move: Index, u: Array) -> Array:
     """Joint angles (n, 6) of joint moves at fractions ``u`` (n,)."""
-    q: Array = curves.q_start[move] + curves.q_change[move] * u[:, None]
-    return q
+    return curves.q_start[move] + curves.q_change[move] * u[:, None]

@@ -65,8 +65,7 @@ def programmed_ease(path: Path, runs: Runs) -> Array:
 def smooth_speed(robot: Robot, runs: Runs) -> Array:
     """Path speeds (k - 1,) [m/s] at which the curve itself uses half of a joint's jerk limit: |q'''| s_dot^3."""
     jerk = (np.abs(6 * runs.curve.c[0]) / robot.jerk).max(axis=1)
-    speed: Array = np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
-    return speed
+    return np.cbrt(0.5 / np.maximum(jerk, 0.5 / FASTEST**3))
 
 
 def lay_grid(robot: Robot, runs: Runs, cap: Array, ease: Array, window: Array) -> Grid:
@@ -114,5 +113,4 @@ def _lower_over(s: Array, low: Array, high: Array, cap: Array, run: Index) -> Ar
         half = 1 << (n - 1)
         table[n - 1] = np.minimum(table[n - 1], table[n])
         table[n - 1, half:] = np.minimum(table[n - 1, half:], table[n, :-half])
-    lowest: Array = table[0]
-    return lowest
+    return table[0]

@@ -17,8 +17,7 @@ _BLOCK = 5000  # states looked at together: long programs need little memory
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
     """Velocities (n, 3) [m/s] of flange-fixed points (n, 3): sum of v_j z_j x (p - p_j)."""
     axes = (T_base_body[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0] * v[:, :, None]
-    result: Array = np.cross(axes.sum(axis=1), point) - np.cross(axes, T_base_body[:, 1:, :3, 3]).sum(axis=1)
-    return result
+    return np.cross(axes.sum(axis=1), point) - np.cross(axes, T_base_body[:, 1:, :3, 3]).sum(axis=1)
 
 
 def inertial_torque(
@@ -49,5 +48,4 @@ def _torque(
     axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
     # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
     moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])
-    total: Array = links + np.sum(axes * moment, axis=2)
-    return total
+    return links + np.sum(axes * moment, axis=2)

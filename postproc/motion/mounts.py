@@ -91,5 +91,4 @@ class Mounts:
     def _chosen(self, held: Array, stationary: Array) -> Array:
         if not self.stationary.any():
             return held
-        chosen: Array = np.where(self.stationary[:, None, None], stationary, held)
-        return chosen
+        return np.where(self.stationary[:, None, None], stationary, held)

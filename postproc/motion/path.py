@@ -73,8 +73,7 @@ def sample_path(robot: Robot, moves: Sequence[Move]) -> tuple[Path, list[Diagnos
 def starts_chain(moves: tuple[Move, ...], move: Index) -> Flags:
     """Samples (n,) bool before which the way of the arm is unknown."""
     starts = np.array([m.first for m in moves], dtype=bool)[move]
-    result: Flags = starts & np.append(True, np.diff(move) != 0)
-    return result
+    return starts & np.append(True, np.diff(move) != 0)
 
 
 def place_samples(moves: tuple[Move, ...], curves: Curves, corners: Corners) -> tuple[Index, Array, Index]:

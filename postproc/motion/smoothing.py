@@ -33,12 +33,10 @@ class Ramp:
     def at(self, time: Array) -> Array:
         """Correction (k, 6) at times (k,) after the beginning [s], zero before it and the whole jump after the end."""
         if self.duration <= 0.0:
-            begun: Array = np.where(time[:, None] < 0.0, 0.0, self.jump)
-            return begun
+            return np.where(time[:, None] < 0.0, 0.0, self.jump)
         inside = np.clip(time / self.duration, 0.0, 1.0) * self.curve.duration
         progress = np.array([self.curve.at_time(x)[0][0] for x in inside])
-        passed: Array = np.clip(progress, 0.0, 1.0)[:, None] * self.jump
-        return passed
+        return np.clip(progress, 0.0, 1.0)[:, None] * self.jump
 
 
 def transition(robot: Robot, jump: Array, joints_by_shift: Array, available: float) -> Ramp:

@@ -36,15 +36,13 @@ class Knots:
     @property
     def inside(self) -> Flags:
         """(k - 1,) True for intervals inside a run."""
-        result: Flags = np.diff(self.run) == 0
-        return result
+        return np.diff(self.run) == 0
 
     @property
     def ends(self) -> Flags:
         """(k,) True at the first and last knot of every run."""
         change = ~self.inside
-        result: Flags = np.append(True, change) | np.append(change, True)
-        return result
+        return np.append(True, change) | np.append(change, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +105,7 @@ def cut_runs(path: Path) -> Runs:
 def rotation_angle(R: Array) -> Array:
     """Angles (n,) [rad] of rotations (n, 3, 3), exact for small ones."""
     axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
-    angle: Array = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
-    return angle
+    return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
 
 
 def fit_spline(s: Array, q: Array, run: Index) -> PPoly:

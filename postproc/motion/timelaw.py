@@ -45,8 +45,7 @@ class TimeLaw:
     @property
     def duration(self) -> Array:
         """(r,) time from rest to rest, the window included [s]."""
-        result: Array = self.t[self.last] + self.window
-        return result
+        return self.t[self.last] + self.window
 
 
 def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
@@ -72,8 +71,7 @@ def time_law(run: Index, s: Array, speed: Array, window: Array) -> TimeLaw:
 def _sum_per_run(piece: Array, first: Index, run: Index) -> Array:
     """Sum of the pieces before each grid point, from the start of its run (kept short: long sums lose digits)."""
     total = np.concatenate([[0.0], np.cumsum(piece)[:-1]])
-    result: Array = total - total[first][run]
-    return result
+    return total - total[first][run]
 
 
 def _sharp(law: TimeLaw, run: Index, t: Array) -> tuple[Array, Array, Array, Array]:

@@ -92,8 +92,7 @@ def _place(runs: Knots, run: Index, s: Array) -> Array:
     """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
     edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
     low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
-    place: Array = np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
-    return place
+    return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
 
 
 def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw:

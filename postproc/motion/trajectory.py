@@ -75,8 +75,7 @@ def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array
 def changes_speed(tcp_speed: Array) -> Flags:
     """(n,) whether the speed of the TCP changes; at a stop nothing loads the arm but its weight."""
     change = np.abs(np.diff(tcp_speed, prepend=tcp_speed[:1], append=tcp_speed[-1:]))
-    changing: Flags = (np.maximum(change[:-1], change[1:]) > STEADY * tcp_speed) & (tcp_speed > STANDSTILL)
-    return changing
+    return (np.maximum(change[:-1], change[1:]) > STEADY * tcp_speed) & (tcp_speed > STANDSTILL)
 
 
 def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:

@@ -90,8 +90,7 @@ def string_part(text: Data, position: float, length: float) -> str:
     begin = int(position) - 1
     if begin < 0 or length < 0 or begin + int(length) > len(text):
         raise ValueError("the part leaves the string")
-    part: str = text[begin : begin + int(length)]
-    return part
+    return text[begin : begin + int(length)]
 
 
 def whole_text(value: Data) -> str:

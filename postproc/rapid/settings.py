@@ -100,8 +100,7 @@ class SettingsReader:
         key = (argument.role, argument.text, routine.module, routine.name)
         low = argument.text.strip().lower()
         if key in self.fixed and low not in memory.frame.bindings:
-            result: T = self.fixed[key]
-            return result
+            return self.fixed[key]
         try:
             tree = read_whole_expression(routine.source.data, *argument.span)
         except ExpressionError as error:

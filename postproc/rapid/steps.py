@@ -115,8 +115,7 @@ class EventMaker:
         if isinstance(value, NotKnown):
             reasons.append(f"{reason}: {value.reason}")
             return default
-        result: T = value
-        return result
+        return value
 
     def known_options(self, state: Mapping[str, Data]) -> Mapping[str, bool]:
         conf_l, conf_j, singarea = key = state.get("@conf_l"), state.get("@conf_j"), state.get("@singarea")

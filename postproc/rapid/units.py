@@ -73,8 +73,7 @@ def target_matrix(event: MotionEvent) -> Array:
     Raises:
         ValueError: the event has no robtarget.
     """
-    result: Array = target_matrices([event])[0]
-    return result
+    return target_matrices([event])[0]
 
 
 def via_matrix(event: MotionEvent) -> Array:
@@ -92,8 +91,7 @@ def target_matrices(events: Sequence[MotionEvent]) -> Array:
     if not events:
         return np.zeros((0, 4, 4))
     numbers = np.array([(*target.trans, *target.rot) for target in _robtargets(events)])
-    result: Array = object_matrices(events) @ pose_matrix(numbers[:, :3], numbers[:, 3:])
-    return result
+    return object_matrices(events) @ pose_matrix(numbers[:, :3], numbers[:, 3:])
 
 
 def _robtargets(events: Sequence[MotionEvent]) -> list[RobTarget]:

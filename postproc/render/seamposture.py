@@ -44,8 +44,7 @@ def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
 
 def _middle(robot: Robot, q: Array) -> Array:
     """How far the middle of each joint's range is away, (..., 6)."""
-    distance: Array = (robot.lower + robot.upper) / 2 - q
-    return distance
+    return (robot.lower + robot.upper) / 2 - q
 
 
 def _in_range(robot: Robot, q: Array) -> Array:

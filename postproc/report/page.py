@@ -99,5 +99,4 @@ def _shown(cell: object) -> str:
 def _bundle() -> str:
     from plotly.offline import get_plotlyjs
 
-    text: str = get_plotlyjs()
-    return text
+    return get_plotlyjs()

@@ -94,8 +94,7 @@ def ticks(low: float, high: float) -> Array:
     rough = (high - low) / 5
     power = 10.0 ** np.floor(np.log10(rough))
     step = next(power * k for k in (1.0, 2.0, 5.0, 10.0) if power * k >= rough)
-    found: Array = np.arange(np.ceil(low / step), np.floor(high / step) + 0.5) * step + 0.0  # no negative zero
-    return found
+    return np.arange(np.ceil(low / step), np.floor(high / step) + 0.5) * step + 0.0  # no negative zero
 
 
 def spread(values: Array) -> Range:

@@ -198,13 +198,11 @@ def _centers(file: _File, link: Array, axis: Array) -> Array:
     if file.bodies.center_frame == "body":
         return center
     if file.bodies.center_frame == "dh":  # frame i stands at the far end of link i
-        moved: Array = np.einsum("bij,bj->bi", link[:, :3, :3], center) + link[:, :3, 3]
-        return moved
+        return np.einsum("bij,bj->bi", link[:, :3, :3], center) + link[:, :3, 3]
     six, seven = np.zeros(6), np.zeros(7)
     zero = Robot("zero", link, axis, six, six, six, six, six, seven, seven, seven)
     T = body_poses(zero, np.zeros((1, 6)))[0]
-    result: Array = np.einsum("bji,bj->bi", T[:, :3, :3], center - T[:, :3, 3])
-    return result
+    return np.einsum("bji,bj->bi", T[:, :3, :3], center - T[:, :3, 3])
 
 
 def _inertia(body: _Body) -> Array:

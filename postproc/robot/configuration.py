@@ -37,8 +37,7 @@ def branch(opw: Opw, q: Array) -> NDArray[np.int64]:
     4 if the wrist centre is behind axis 1, plus 2 if it is behind the lower arm, plus 1 if axis 5 is negative.
     """
     forward, above = wrist_place(opw, q)
-    result: NDArray[np.int64] = 4 * (forward < 0) + 2 * (above < 0) + (q[..., 4] < -ON_BOUNDARY)
-    return result
+    return 4 * (forward < 0) + 2 * (above < 0) + (q[..., 4] < -ON_BOUNDARY)
 
 
 def confdata(robot: Robot, q: Array) -> NDArray[np.int64]:
@@ -60,5 +59,4 @@ def within(robot: Robot, q: Array, conf: NDArray[np.int64], margin: float) -> ND
     outside = np.abs(turning - (conf[..., :3] + 0.5) * QUARTER) - QUARTER / 2
     other = branch(closed_form(robot), q) ^ conf[..., 3]
     straight = (other == 1) & (np.abs(np.sin(q[..., 4])) <= margin)
-    result: NDArray[np.bool_] = (outside <= margin).all(axis=-1) & ((other == 0) | straight)
-    return result
+    return (outside <= margin).all(axis=-1) & ((other == 0) | straight)

@@ -49,8 +49,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     change = np.abs(_wrapped(options[:, 1] - before[:, 0])).max(axis=-1)
     chosen = np.cumsum(change < stay) % 2
     q = options[np.arange(len(poses)), chosen]
-    unwrapped: Array = np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
-    return unwrapped
+    return np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
 
 
 def _arm(opw: Opw, q_start: Array, first: Array) -> int:
@@ -95,8 +94,7 @@ def _wrist_pair(options: Array, q_start: Array) -> Array:
 
 
 def _wrapped(angle: Array) -> Array:
-    result: Array = (angle + np.pi) % (2 * np.pi) - np.pi
-    return result
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def _left_branch(robot: Robot, index: int) -> None:
