@@ -12,7 +12,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
-from postproc.patterns.formula import Pattern, sharper, side_by_side, spread, values_of
+from postproc.patterns.formula import Pattern, sharper, side_by_side, spread, together, values_of
 from postproc.patterns.place import Place, explained
 from postproc.patterns.shapes import CLOSER, SOME, Abrupt
 from postproc.patterns.signals import Signal
@@ -129,7 +129,7 @@ def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) 
     still = 0
     for _ in range(ROUNDS * len(shapes)):
         first, *others = shapes
-        near = [first, *(p for p in sharper(first) if p.form == first.form)]
+        near = together([first, sharper(first)])
         columns = problem.whiten(spread(moves, values_of(others).astype(float)))
         beside = Place(seen.linear.extended(columns), seen.place)
         best = int(np.argmax(beside.falls(values_of(near))))

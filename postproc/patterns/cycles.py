@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.formula import Edge, Pattern
+from postproc.patterns.formula import Edge, Family, Pattern, family, together
 from postproc.patterns.signals import Signal
 
 LOW, GEAR, TEETH = (1, 2, 3), 12, 128
@@ -24,11 +25,9 @@ DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 """Share of a period that a pulse takes; what is longer is a pulse the other way."""
 
 
-def waves(signal: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
+def waves(signal: Signal, orders: Iterable[float]) -> Family:
     """Waves of an angle; their shape is that of a saw tooth or a pulse where it turns out so."""
-    for order in orders:
-        for phase in QUARTERS if order <= GEAR else THIRDS:
-            yield _wave(signal, order, phase)
+    return _waves(signal, ((order, phase) for order in orders for phase in (QUARTERS if order <= GEAR else THIRDS)))
 
 
 def comes_again(signal: Signal) -> bool:
@@ -43,9 +42,17 @@ def periods(signal: Signal) -> list[float]:
     return [np.pi * k / whole for k in many]
 
 
-def sways(signal: Signal) -> Iterator[Pattern]:
+def sways(signal: Signal) -> Family:
     """Waves of what is no angle."""
-    return (_wave(signal, order, phase) for order in periods(signal) for phase in QUARTERS)
+    return _waves(signal, product(periods(signal), QUARTERS))
+
+
+def _waves(signal: Signal, some: Iterable[tuple[float, float]]) -> Family:
+    return family((signal,), cosine, lambda order, phase: _wave(signal, order, phase), some)
+
+
+def cosine(x: Any, order: Any, phase: Any) -> Any:
+    return np.cos(order * x - phase)
 
 
 def neighbours(values: Array, order: float) -> Array:
@@ -62,14 +69,14 @@ def _close(values: Array, order: float) -> list[float]:
 
 
 def _wave(signal: Signal, order: float, phase: float) -> Pattern:
-    def finer() -> list[Pattern]:
-        near = neighbours(signal.values, order)
-        return [_shaped(_wave(signal, k, p), signal, k) for k in near for p in EIGHTHS]
+    def finer() -> Family:
+        near = product(neighbours(signal.values, order), EIGHTHS)
+        return family((signal,), cosine, lambda k, p: _shaped(_wave(signal, k, p), signal, k), near)
 
     verb = "swaying" if signal.name == "time" else "wave"
     kind = "sway" if not turns(signal) else "wave" if order <= GEAR else "fine wave"
     form = f"{verb} {each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
-    return Pattern((signal,), form, lambda x: np.cos(order * x - phase), kind, finer=finer)
+    return Pattern((signal,), form, lambda x: cosine(x, order, phase), kind, finer=finer)
 
 
 def crest(signal: Signal, order: float, phase: float) -> str:
@@ -88,20 +95,19 @@ def turns(signal: Signal) -> bool:
 def _shaped(wave: Pattern, signal: Signal, order: float) -> Pattern:
     """A wave that may turn out to be another shape of its period."""
 
-    def finer() -> list[Pattern]:
+    def finer() -> Family:
         phases = np.linspace(0.0, 1.0, 36, endpoint=False)
-        fine = [replace(_wave(signal, order, np.pi * p), finer=None) for p in phases]
-        fine += [p for start in phases for p in _folds(signal, order, start)]
+        fine = [_waves(signal, product([order], np.pi * phases)).settled()]
+        fine += [_folds(signal, product([order], phases), fold) for fold in FOLDS]
         if order * np.ptp(signal.values) > 4 * np.pi:
             # What does not come twice is a step, or acts in a window.
-            fine += [_tooth(signal, order, p) for p in phases]
-            fine += [_pulse(signal, order, p, duty) for p in phases for duty in DUTIES]
-        return fine
+            fine += [_teeth(signal, product([order], phases)), _pulses(signal, product([order], phases, DUTIES))]
+        return together(fine)
 
     return replace(wave, finer=finer)
 
 
-def _cycle(x: Any, order: float, start: float) -> Any:
+def _cycle(x: Any, order: Any, start: Any) -> Any:
     return (order / (2 * np.pi) * x - start) % 1.0
 
 
@@ -112,57 +118,69 @@ def _again(signal: Signal, order: float, share: float) -> Edge:
     return place, place
 
 
-def _tooth(signal: Signal, order: float, start: float) -> Pattern:
+def _teeth(signal: Signal, some: Iterable[tuple[float, float]]) -> Family:
     """What an encoder does that repeats on each of its marks; a jump in the wrong place costs most."""
-
-    def finer() -> list[Pattern]:
-        starts = start + np.linspace(-0.05, 0.05, 21)
-        return [replace(_tooth(signal, k, s), finer=None) for k in _close(signal.values, order) for s in starts]
-
-    def law(x: Any) -> Any:
-        return 2 * _cycle(x, order, start) - 1
-
-    form = f"saw tooth {each(signal, order)}{signal.of}, with a jump near {{}}"
-    return Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
+    return family((signal,), _jumping, lambda order, start: _tooth(signal, order, start), some)
 
 
-def _folds(signal: Signal, order: float, start: float) -> Iterator[Pattern]:
-    """Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
-    phase = 2 * np.pi * start
+def _jumping(x: Any, order: Any, start: Any) -> Any:
+    return 2 * _cycle(x, order, start) - 1
 
-    def folded(x: Any) -> Any:
-        return np.abs(np.cos(0.5 * (order * x - phase)))
 
-    def halved(x: Any) -> Any:
-        return np.maximum(np.cos(order * x - phase), 0.0)
+def _tooth(signal: Signal, order: float, start: float) -> Pattern:
+    def finer() -> Family:
+        return _teeth(signal, product(_close(signal.values, order), start + np.linspace(-0.05, 0.05, 21))).settled()
 
-    def triangular(x: Any) -> Any:
-        return np.abs(2 * _cycle(x, order, start) - 1)
+    form, at = f"saw tooth {each(signal, order)}{signal.of}, with a jump near {{}}", (_again(signal, order, start),)
+    return Pattern((signal,), form, lambda x: _jumping(x, order, start), "wave", at, finer=finer)
 
-    def finer() -> list[Pattern]:
-        near = [(k, s) for k in _close(signal.values, order) for s in start + np.linspace(-0.02, 0.02, 9)]
-        return [replace(p, finer=None) for k, s in near for p in _folds(signal, k, s)]
 
-    for word, law in (("folded", folded), ("halved", halved), ("triangular", triangular)):
-        form = f"{word} wave {each(signal, order)}{signal.of}, highest near {{}}"
-        yield Pattern((signal,), form, law, "wave", (_again(signal, order, start),), finer=finer)
+def _folded(x: Any, order: Any, start: Any) -> Any:
+    return np.abs(np.cos(0.5 * (order * x - 2 * np.pi * start)))
+
+
+def _halved(x: Any, order: Any, start: Any) -> Any:
+    return np.maximum(np.cos(order * x - 2 * np.pi * start), 0.0)
+
+
+def _triangular(x: Any, order: Any, start: Any) -> Any:
+    return np.abs(2 * _cycle(x, order, start) - 1)
+
+
+FOLDS = {"folded": _folded, "halved": _halved, "triangular": _triangular}
+"""Waves that only go one way, or straight up and down: an eccentric that pushes, a bearing that gives, magnets."""
+
+
+def _folds(signal: Signal, some: Iterable[tuple[float, float]], word: str) -> Family:
+    return family((signal,), FOLDS[word], lambda order, start: _fold(signal, order, start, word), some)
+
+
+def _fold(signal: Signal, order: float, start: float, word: str) -> Pattern:
+    def finer() -> Family:
+        near = list(product(_close(signal.values, order), start + np.linspace(-0.02, 0.02, 9)))
+        return together(_folds(signal, near, word).settled() for word in FOLDS)
+
+    form, at = f"{word} wave {each(signal, order)}{signal.of}, highest near {{}}", (_again(signal, order, start),)
+    return Pattern((signal,), form, lambda x: FOLDS[word](x, order, start), "wave", at, finer=finer)
+
+
+def _pulses(signal: Signal, some: Iterable[tuple[float, float, float]]) -> Family:
+    """On for a share of each period."""
+    return family((signal,), _on, lambda order, start, duty: _pulse(signal, order, start, duty), some)
+
+
+def _on(x: Any, order: Any, start: Any, duty: Any) -> Any:
+    return _cycle(x, order, start) < duty
 
 
 def _pulse(signal: Signal, order: float, start: float, duty: float) -> Pattern:
-    """On for a share of each period."""
-
-    def finer() -> list[Pattern]:
-        move = np.linspace(-0.03, 0.03, 9)
-        return [
-            replace(_pulse(signal, k, start + a, duty - a + b), finer=None)
-            for k in _close(signal.values, order)
-            for a in move
-            for b in move
-            if duty - a + b > 0.02
-        ]
+    def finer() -> Family:
+        near = product(_close(signal.values, order), *(np.linspace(-0.03, 0.03, 9),) * 2)
+        some = ((k, start + a, duty - a + b) for k, a, b in near if duty - a + b > 0.02)
+        return _pulses(signal, some).settled()
 
     on, _ = _again(signal, order, start)
     off = on + duty * 2 * np.pi / order
     at = (on, on), (off, off)
     form = f"pulses {each(signal, order)}{signal.of}, one from {{}} to {{}}"
-    return Pattern((signal,), form, lambda x: _cycle(x, order, start) < duty, "wave", at, finer=finer)
+    return Pattern((signal,), form, lambda x: _on(x, order, start, duty), "wave", at, finer=finer)

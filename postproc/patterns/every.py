@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
+from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import GEAR, LOW, TEETH, comes_again, sways, waves
 from postproc.patterns.felt import LEANS, overturning, pulls
-from postproc.patterns.formula import Pattern, Single, sharper, values_of
+from postproc.patterns.formula import Family, Part, Pattern, Single, members, raw_of, sharper, together, values_of
 from postproc.patterns.levels import of_few, of_words, words
 from postproc.patterns.memory import lags, memories
 from postproc.patterns.pairs import of_two, swelling
-from postproc.patterns.shapes import breaks, of_channel, of_signal
+from postproc.patterns.shapes import of_channel, of_signal
 from postproc.patterns.sight import WAYS, Sight, around
 from postproc.patterns.signals import added, channel_signal, place_code
 
@@ -40,10 +41,18 @@ SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda 
 
 @dataclass(frozen=True)
 class Group:
-    """Patterns that are tried together."""
+    """Patterns that are tried together.
 
-    some: list[Pattern]
+    Args:
+        parts: patterns and families of them; kinds: how many there are of each kind.
+    """
+
+    parts: list[Part]
     kinds: Mapping[str, int]
+
+    @cached_property
+    def some(self) -> Family:
+        return together(self.parts)
 
     @cached_property
     def values(self) -> Single:
@@ -53,7 +62,8 @@ class Group:
     @cached_property
     def odds(self) -> Array:
         """(P,) how many patterns at places stand beside each."""
-        return np.array([odds(p, self.kinds) for p in self.some], dtype=float)
+        every = [members(part) for part in self.parts]
+        return np.repeat([odds(some[0], self.kinds) for some in every], [len(some) for some in every])
 
 
 def sort(where: str) -> str:
@@ -77,25 +87,38 @@ class Patterns:
     """Patterns that are tried, and what may switch one of them on.
 
     Args:
-        every: of one channel or two; gates: shapes of one channel that may stand for "only where"; slow: channels that
-            are not the arm's.
+        parts: of one channel or two, alone or as families; gates: shapes of one channel that may stand for "only
+            where"; slow: channels that are not the arm's.
     """
 
-    every: Sequence[Pattern]
+    parts: Sequence[Part]
     gates: Sequence[Pattern] = ()
     slow: frozenset[str] = frozenset()
     known: dict[str, Group] = field(default_factory=dict)
 
     @cached_property
+    def every(self) -> Family:
+        """All of them, one by one."""
+        return together(self.parts)
+
+    @cached_property
     def kinds(self) -> Mapping[str, int]:
         """How many patterns there are of each kind."""
-        return Counter(p.kind for p in self.every)
+        found = Counter[str]()
+        for some in map(members, self.parts):
+            found[some[0].kind] += len(some)
+        return found
+
+    @cached_property
+    def lines(self) -> list[Pattern]:
+        """What grows in proportion to a channel."""
+        return [p for p in self.parts if isinstance(p, Pattern) and p.kind == "line"]
 
     def groups(self, where: str) -> Iterator[Group]:
         """Patterns at a place: the arm does not change what an instrument makes of its readings."""
         everywhere = [] if where == LEANS else [self.apart if where in APART else self.anywhere]
         groups = (*everywhere, self.only(where))
-        return (group for group in groups if group.some)
+        return (group for group in groups if group.parts)
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
         """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
@@ -107,30 +130,30 @@ class Patterns:
     @cached_property
     def anywhere(self) -> Group:
         """Patterns that make sense at every place."""
-        return Group([p for p in self.every if p.where is None and not p.wide], self.kinds)
+        return Group([p for p in self.parts if _first(p).where is None and not _first(p).wide], self.kinds)
 
     @cached_property
     def apart(self) -> Group:
         """Those that do not follow the arm."""
-        return Group([p for p in self.anywhere.some if self.slow.issuperset(p.channels)], self.kinds)
+        return Group([p for p in self.anywhere.parts if self.slow.issuperset(_first(p).channels)], self.kinds)
 
     def only(self, where: str) -> Group:
         """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
         if where not in self.known:
             here = (where, sort(where))
-            some = [p for p in self.every if p.where in here and not p.wide]
+            some = [p for p in self.parts if _first(p).where in here and not _first(p).wide]
             self.known[where] = Group(some, self.kinds)
         return self.known[where]
 
     @cached_property
     def wide(self) -> list[Pattern]:
         """Patterns with several sizes."""
-        return [p for p in self.every if p.wide]
+        return [p for p in self.parts if isinstance(p, Pattern) and p.wide]
 
     @cached_property
     def switches(self) -> list[tuple[Pattern, int, Array]]:
         """Gates, what they do there, and (n,) values."""
-        gates = _switches(self.gates)
+        gates = [self.gates[k] for k in _open_and_shut(self.gates)] if self.gates else []
         return [(g, side, SIDES[side](g.values)) for g in gates for side in range(len(g.gate))]
 
     @cached_property
@@ -160,16 +183,15 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     single = [p for signal in signals.values() for p in of_channel(signal)]
     single += [p for column in said.values() for p in of_words(column)]
     single += [replace(p, gate=()) for signal in number for p in of_signal(signal)]
-    found: list[Pattern] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
-    for signal in signals.values():
-        found += sways(signal) if comes_again(signal) else ()
+    found: list[Part] = [p for s in signals.values() if "channels[" in s.code for p in of_few(s)]
+    found += [sways(signal) for signal in signals.values() if comes_again(signal)]
     for first, second in combinations(signals.values(), 2):
         found += of_two(first, second)
     angles = [s for s in signals.values() if s.name[0] == "q" and s.name[1:].isdigit()]
     for angle in angles:
-        found += waves(angle, range(1, GEAR + 1))
+        found.append(waves(angle, range(1, GEAR + 1)))
         # What is as fine as teeth and marks comes from a gear or an encoder, and both turn a joint.
-        found += (replace(p, where="joint") for p in waves(angle, range(GEAR + 1, TEETH + 1)))
+        found.append(waves(angle, range(GEAR + 1, TEETH + 1)).times(partial(replace, where="joint")))
     slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
     others = [*slow, *(s for column in said.values() for s in column)]
     # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
@@ -177,7 +199,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}
     for turn in [*sums, *map(added, zip(angles, angles[1:], angles[2:], strict=False))]:
         close = turn.label in near or len(turn.names) > 2
-        found += [*waves(turn, LOW), *(p for p in breaks(turn) if close or p.kind == "kink")]
+        found += [waves(turn, LOW), *(p for p in breaks(turn) if close or p.kind == "kink")]
         found += [p for size in (slow if close else ()) for p in swelling(turn, size, LOW)]
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
@@ -185,7 +207,7 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     found += [*memories(signals), *lags(signals), *pulls(state, position), *overturning(state, others)]
     found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
-    return Patterns([*single, *found], [p for p in single if p.gate], apart)
+    return Patterns([p for p in (*single, *found) if len(members(p))], [p for p in single if p.gate], apart)
 
 
 def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, int]]]:
@@ -211,17 +233,27 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
             (*pattern.signals, *gate.signals), f"{pattern.named} {gate.gate[side]}", law, at=gate.at, finer=finer(gate)
         )
 
-    def finer(gate: Pattern) -> Callable[[], list[Pattern]] | None:
-        if gate.finer is None:
-            return None
-        return lambda: [through(g) for g in _switches([g for g in sharper(gate) if len(g.gate) > side])]
+    def finer(gate: Pattern) -> Callable[[], Family] | None:
+        return None if gate.finer is None else lambda: together(map(every_through, sharper(gate).parts))
+
+    def every_through(gates: Sequence[Pattern]) -> Family:
+        """The same for all of some gates, which are said alike."""
+        use = _open_and_shut(gates) if len(gates[0].gate) > side else np.zeros(0, dtype=int)
+
+        def raw() -> Array:
+            return np.asarray(raw_of([pattern]) * SIDES[side](raw_of(gates)))
+
+        return Family(len(gates), lambda k: through(gates[k]), raw).among(use)
 
     return through(gate)
 
 
-def _switches(gates: Sequence[Pattern]) -> list[Pattern]:
+def _first(part: Part) -> Pattern:
+    return members(part)[0]
+
+
+def _open_and_shut(gates: Sequence[Pattern]) -> NDArray[np.intp]:
     """Those that more than a few rows have open, and more than a few have shut: chance makes one of any few."""
-    values = values_of(gates) if gates else np.zeros((1, 0))
+    values = values_of(gates)
     few = max(FEW, FEW_SHARE * len(values))
-    both = np.minimum((values > 0.5).sum(axis=0), (values < 0.5).sum(axis=0)) >= few
-    return [gate for gate, seen in zip(gates, both, strict=True) if seen]
+    return np.flatnonzero(np.minimum((values > 0.5).sum(axis=0), (values < 0.5).sum(axis=0)) >= few)

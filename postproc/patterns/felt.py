@@ -13,8 +13,9 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.fit.channels import varies
+from postproc.patterns.breaks import breaks
 from postproc.patterns.formula import Edge, Pattern, only_at, sharper
-from postproc.patterns.shapes import breaks, of_signal
+from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import TOOL, Signal, tool_poses
 
 MOMENT = ("load2", "q1", "x", "y")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from itertools import groupby
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ class Pattern:
     kind: str = ""
     at: tuple[Edge, ...] = ()
     where: str | None = None
-    finer: Callable[[], list[Pattern]] | None = field(default=None, repr=False, compare=False)
+    finer: Callable[[], Sequence[Pattern]] | None = field(default=None, repr=False, compare=False)
     gate: tuple[str, ...] = ()
     factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
     tries: float = 1.0
@@ -94,9 +95,101 @@ class Pattern:
         return self.form.format(*spans)
 
 
+@dataclass(frozen=True, eq=False)
+class Family(Sequence[Pattern]):
+    """Patterns of one kind whose values are worked out at once; each of them is made where it is asked for.
+
+    Args:
+        many: how many; make: the k-th; raw: (P, n) values of all.
+        joined: what it was put together from, each of one form.
+    """
+
+    many: int
+    make: Callable[[int], Pattern]
+    raw: Callable[[], Array]
+    joined: tuple[Sequence[Pattern], ...] = ()
+    made: dict[int, Pattern] = field(default_factory=dict, repr=False)
+
+    @property
+    def parts(self) -> tuple[Sequence[Pattern], ...]:
+        return self.joined or (self,)
+
+    def __len__(self) -> int:
+        return self.many
+
+    @overload
+    def __getitem__(self, at: int) -> Pattern: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> list[Pattern]: ...
+
+    def __getitem__(self, at: int | slice) -> Pattern | list[Pattern]:
+        if isinstance(at, slice):
+            return [self[k] for k in range(*at.indices(self.many))]
+        if not 0 <= at < self.many:
+            raise IndexError(at)
+        if at not in self.made:
+            self.made[at] = self.make(at)
+        return self.made[at]
+
+    def times(self, change: Callable[[Pattern], Pattern], values: Array | float = 1.0) -> Family:
+        """The same after a change of each, their values as many times as large."""
+        return Family(self.many, lambda k: change(self[k]), lambda: self.raw() * values)
+
+    def among(self, use: NDArray[np.intp]) -> Family:
+        """Some of them."""
+        return Family(len(use), lambda k: self[int(use[k])], lambda: self.raw()[use])
+
+    def settled(self) -> Family:
+        """The same, which nothing brings closer."""
+        return self.times(lambda p: replace(p, finer=None))
+
+
+def family(
+    signals: Sequence[Signal], law: Law, make: Callable[..., Pattern], numbers: Iterable[Sequence[float]]
+) -> Family:
+    """Patterns that differ in numbers alone: a law of signals and of the numbers, and a pattern by its numbers."""
+    every = [tuple(map(float, some)) for some in numbers]
+
+    def raw() -> Array:
+        return np.asarray(law(*(s.values for s in signals), *np.array(every).T[:, :, None]), dtype=np.float32)
+
+    return Family(len(every), lambda k: make(*every[k]), raw)
+
+
+Part = Pattern | Sequence[Pattern]
+"""A pattern, or some of one kind."""
+
+
+def members(part: Part) -> Sequence[Pattern]:
+    return [part] if isinstance(part, Pattern) else part
+
+
+def together(parts: Iterable[Part]) -> Family:
+    """Patterns and families of them one after another."""
+    groups = list[Sequence[Pattern]]()
+    for alone, some in groupby(parts, lambda part: isinstance(part, Pattern)):
+        every = [members(part) for part in some]
+        groups += [[group[0] for group in every]] if alone else filter(len, every)
+    ends = np.cumsum([0, *map(len, groups)])
+
+    def make(k: int) -> Pattern:
+        at = int(np.searchsorted(ends, k, side="right")) - 1
+        return groups[at][k - int(ends[at])]
+
+    return Family(int(ends[-1]), make, lambda: np.vstack([raw_of(group) for group in groups]), tuple(groups))
+
+
+def raw_of(some: Sequence[Pattern]) -> Array:
+    """(P, n) values of patterns with one function each."""
+    if isinstance(some, Family):
+        return some.raw()
+    return np.array([p.law(*(s.values for s in p.signals)) for p in some], dtype=np.float32)
+
+
 def values_of(some: Sequence[Pattern]) -> Single:
     """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
-    raw = np.array([p.law(*(s.values for s in p.signals)) for p in some], dtype=np.float32)
+    raw = raw_of(some).astype(np.float32)
     raw /= np.maximum(np.abs(raw).max(axis=1, keepdims=True), 1e-30)
     return raw.T
 
@@ -106,14 +199,15 @@ def spread(moves: Array, values: Array) -> Array:
     return np.asarray((moves[..., None] * values.reshape(len(values), 1, 1, -1)).reshape(*moves.shape[:2], -1))
 
 
-def sharper(pattern: Pattern) -> list[Pattern]:
+def sharper(pattern: Pattern) -> Family:
     """The same with its edge, knot, period or phase at many finer places; none where nothing can be moved."""
-    return [] if pattern.finer is None else pattern.finer()
+    near = () if pattern.finer is None else pattern.finer()
+    return near if isinstance(near, Family) else together(near)
 
 
 def only_at(where: str, pattern: Pattern) -> Pattern:
     """A pattern that makes sense at one place."""
-    finer = None if pattern.finer is None else lambda: [only_at(where, p) for p in sharper(pattern)]
+    finer = None if pattern.finer is None else lambda: sharper(pattern).times(partial(only_at, where))
     return replace(pattern, where=where, gate=(), finer=finer)
 
 

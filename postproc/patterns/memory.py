@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.patterns.breaks import FINEST
 from postproc.patterns.cycles import LOW, waves
 from postproc.patterns.formula import Pattern
-from postproc.patterns.shapes import FINEST, of_signal
+from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal
 
 REACHES = np.geomspace(0.03, 0.6, 7)

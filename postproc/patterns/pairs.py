@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.cycles import EIGHTHS, GEAR, LOW, comes_again, crest, each, neighbours, periods, turns
-from postproc.patterns.formula import Pattern
-from postproc.patterns.shapes import FINEST, levels, line
+from postproc.patterns.breaks import FINEST
+from postproc.patterns.cycles import EIGHTHS, GEAR, LOW, comes_again, cosine, crest, each, neighbours, periods, turns
+from postproc.patterns.formula import Family, Pattern, family
+from postproc.patterns.shapes import levels, line
 from postproc.patterns.signals import Signal
 
 SWAYED = ("q", "dir", "payload", "x", "y", "z")
 """Channels that may be the size of what comes again in time or along a column of the table's own."""
 
 
-def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
+def of_two(first: Signal, second: Signal) -> Iterator[Pattern | Family]:
     a, b = float(first.values.mean()), float(second.values.mean())
     text, both = f"{first.name} times {second.name}", (first, second)
 
@@ -31,11 +32,7 @@ def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
     about = f"{text}, counted from {shown(first.unit, a)} and {shown(second.unit, b)}"
     yield Pattern(both, about, lambda x, y: (x - a) * (y - b), "product", factors=factors)
     if first.name[0] == second.name[0] == "q":
-        for k in LOW:
-            for j in LOW:
-                for p in (0.0, np.pi / 2):
-                    for r in (0.0, np.pi / 2):
-                        yield _waves(first, second, (k, j), (p, r))
+        yield _waves(first, second, product(LOW, LOW, *((0.0, np.pi / 2),) * 2))
     elif first.name[0] == "q" and second.name not in ("x", "y", "z"):
         # A gear's line of any order may grow with a load; what tilts or bends does so with the angle itself.
         yield from swelling(first, second, range(1, GEAR + 1))
@@ -47,33 +44,42 @@ def of_two(first: Signal, second: Signal) -> Iterator[Pattern]:
             yield Pattern((side, size), form, lambda x, y: np.sign(x) * np.abs(y), "product")
 
 
-def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Pattern]:
-    """Waves of an angle, of a sum of some or of what comes again otherwise, whose size is another channel."""
-    middle = float(size.values.mean())
+def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[Family]:
+    """Waves of an angle, of a sum of some or of what comes again otherwise, whose size is another channel.
+
+    Low ones anywhere, a gear's at its own joint.
+    """
+    middle, every = float(size.values.mean()), list(product(orders, (0.0, np.pi / 2)))
+    low = [(order, phase) for order, phase in every if order <= max(LOW) or not turns(angle)]
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for mean in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):
-        part = line(size, mean)
-        for order in orders:
-            for phase in (0.0, np.pi / 2):
-                yield _swelling(angle, part, order, phase)
+        for where, some in ((None, low), (f"joint {angle.name[1:]}", every[len(low) :])):
+            if some:
+                yield _swell(angle, line(size, mean), some, where)
 
 
-def _waves(
-    first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float], fine: int = 0
+def _waves(first: Signal, second: Signal, some: Iterable[tuple[float, float, float, float]], fine: int = 0) -> Family:
+    """Two waves, one times the other, of some orders and phases."""
+    both = (first, second)
+    return family(both, _crossed, lambda k, j, p, r: _wave(first, second, (k, j), (p, r), fine), some)
+
+
+def _crossed(x: Any, y: Any, k: Any, j: Any, p: Any, r: Any) -> Any:
+    return cosine(x, k, p) * cosine(y, j, r)
+
+
+def _wave(
+    first: Signal, second: Signal, orders: tuple[float, float], phases: tuple[float, float], fine: int
 ) -> Pattern:
-    """Two waves, one times the other."""
-    (k, j), (p, r) = orders, phases
+    def finer() -> Family:
+        near = product(*([order] for order in orders), *(_near(phase, fine) for phase in phases))
+        return _waves(first, second, near, fine + 1)
 
-    def finer() -> list[Pattern]:
-        some = [_near(phase, fine) for phase in phases]
-        return [_waves(first, second, orders, (s, t), fine + 1) for s in some[0] for t in some[1]]
-
-    def law(x: Any, y: Any) -> Any:
-        return np.cos(k * x - p) * np.cos(j * y - r)
-
-    waves = (f"{s.name}, {o} times a turn {crest(s, o, q)}" for s, o, q in ((first, k, p), (second, j, r)))
+    each_ = zip((first, second), orders, phases, strict=True)
+    waves = (f"{s.name}, {o:g} times a turn {crest(s, o, p)}" for s, o, p in each_)
     form = f"wave of {', times one of '.join(waves)}"
-    return Pattern((first, second), form, law, "product of waves", finer=finer if fine <= FINEST else None)
+    move = finer if fine <= FINEST else None
+    return Pattern((first, second), form, lambda x, y: _crossed(x, y, *orders, *phases), "product of waves", finer=move)
 
 
 def _near(phase: float, fine: int) -> Array:
@@ -81,22 +87,31 @@ def _near(phase: float, fine: int) -> Array:
     return np.asarray(phase + EIGHTHS[1] / 4**fine * np.arange(-2, 3) if fine else EIGHTHS)
 
 
-def _swelling(angle: Signal, part: Pattern, order: float, phase: float, fine: int = 0) -> Pattern:
-    """A wave of an angle whose size is the line of another channel: low ones anywhere, a gear's at its own joint."""
-    [size] = part.signals
-    where = None if order <= max(LOW) or not turns(angle) else f"joint {angle.name[1:]}"
+def _swell(
+    angle: Signal, part: Pattern, some: Iterable[tuple[float, float]], where: str | None, fine: int = 0
+) -> Family:
+    """Waves of an angle, of some orders and phases, whose size is the line of another channel."""
 
-    def finer() -> list[Pattern]:
+    def law(x: Any, y: Any, order: Any, phase: Any) -> Any:
+        return cosine(x, order, phase) * part.law(y)
+
+    both = (angle, part.signals[0])
+    return family(both, law, lambda order, phase: _swelling(angle, part, order, phase, where, fine), some)
+
+
+def _swelling(angle: Signal, part: Pattern, order: float, phase: float, where: str | None, fine: int) -> Pattern:
+    [size] = part.signals
+
+    def finer() -> Family:
         # Less than a wave a turn is hardly more than the other channel alone.
         low = np.arange(1.0, 4.01, 0.25) if turns(angle) else neighbours(angle.values, order)
         orders = low if where is None else order + 0.25 * np.arange(-2, 3)
         if fine:
             orders = order + (neighbours(angle.values, order) - order) / 4**fine
-        some = [_swelling(angle, part, k, p, fine + 1) for k in orders for p in _near(phase, fine)]
-        return [replace(p, where=where) for p in some]
+        return _swell(angle, part, product(orders, _near(phase, fine)), where, fine + 1)
 
     wave = Pattern(
-        (angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: np.cos(order * x - phase)
+        (angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: cosine(x, order, phase)
     )
 
     def law(x: Any, y: Any) -> Any:

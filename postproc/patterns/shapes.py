@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial, reduce
+from itertools import combinations, product
 from operator import or_
 from typing import Any
 
@@ -12,22 +13,14 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.formula import Edge, Pattern, sharper
+from postproc.patterns.breaks import FINEST, STEPS, above, around, breaks, edges, gap, knots, nearest, only, step
+from postproc.patterns.formula import Edge, Family, Pattern, family, sharper, together
 from postproc.patterns.signals import Signal
 
-STEPS, KINKS, SOME, FINE, KNOTS = 24, 9, 30, 400, 150
-GAP = 0.08
-"""Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
-FINEST = 2
-"""How often places and widths of a smooth shape are tried closer by."""
+SOME = 30
+"""Places of a bump, and of steps among bumps."""
 CLOSER = 4.0
 """As much less likely is one of the many finer places of a pattern: neighbours are hardly different."""
-
-
-def only(there: str, signal: Signal, elsewhere: str = "") -> tuple[str, str, str]:
-    """How it is said of something else that it acts only there, only elsewhere, or there the other way."""
-    is_ = f"where {signal.label} is"
-    return f"only {is_} {there}", f"only {is_} {elsewhere or f'not {there}'}", f"the other way {is_} {there}"
 
 
 def line(signal: Signal, origin: float = 0.0) -> Pattern:
@@ -78,21 +71,6 @@ def levels(signal: Signal) -> Iterator[Pattern]:
         yield _level(signal, some, 0.5 * float(np.diff(distinct).min()))
 
 
-def breaks(signal: Signal) -> Iterator[Pattern]:
-    """Steps, kinks, and what grows on one side of a knot."""
-    values = signal.values
-    distinct = np.unique(values)
-    across = [0.0] if values.min() < 0 < values.max() else []
-    for place in [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across]:
-        edge = gap(distinct, place)
-        if _measured(distinct, edge):
-            yield _step(signal, edge)
-    for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
-        yield _kink(signal, float(knot))
-        for side in (1, -1) if distinct[0] < knot < distinct[-1] else ():
-            yield _ramp(signal, float(knot), side)
-
-
 def of_channel(signal: Signal) -> Iterator[Pattern]:
     """Shapes of a channel, and of the size of one that goes both ways: angles, speeds, accelerations, loads.
 
@@ -113,28 +91,12 @@ def _sided(pattern: Pattern, signal: Signal) -> Pattern:
     def law(x: Any) -> Any:
         return pattern.law(np.abs(x)) * np.sign(x)
 
-    finer = None if pattern.finer is None else lambda: [_sided(p, signal) for p in sharper(pattern)]
+    def finer() -> Family:
+        return sharper(pattern).times(lambda p: _sided(p, signal), np.sign(signal.values))
+
     form = f"{pattern.form}, to the side of {signal.label}"
-    return replace(pattern, signals=(signal,), form=form, law=law, finer=finer, gate=())
-
-
-def edges(values: Array, most: int = FINE) -> list[Edge]:
-    """Neighbouring measured values between which a step can be seen."""
-    distinct = np.unique(values)
-    between = list(zip(distinct[:-1].tolist(), distinct[1:].tolist(), strict=True))
-    return [e for e in between[:: max(1, -(-len(between) // most))] if _measured(distinct, e)]
-
-
-def gap(distinct: Array, place: float) -> Edge:
-    """The neighbouring measured values between which a place lies."""
-    at = min(max(int(np.searchsorted(distinct, place)), 1), len(distinct) - 1)
-    return float(distinct[at - 1]), float(distinct[at])
-
-
-def knots(values: Array, most: int = KNOTS) -> list[float]:
-    """Places of a knot: a step lies between two rows, a kink anywhere."""
-    low, high = np.quantile(values, [0.02, 0.98])
-    return [float(e) for e in np.linspace(low, high, most)]
+    move = None if pattern.finer is None else finer
+    return replace(pattern, signals=(signal,), form=form, law=law, finer=move, gate=())
 
 
 def _level(signal: Signal, some: Array, near: float) -> Pattern:
@@ -147,97 +109,47 @@ def _level(signal: Signal, some: Array, near: float) -> Pattern:
     return Pattern((signal,), f"{form}{signal.of}", law, "level", gate=only(form, signal))
 
 
-def _step(signal: Signal, edge: Edge, closer: Callable[[], list[Pattern]] | None = None) -> Pattern:
-    middle = 0.5 * (edge[0] + edge[1])
-
-    gate, finer = only("above {}", signal, "below {}"), closer or partial(_steps, signal)
-    return Pattern((signal,), f"step near {{}}{signal.of}", lambda x: x > middle, "step", (edge,), None, finer, gate)
-
-
-def _steps(signal: Signal) -> list[Pattern]:
-    """At many edges, and such as take their time."""
-    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.02, 0.3, 6)]
-    rises = [_rise(signal, e, w) for e in knots(signal.values, 40) for w in widths]
-    return [replace(_step(signal, e), finer=None) for e in edges(signal.values)] + rises
-
-
-def _rise(signal: Signal, centre: float, width: float, fine: int = 0) -> Pattern:
-    """A step that takes its time: friction that sets in, a seat that lets go."""
-
-    def finer() -> list[Pattern]:
-        return [_rise(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 40, fine)]
-
-    at = ((centre, centre), (2 * width, 2 * width))
-    form, move = f"rising about {{}}, over {{}}{signal.of}", finer if fine < FINEST else None
-    return Pattern((signal,), form, lambda x: np.tanh((x - centre) / width), "step", at, finer=move)
-
-
-def _around(values: Array, centre: float, width: float, places: int, fine: int) -> list[tuple[float, float]]:
-    """Centres and widths between those of a grid of so many places, a third of its steps apart, a ninth .."""
-    low, high = np.quantile(values, [0.02, 0.98])
-    share = np.linspace(-1.0, 1.0, 7) / 3.0**fine
-    centres, widths = centre + (high - low) / places * share, width * 1.7**share
-    return [(float(c), float(w)) for c in centres for w in widths]
-
-
-def _kink(signal: Signal, knot: float) -> Pattern:
-    def finer() -> list[Pattern]:
-        return [replace(_kink(signal, e), finer=None) for e in knots(signal.values)]
-
-    form = f"kink near {{}}{signal.of}"
-    return Pattern((signal,), form, lambda x: np.abs(x - knot), "kink", ((knot, knot),), None, finer)
-
-
-def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
-    """What grows from a knot on, or with the square: a rubber stop."""
-
-    def finer() -> list[Pattern]:
-        return [replace(_ramp(signal, e, side, n), finer=None) for e in knots(signal.values) for n in (1, 2)]
-
-    def law(x: Any) -> Any:
-        grown = np.maximum(x - knot if side > 0 else knot - x, 0.0)
-        return grown if power == 1 else grown**power
-
-    over = ("above {}" if side > 0 else "below {}") + (", with the square" if power > 1 else "")
-    gate = only(f"{over}, growing", signal)[:1]
-    return Pattern((signal,), f"growing {over}{signal.of}", law, "ramp", ((knot, knot),), None, finer, gate)
-
-
 def _settling(signal: Signal, within_: float) -> Pattern:
     start, whole = float(signal.values.min()), float(np.ptp(signal.values))
 
-    def finer() -> list[Pattern]:
-        return [replace(_settling(signal, s * whole), finer=None) for s in np.geomspace(0.01, 3.0, 60)]
+    def finer() -> Family:
+        near = ((share * whole,) for share in np.geomspace(0.01, 3.0, 60))
+        return family((signal,), law, partial(_settling, signal), near).settled()
 
-    def law(x: Any) -> Any:
-        return np.exp((start - x) / within_)
+    def law(x: Any, time: Any) -> Any:
+        return np.exp((start - x) / time)
 
-    at = ((within_, within_),)
-    return Pattern((signal,), f"settling within {{}}{signal.of}", law, "settling", at, None, finer)
+    form, at = f"settling within {{}}{signal.of}", ((within_, within_),)
+    return Pattern((signal,), form, lambda x: law(x, within_), "settling", at, None, finer)
 
 
 def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Pattern:
     values = signal.values
-    start, stop = 0.5 * (low[0] + low[1]), 0.5 * (high[0] + high[1])
 
-    def close() -> list[Pattern]:
+    def close() -> Family:
         between = edges(values, len(values))
-        lows, highs = (_nearest(between, edge) for edge in (low, high))
-        return [replace(_window(signal, a, b, True), finer=None) for a in lows for b in highs if a < b]
-
-    def law(x: Any) -> Any:
-        return (x > start) & (x < stop)
+        return _between(signal, product(nearest(between, low), nearest(between, high))).settled()
 
     gate, move = only("between {} and {}", signal), close if exact else partial(_windows, signal)
-    return Pattern((signal,), f"only between {{}} and {{}}{signal.of}", law, "window", (low, high), None, move, gate)
+    form, at = f"only between {{}} and {{}}{signal.of}", (low, high)
+    return Pattern((signal,), form, lambda x: _inside(x, *low, *high), "window", at, None, move, gate)
 
 
-def _windows(signal: Signal) -> list[Pattern]:
+def _inside(x: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    return (x > 0.5 * (a + b)) & (x < 0.5 * (c + d))
+
+
+def _between(signal: Signal, some: Iterable[tuple[Edge, Edge]]) -> Family:
+    """Windows between exact edges."""
+    ends = ((*low, *high) for low, high in some if low < high)
+    return family((signal,), _inside, lambda a, b, c, d: _window(signal, (a, b), (c, d), True), ends)
+
+
+def _windows(signal: Signal) -> Family:
     """Between many edges, and such as fade out."""
-    some = edges(signal.values, 36)
-    widths = [float(np.ptp(signal.values)) * share for share in np.geomspace(0.01, 0.2, 7)]
-    bumps = [_bump(signal, e, w) for e in knots(signal.values, 60) for w in widths]
-    return [_window(signal, a, b, True) for i, a in enumerate(some) for b in some[i + 1 :]] + bumps
+    widths = float(np.ptp(signal.values)) * np.geomspace(0.01, 0.2, 7)
+    some = combinations(edges(signal.values, 36), 2)
+    return together([_between(signal, some), _bumps(signal, product(knots(signal.values, 60), widths))])
 
 
 class Abrupt:
@@ -255,11 +167,14 @@ class Abrupt:
         if k == 0:
             return line(self.signal)
         if k <= len(self.steps):
-            return self._step(self.steps[k - 1])
+            return self._step(*self.steps[k - 1])
         return _bump(self.signal, *self.bumps[k - 1 - len(self.steps)], smooth=True)
 
-    def _step(self, edge: Edge) -> Pattern:
-        return _step(self.signal, edge, lambda: [self._step(e) for e in _nearest(self.every, edge)])
+    def _step(self, *edge: float) -> Pattern:
+        def closer() -> Family:
+            return family((self.signal,), above, self._step, nearest(self.every, (edge[0], edge[1])))
+
+        return step(self.signal, (edge[0], edge[1]), closer)
 
     @cached_property
     def values(self) -> Array:
@@ -272,29 +187,25 @@ class Abrupt:
         return np.asarray(raw / np.maximum(np.abs(raw).max(axis=0), 1e-30), dtype=float)
 
 
-def _nearest(places: list[Edge], edge: Edge) -> list[Edge]:
-    """The places next to an edge, as far as the neighbouring one of 36 and ten at most."""
-    at = int(np.searchsorted([e[0] for e in places], edge[0]))
-    reach = min(max(2, len(places) // 18), 10)
-    return places[max(0, at - reach) : at + reach]
+def _bumps(signal: Signal, some: Iterable[tuple[float, float]], fine: int = 0, smooth: bool = False) -> Family:
+    return family((signal,), _bell, lambda centre, width: _bump(signal, centre, width, fine, smooth), some)
+
+
+def _bell(x: Any, centre: Any, width: Any) -> Any:
+    return np.exp(-0.5 * ((x - centre) / width) ** 2)
 
 
 def _bump(signal: Signal, centre: float, width: float, fine: int = 0, smooth: bool = False) -> Pattern:
     """Smooth: one that stays a bump; others may turn out to be a window with edges."""
 
-    def finer() -> list[Pattern]:
+    def finer() -> Family:
         between = edges(signal.values, len(signal.values)) if fine == 0 and not smooth else []
-        lows, highs = (_nearest(between, (end, end)) for end in (centre - width, centre + width))
-        windows = [_window(signal, a, b, True) for a in lows for b in highs if a < b]
-        return windows + [_bump(signal, c, w, fine + 1) for c, w in _around(signal.values, centre, width, 60, fine)]
-
-    def law(x: Any) -> Any:
-        return np.exp(-0.5 * ((x - centre) / width) ** 2)
+        lows, highs = (nearest(between, (end, end)) for end in (centre - width, centre + width))
+        bumps = _bumps(signal, around(signal.values, centre, width, 60, fine), fine + 1)
+        return together([_between(signal, product(lows, highs)), bumps])
 
     at, near = ((centre, centre), (2 * width, 2 * width)), "near {}, {} wide"
     gate, move = only(near, signal)[:1], finer if fine < FINEST else None
-    return Pattern((signal,), f"bump {near}{signal.of}", law, "window", at, finer=move, gate=gate)
-
-
-def _measured(distinct: Array, edge: Edge) -> bool:
-    return bool(edge[1] - edge[0] < GAP * (distinct[-1] - distinct[0]))
+    return Pattern(
+        (signal,), f"bump {near}{signal.of}", lambda x: _bell(x, centre, width), "window", at, None, move, gate
+    )

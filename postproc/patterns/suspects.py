@@ -110,7 +110,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
         first = Suspect(
             one.channels[0],
             found.where,
-            one.told(found.alike),
+            one.told(tuple(found.alike())),
             share,
             found.fall,
             found.worth,
@@ -125,7 +125,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
     """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
-    lines = {p.channels[0]: _ranks(p.values) for p in every.every if p.kind == "line"}
+    lines = {p.channels[0]: _ranks(p.values) for p in every.lines}
     return [
         replace(s, channel=name, pattern=f"{s.pattern}; {name} goes with {s.channel} here", channels=(name,))
         for s in first

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -45,7 +45,7 @@ class Found:
     fall: float
     where: str
     pattern: Pattern
-    alike: tuple[Pattern, ...] = ()
+    alike: Callable[[], Iterable[Pattern]] = tuple
 
 
 @dataclass
@@ -70,8 +70,8 @@ class Tried:
             elif where.startswith("body"):
                 # What moves a casting is seen at the joints beside it.
                 use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
-                some = [group.some[k] for k in use]
-                self._best(where, group.values[:, use], group.odds[use], some.__getitem__, MOST)
+                falls = self._seen(where).falls(group.values[:, use])
+                self._ranked(where, falls, group.odds[use], group.some.among(use).__getitem__, MOST)
             else:
                 falls = self._seen(where).falls(group.values)
                 self.anywhere = np.maximum(self.anywhere, falls)
@@ -123,7 +123,7 @@ class Tried:
         best = [Found(float(worth[k]), float(falls[k]), where, made(int(k))) for k in order[np.argsort(-worth[order])]]
         if top == 1:
             near = np.flatnonzero(worth > best[0].worth - ALIKE)
-            best[0] = replace(best[0], alike=tuple(made(int(k)) for k in near[:FINE]))
+            best[0] = replace(best[0], alike=lambda: map(made, near[:FINE].tolist()))
         self.found += best
         return best
 
@@ -203,7 +203,7 @@ class Tried:
 
     def _channels(self, ranked: Sequence[Found]) -> list[tuple[Found, Signal]]:
         """The best patterns with their signals: angles themselves, too, of what follows their size or their sum."""
-        plain = {p.signals[0].label: p.signals[0] for p in self.every.every if p.kind == "line"}
+        plain = {p.signals[0].label: p.signals[0] for p in self.every.lines}
         some: dict[tuple[str, str], tuple[Found, Signal]] = {}
         for one in ranked:
             for s in one.pattern.signals:

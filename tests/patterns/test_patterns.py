@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
 from postproc.model.places import BODY, INSTRUMENT
+from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import waves
 from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
 from postproc.patterns.formula import Pattern, sharper
-from postproc.patterns.shapes import breaks
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
 from tests.identify.cells import base_fit, cell

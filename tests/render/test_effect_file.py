@@ -17,7 +17,7 @@ from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
 from postproc.patterns.every import patterns, switched
-from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.levels import of_words, words
 from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
@@ -280,3 +280,19 @@ def test_why_nothing_was_drafted_is_said() -> None:
     assert "nothing remains" in none.message
     one = SimpleNamespace(where="joint 2", pattern="step in the row before", place=np.zeros((1, 1, 1)))
     assert "`step in the row before` is nothing" in nothing_to_draft(SimpleNamespace(suspects=(one,))).message  # type: ignore[arg-type]
+
+
+def test_a_family_has_the_values_of_its_patterns() -> None:
+    state, channels = drawn(4, 60)
+    some = {name: channels[name] for name in ("q2", "q3", "v4", "load3", "temperature", "cable")}
+    every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels))
+    wave, side = (
+        next(p for p in every.every if p.text.startswith(s)) for s in ("wave 5 times", "growing with the root")
+    )
+    gate, way, _ = every.switches[0]
+    switch = switched(side, gate, way)
+    finer = [sharper(one) for one in (*(members(part)[0] for part in every.parts[::9]), sharper(wave)[3], switch)]
+    for part in (*every.parts, *filter(len, finer)):
+        alone = list(members(part))
+        if not alone[0].wide:
+            np.testing.assert_allclose(values_of(members(part)), values_of(alone), atol=1e-6, err_msg=alone[0].text)
