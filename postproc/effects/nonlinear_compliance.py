@@ -61,25 +61,23 @@ class NonlinearCompliance(
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Each joint, joints 2 and 3, or all, with the knee at some shares of the largest load."""
+        if current is not None:
+            return tuple(_forms(current))
         largest = np.full(6, 500.0) if state.joint_load is None else np.abs(state.joint_load).max(axis=0, initial=0.0)
         found: list[Variant] = []
         for law in LAWS:
             for share in (1.0,) if law == "cubic" else SHARES_OF_LOAD:
-                start = cls(law=law, knee_Nm=np.clip(share * largest, 1e-3, 1e5)) if current is None else current
-                for form in (*by_joint(start), _joints_2_and_3(start)):
-                    # The knee of a cubic only scales its amplitude.
-                    refit = form.free if start.law == "cubic" else form.refit
-                    knee = "the largest load" if share == 1.0 else f"{share:g} of the largest load"
-                    label = f"{start.law}, {form.label}, knee at {knee}"
-                    found.append(Variant(start, form.free, refit, label))
-                if current is not None:
-                    return tuple(found)
+                knee = f", knee at {'the largest load' if share == 1.0 else f'{share:g} of the largest load'}"
+                found += _forms(cls(law=law, knee_Nm=np.clip(share * largest, 1e-3, 1e5)), knee)
         return tuple(found)
 
 
-def _joints_2_and_3(effect: NonlinearCompliance) -> Variant:
+def _forms(effect: NonlinearCompliance, knee: str = "") -> list[Variant]:
     two = np.isin(np.arange(12) % 6, (1, 2))
-    return variant(effect, "joints 2 and 3", two & effect.amplitudes(), two)
+    some = (*by_joint(effect), variant(effect, "joints 2 and 3", two & effect.amplitudes(), two))
+    # The knee of a cubic only scales its amplitude.
+    cubic = effect.law == "cubic"
+    return [Variant(effect, f.free, f.free if cubic else f.refit, f"{effect.law}, {f.label}{knee}") for f in some]
 
 
 def curve(law: str, x: Array) -> Array:

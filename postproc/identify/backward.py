@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.worth import schwarz
 from postproc.identify.alike import confusable
-from postproc.identify.candidate import Candidate
-from postproc.identify.judgement import MATERIAL, convincing, fitted_best, judged, refit
+from postproc.identify.judgement import MATERIAL, convincing, judged, refit
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all
-from postproc.identify.selection import compose
-from postproc.identify.whole import Missing
+from postproc.identify.whole import Missing, anew
 
 
 def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
@@ -47,41 +44,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             search.fit, at = without, 0
             continue
         alike, unseen = confusable(rivals, mine, without, search.fit)
-        missing[at] = _with_fewer_terms(search, without, replace(missing[at], alike=alike, unseen=unseen), mine)
+        missing[at] = replace(missing[at], alike=alike, unseen=unseen)
+        missing = anew(search, base, missing, at, trial, mine)
         at += 1
     return missing
-
-
-def terms_needed(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
-    """What is missing, each with no more terms than it needs beside the patterns that were found after it."""
-    if not search.outside:
-        return missing
-    for at, one in enumerate(missing):
-        if base.model.effect(one.candidate.key) is not None:
-            continue
-        without = refit_all(base, search.fit, [m.candidate for m in missing if m is not one], noise)
-        bare = replace(search, fit=without)
-        mine = compose(bare.screen(), bare.linear(), one.candidate.key)
-        missing[at] = one if mine is None else _with_fewer_terms(search, without, one, mine)
-    return missing
-
-
-def _with_fewer_terms(search: Search, without: Fit, one: Missing, mine: Candidate) -> Missing:
-    """An effect as it is composed anew beside all others, unless what it has more is worth its parameters (Schwarz).
-
-    An early term may have been the best for what a later effect or a pattern tells.
-    """
-    key, bare = mine.key, replace(search, fit=without)
-    fitted = sum(k == key for k, _ in search.fit.parameters)
-    if mine.effect.roughness() is not None or mine.free.sum() >= fitted:
-        return one
-    found = fitted_best(without, bare.screen(), bare.linear(), mine)
-    if found is None:
-        return one
-    anew, after = found
-    more, less = search.linear(), replace(search, fit=after).linear()
-    fall, count = less.square - more.square, more.parameters - less.parameters
-    if count <= 0 or schwarz(less.square, fall, count, less.freedom, 1.0) > 0:
-        return one
-    search.fit = after
-    return replace(one, candidate=anew, held_out_after=after.held_out_rms)

@@ -18,14 +18,14 @@ from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
 from postproc.fit.rounding import rounded
-from postproc.identify.backward import check_backward, terms_needed
+from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import clear, select_forward, worth_saying
-from postproc.identify.whole import Missing
+from postproc.identify.whole import Missing, formed_anew
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -133,7 +133,8 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing, noise), noise)
-    missing = perhaps_a_map(search, terms_needed(search, start, missing, noise), noise)
+    missing = formed_anew(search, start, missing) if search.outside else missing
+    missing = perhaps_a_map(search, missing, noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
     if missing and start is not base:
         missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)

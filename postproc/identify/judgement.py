@@ -18,7 +18,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
-from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import ordinary
 from postproc.identify.gains import WIDE, laplace
 from postproc.identify.selection import columns_of, linear_part
@@ -101,7 +101,36 @@ def fitted_best(
             found.append((judged(base, after, start), after))
             if after.noise.position is not None and after.variance < QUIET:
                 break
-    return max(found, key=lambda pair: pair[0].evidence, default=None)
+    best = max(found, key=lambda pair: pair[0].evidence, default=None)
+    fewer = best and _without_idle(base, linear, *best, closely)
+    return max((pair for pair in (best, fewer) if pair), key=lambda pair: pair[0].evidence, default=None)
+
+
+def _without_idle(
+    base: Fit, linear: Linear, one: Candidate, after: Fit, closely: float
+) -> tuple[Candidate, Fit] | None:
+    """A candidate fitted again without the joints at which its fit finds nothing; None where it finds something at all.
+
+    What moves every joint may be the best form for the sake of two. The knees of the others are anywhere, some where a
+    single row tells them, and such a fit foretells no unseen row.
+    """
+    effect, free = one.effect, one.free
+    if not one.forming or base.model.effect(one.key) is not None:
+        return None
+    alike = (v for v in effect.variants(base.problem.sensitivity.state, effect) if kind(v.effect) == kind(effect))
+    some = [v for v in alike if not (v.refit & ~free).any()]
+    narrow = [v for v in some if v.count == min(w.count for w in some)]
+    sigma = np.array([after.sigma.get((one.key, i), np.inf) for i in range(len(free))])
+    told = effect.vector() ** 2 > np.log(linear.freedom) * sigma**2
+    kept = [v for v in narrow if (told & v.free).any()]
+    if not 0 < len(kept) < len(narrow):
+        return None
+    left = free & ~np.any([v.refit for v in narrow if not (told & v.free).any()], axis=0)
+    bare = effect.with_vector(np.where(left, effect.vector(), effect.null_vector()))
+    label, count = "; ".join(v.label for v in kept), min(one.count, int(left.sum()))
+    fewer = replace(one, effect=bare, free=left, label=label, count=count, starts=(), fit=None)
+    less = refit(base, linear, fewer, closely)
+    return None if less is None else (judged(base, less, fewer), less)
 
 
 def judged(base: Fit, after: Fit, candidate: Candidate) -> Candidate:

@@ -108,11 +108,10 @@ def _select(
                 continue
             missing = _with(missing, taken)
         elif outside is not None and len(search.outside) < PATTERNS:
-            anew = None if search.outside else formed_anew(search, base, missing)
-            if anew is None:
+            anew = missing if search.outside else formed_anew(search, base, missing)
+            if anew is missing:
                 search.outside = [*search.outside, outside]
-            else:
-                missing = anew
+            missing = anew
         else:
             break
         ranked, refused = ranking(search), set()

@@ -53,25 +53,36 @@ def worth(before: Linear, search: Search, missing: Sequence[Missing]) -> float:
     return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
 
 
-def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missing] | None:
-    """What is missing with one effect in a form that suits what came after it better; None where none does.
+def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missing]:
+    """What is missing, each effect formed anew beside the others and the patterns (`anew`)."""
+    for at, one in enumerate(missing):
+        key, others = one.candidate.key, [m.candidate for m in missing if m is not one]
+        if base.model.effect(key) is None and (others or search.outside):
+            without = replace(search, fit=refit_all(base, search.fit, others, base.noise.stated))
+            mine = compose(without.screen(), without.linear(), key)
+            missing = missing if mine is None else anew(search, base, missing, at, without, mine)
+    return missing
+
+
+def anew(search: Search, base: Fit, missing: list[Missing], at: int, without: Search, mine: Candidate) -> list[Missing]:
+    """What is missing with one effect in the form that suits what came after it, where the whole is worth more so.
 
     What came first was formed beside a residual that held the others, too: a spring in two rates may have looked like
-    a smooth one, and what its form leaves would be taken for a law that nobody knows. The search's fit goes with it.
+    a smooth one, and what its form leaves would be taken for a law that nobody knows; an early line of a gear may have
+    told what a later effect or a pattern tells. The search's fit goes with it.
+
+    Args:
+        at: which one; without: the search with the fit without it; mine: how it is composed there.
     """
-    for at, one in enumerate(missing):
-        others = [m.candidate for m in missing if m is not one]
-        if not others or one.candidate.effect.roughness() is not None or base.model.effect(one.candidate.key):
-            continue
-        without = replace(search, fit=refit_all(base, search.fit, others, base.noise.stated))
-        screen, linear = without.screen(), without.linear()
-        mine = compose(screen, linear, one.candidate.key)
-        found = mine and fitted_best(without.fit, screen, linear, mine)
-        if not found or found[0].label == one.candidate.label:
-            continue
-        candidate, fit = found
-        if worth(base.linear, replace(search, fit=fit), missing) > worth(base.linear, search, missing):
-            search.fit = fit
-            anew = [*missing[:at], replace(one, candidate=candidate), *missing[at + 1 :]]
-            return [*anew[:-1], replace(anew[-1], held_out_after=fit.held_out_rms)]
-    return None
+    before = missing[at].candidate.label
+    if mine.effect.roughness() is not None or mine.label == before:
+        return missing
+    found = fitted_best(without.fit, without.screen(), without.linear(), mine)
+    if found is None or found[0].label == before:
+        return missing
+    candidate, fit = found
+    if worth(base.linear, replace(search, fit=fit), missing) <= worth(base.linear, search, missing):
+        return missing
+    search.fit = fit
+    missing = [*missing[:at], replace(missing[at], candidate=candidate), *missing[at + 1 :]]
+    return [*missing[:-1], replace(missing[-1], held_out_after=fit.held_out_rms)]

@@ -12,13 +12,12 @@ from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
 from postproc.identify import lines
-from postproc.identify.backward import terms_needed
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
-from postproc.identify.whole import Missing
+from postproc.identify.whole import Missing, formed_anew
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
@@ -90,11 +89,11 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
     search = Search(fit, effect_library(), None, [jump])
-    [kept] = terms_needed(search, base, told, None)
+    [kept] = formed_anew(search, base, told)
     assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
     # Nothing stands beside them: the search has judged them already.
     alone = Search(fit, effect_library(), None, [])
-    assert terms_needed(alone, base, told, None) == told and alone.fit is fit
+    assert formed_anew(alone, base, told) is told and alone.fit is fit
 
 
 def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():

@@ -46,4 +46,4 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
     anew = formed_anew(search, base, missing)
     assert [m.candidate.effect.law for m in anew[:1]] == ["piecewise"] and len(anew) == 2
     assert search.fit.linear.square < early - 20 and anew[1].held_out_after == search.fit.held_out_rms
-    assert formed_anew(search, base, anew) is None
+    assert formed_anew(search, base, anew) is anew
