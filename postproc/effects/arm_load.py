@@ -13,6 +13,9 @@ from postproc.effects.base import Effect, Load, State, Variant, param, structure
 from postproc.effects.geometry import weight
 from postproc.robot.arm import Robot
 
+WRIST = 0.1
+"""How ordinary a part on body 5 is beside one on the arm: a hand's breadth long, it leaves room for the tool alone."""
+
 
 class ArmLoad(
     Effect,
@@ -65,5 +68,6 @@ class ArmLoad(
                 )
                 last = np.arange(len(effect.body)) == len(old.body)
                 new = np.concatenate([last, np.repeat(last, 3)])
-                found.append(variant(effect, f"body {b}", new, effect.amplitudes()))
+                odds = WRIST if b == 5 else 1.0
+                found.append(variant(effect, f"body {b}", new, effect.amplitudes(), odds))
         return tuple(found)

@@ -17,8 +17,8 @@ def slope(
 ) -> Slope:
     """The slope by all free parameters that the data determines, effect by effect; the others are held.
 
-    A parameter is held where a change of ten ordinary sizes would stay below the noise of the whole data set, or
-    where it only repeats what stands before it (rank 1e-7).
+    A parameter is held where a change of ten ordinary sizes, or as large as itself, would stay below the noise of the
+    whole data set, or where it only repeats what stands before it (rank 1e-7).
 
     Args:
         before: what the slope before had; where two do the same, the choice is not made anew at every step.
@@ -38,7 +38,8 @@ def slope(
             # Its penalty determines what the data does not; such effects stand last, so nothing is held against them.
             good = np.einsum("np,np->p", columns, columns) > 0
         else:
-            good, far = np.zeros(len(index), dtype=bool), 10 * sizes(problem, effect)[index]
+            good = np.zeros(len(index), dtype=bool)
+            far = np.maximum(10 * sizes(problem, effect), np.abs(effect.vector()))[index]
             first = np.array([(effect.key, int(i)) in before for i in index])
             for some in (first, ~first):
                 if some.any():

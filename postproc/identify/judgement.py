@@ -20,7 +20,7 @@ from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import ordinary
-from postproc.identify.gains import WIDE, laplace
+from postproc.identify.gains import DECADES, WIDE, laplace
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
 from postproc.model.arm import Model
@@ -30,6 +30,8 @@ SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
 MATERIAL = 0.01
 """An effect must explain at least this share of what is left, however many rows make it significant."""
+ROUNDS = 6
+"""Times that amplitudes are told again with the scatter that they turned out to have, if it is no ordinary one."""
 QUIET = 1.2
 """Residual variance, in that of the repeats, at which no other start can be better."""
 
@@ -40,9 +42,13 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     size = ordinary(problem.model, candidate.effect, mask)
     columns = columns_of(problem, candidate.effect, candidate.free)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
-    gram = columns.T @ linear.project(columns) + s2 / WIDE**2 * np.eye(columns.shape[1])
+    gram, along = columns.T @ linear.project(columns), columns.T @ linear.rest
+    a, wide = np.zeros(len(along)), WIDE * DECADES[-1]
+    for _ in range(ROUNDS):
+        a = np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along)
+        wide = max(WIDE, float(np.sqrt(np.mean(a**2))))
     x = candidate.effect.vector().copy()
-    x[mask] += size * np.linalg.solve(gram, columns.T @ linear.rest)
+    x[mask] += size * a
     low, high = candidate.effect.bounds()
     return candidate.effect.with_vector(np.clip(x, low, high))
 

@@ -10,6 +10,7 @@ import pytest
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
+from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.contract import State
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.link_geometry import LinkGeometry
@@ -93,6 +94,27 @@ def test_what_moves_every_joint_for_the_sake_of_two_is_fitted_at_these_alone():
     # Each of the two is needed.
     again, _ = fitted_best(base, screen, base.linear, found)
     assert again.free.sum() == 4
+
+
+def _soft_bearing(g, arm):
+    def body(s, f, wrench):
+        xi = np.zeros((len(s), 7, 6))
+        xi[:, 4, 3:] = 1.3e-5 * wrench[:, 4, 3:] @ (np.eye(3) - np.outer(arm.axis[4], arm.axis[4]))
+        return xi
+
+    return Hidden("bearing", "bearing_tilt", body=body)
+
+
+def test_what_is_far_larger_than_ordinary_is_fitted_as_well():
+    """A bearing of the wrist a hundred times softer than a main bearing: at ten ordinary sizes it would not be seen."""
+    data, _ = cell(_soft_bearing, seed=640128, noise=0.3)
+    base = base_fit(data)
+    found = compose(Screen(base.problem, {"bearing_tilt": BearingTilt}, base.free), base.linear, "bearing_tilt")
+    after = refit(base, base.linear, found)
+    assert (
+        found.label == "joint 5" and found.evidence > 10 and base.linear.square - after.linear.square > 0.9 * found.fall
+    )
+    assert abs(after.model.effect("bearing_tilt").tilt_rad_per_Nm[4] / 1.3e-5 - 1) < 0.4
 
 
 def test_a_balancer_that_hides_behind_one_of_several_waves_is_said_to_do_so():
