@@ -35,7 +35,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing], noise: flo
             enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
             found = better if after is None else judged(without, after, better)
             if after is not None and after.held_out_rms < enough and found.evidence > -np.inf:
-                missing[at] = Missing(found, after.held_out_rms, *confusable(rivals, better, without, after))
+                missing[at] = Missing(found, *confusable(rivals, better, without, after))
                 search.fit = after
                 at += 1
                 continue

@@ -23,7 +23,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
-from postproc.identify.refits import final_fit, thinned
+from postproc.identify.refits import final_fit, refit_all, thinned
 from postproc.identify.search import clear, select_forward, worth_saying
 from postproc.identify.whole import Missing, formed_anew
 from postproc.measure.columns import columns_of
@@ -136,8 +136,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     missing = formed_anew(search, start, missing) if search.outside else missing
     missing = perhaps_a_map(search, missing, noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
-    if missing and start is not base:
-        missing[-1] = replace(missing[-1], held_out_after=final.held_out_rms)
+    missing = _steps(start, search.fit, missing, final)
     lacking = _lack_of_fit(final)
     suspects = _suspects(search, final, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
@@ -159,6 +158,13 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         bound=search.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
+
+
+def _steps(start: Fit, fitted: Fit, missing: list[Missing], final: Fit) -> list[Missing]:
+    """What is missing with the held-out error of each step on the way."""
+    some = [m.candidate for m in missing]
+    fits = [refit_all(start, fitted, some[: k + 1], start.noise.stated) for k in range(len(some) - 1)]
+    return [replace(m, held_out_after=fit.held_out_rms) for m, fit in zip(missing, [*fits, final], strict=False)]
 
 
 def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:

@@ -43,9 +43,9 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     columns = columns_of(problem, candidate.effect, candidate.free)
     s2 = max(linear.square - candidate.fall, 1e-12) / max(linear.freedom - candidate.count, 1)
     gram, along = columns.T @ linear.project(columns), columns.T @ linear.rest
-    a, wide = np.zeros(len(along)), WIDE * DECADES[-1]
+    wide = WIDE * DECADES[-1]
     for _ in range(ROUNDS):
-        a = np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along)
+        a: Array = np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along)
         wide = max(WIDE, float(np.sqrt(np.mean(a**2))))
     x = candidate.effect.vector().copy()
     x[mask] += size * a

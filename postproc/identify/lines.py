@@ -38,7 +38,7 @@ def lines_or_map(search: Search, missing: list[Missing], noise: float | None) ->
         return missing
     search.fit = trial.fit
     kept = [m for m in missing if m.candidate.key != MAP and (m is not trial.told or trial.stay.any())]
-    return [*kept, Missing(trial.map, trial.fit.held_out_rms)]
+    return [*kept, Missing(trial.map)]
 
 
 def perhaps_a_map(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:

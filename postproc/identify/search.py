@@ -102,7 +102,7 @@ def _select(
         if first and fork is None and outside is not None and lead > -ODDS:
             fork, goes_first = _Fork(replace(search, outside=[*search.outside, outside]), missing, lead > 0), True
         if best is not None and goes_first:
-            taken = _take(search, best, ranked)
+            taken = _take(search, _one_or_more(search, best), ranked)
             if taken is None:
                 refused.add(best.key)
                 continue
@@ -128,8 +128,20 @@ def _with(missing: list[Missing], taken: Missing) -> list[Missing]:
     whole = replace(
         first.candidate, effect=more.effect, free=more.free, fit=more.fit, label="; ".join(filter(None, told))
     )
-    every = [*missing[:at], replace(first, candidate=whole), *missing[at + 1 :]]
-    return [*every[:-1], replace(every[-1], held_out_after=taken.held_out_after)]
+    return [*missing[:at], replace(first, candidate=whole), *missing[at + 1 :]]
+
+
+def _one_or_more(search: Search, best: Candidate) -> Candidate:
+    """A sum of terms, or its first one alone where another effect tells clearly more beside that than the others do.
+
+    Two lines of gears together may come before a hose that one of them resembles.
+    """
+    after = None if best.first is None else refit(search.fit, search.linear(), best.first)
+    if best.first is None or after is None:
+        return best
+    beside = ranking(replace(search, fit=after))
+    more = max((c.evidence for c in beside if c.key == best.key), default=0.0)
+    return best.first if any(c.evidence > more + CLOSE for c in beside) else best
 
 
 def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing | None:
@@ -151,7 +163,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
             search.classes = {k: c for k, c in search.classes.items() if k != best.key}
         return None
     search.fit = after
-    return Missing(taken, after.held_out_rms, *confusable(ranked, best, before, after))
+    return Missing(taken, *confusable(ranked, best, before, after))
 
 
 def _lives_on_a_row(search: Search, best: Candidate) -> bool:

@@ -14,7 +14,7 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, forms_nearby, make_form, ordinary
+from postproc.identify.forms import Form, Forms, forms_nearby, is_sum, make_form, ordinary
 from postproc.identify.gains import DIM, Gain, gain, gains
 
 UNLIKELY = {
@@ -59,7 +59,8 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     chosen = replace(max(found, key=lambda c: c.evidence), visible=visible)
     if not chosen.curved:
         return chosen
-    others = [_alone(linear, forms[i], measured[i], float(price[i])) for i in _starts(forms, worth)]
+    some = ((forms[i], measured[i], float(price[i])) for i in _starts(forms, worth))
+    others = [_told(linear, f.key, f.effect, f.refit, f.label, brought, cost) for f, brought, cost in some]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
 
 
@@ -88,15 +89,6 @@ def _starts(forms: Sequence[Form], worth: Array) -> list[int]:
     return [i for at, i in enumerate(order) if [kinds[k] for k in order[:at]].count(kinds[i]) < EACH]
 
 
-def _alone(linear: Linear, form: Form, gain_: Gain, searched: float) -> Candidate:
-    before = linear.square
-    p = corrected(f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count), searched)
-    worth = gain_.evidence - searched - UNLIKELY.get(form.key, 0.0)
-    return Candidate(
-        form.key, form.effect, form.refit, form.label, worth, gain_.fall, gain_.count, searched, gain_.visible, p
-    )
-
-
 def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float, widest: float = np.inf) -> Candidate:
     """A form with more of its own while each is worth its parameters, of those that move no more than ``widest``."""
     outer, total = linear, linear.square
@@ -106,6 +98,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         beside = form.refit & form.effect.amplitudes() & ~form.screened
     before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
+    alone: Candidate | None = None
     searched = price + UNLIKELY.get(form.key, 0.0)
     columns = _columns(screen.problem, form, free)
     for _ in range(1, DEEPEST):
@@ -119,6 +112,8 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         if found is None:
             break
         option, cost = found
+        if alone is None and is_sum(type(effect)):
+            alone = _told(linear, form.key, effect, free, labels[0], whole, searched)
         new = option.effect
         same = kind(new) == kind(effect)
         mask = option.refit | free if same else option.refit
@@ -133,25 +128,22 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         labels = [*(labels[:-1] if flexible else labels), option.label]
         effect, free, whole, columns = new, mask, trial, wide
         searched += cost
-    p = f_test(before, before - whole.fall, whole.count, linear.freedom - whole.count)
-    p = corrected(p, searched)
     label = "; ".join(text for text in labels if text)
     worth = whole.evidence
     if form.along is not None and worth > searched:
         # What is fitted along tells nothing alone, but with the effect it is a part of it.
         worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
-    return Candidate(
-        form.key,
-        effect,
-        free,
-        label,
-        worth - searched,
-        whole.fall + total - before,
-        whole.count,
-        searched,
-        whole.visible,
-        p,
-    )
+    told = _told(linear, form.key, effect, free, label, whole, searched)
+    told = replace(told, evidence=worth - searched, fall=whole.fall + total - before)
+    return replace(told, first=alone) if len(labels) > 1 else told
+
+
+def _told(
+    linear: Linear, key: str, effect: Effect, free: NDArray[np.bool_], label: str, gain_: Gain, searched: float
+) -> Candidate:
+    before, worth = linear.square, gain_.evidence - searched
+    p = corrected(f_test(before, before - gain_.fall, gain_.count, linear.freedom - gain_.count), searched)
+    return Candidate(key, effect, free, label, worth, gain_.fall, gain_.count, searched, gain_.visible, p)
 
 
 def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) -> tuple[Form, Gain, float] | None:

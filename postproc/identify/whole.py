@@ -21,14 +21,14 @@ class Missing:
     """An effect that the model lacks.
 
     Args:
-        candidate: what it is; held_out_after: held-out rms once it and those before it are in [m].
-        alike: effects that explain this data nearly as well; unseen: effects that would not be seen beside it.
+        candidate: what it is; alike: effects that explain this data nearly as well; unseen: effects that would not be
+            seen beside it; held_out_after: held-out rms once it and those before it are in [m].
     """
 
     candidate: Candidate
-    held_out_after: float
     alike: tuple[str, ...] = ()
     unseen: tuple[str, ...] = ()
+    held_out_after: float = float("nan")
 
     @property
     def not_separable(self) -> tuple[str, ...]:
@@ -57,7 +57,7 @@ def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missi
     """What is missing, each effect formed anew beside the others and the patterns (`anew`)."""
     for at, one in enumerate(missing):
         key, others = one.candidate.key, [m.candidate for m in missing if m is not one]
-        if base.model.effect(key) is None and (others or search.outside):
+        if (others or search.outside) and base.model.effect(key) is None:
             without = replace(search, fit=refit_all(base, search.fit, others, base.noise.stated))
             mine = compose(without.screen(), without.linear(), key)
             missing = missing if mine is None else anew(search, base, missing, at, without, mine)
@@ -84,5 +84,4 @@ def anew(search: Search, base: Fit, missing: list[Missing], at: int, without: Se
     if worth(base.linear, replace(search, fit=fit), missing) <= worth(base.linear, search, missing):
         return missing
     search.fit = fit
-    missing = [*missing[:at], replace(missing[at], candidate=candidate), *missing[at + 1 :]]
-    return [*missing[:-1], replace(missing[-1], held_out_after=fit.held_out_rms)]
+    return [*missing[:at], replace(missing[at], candidate=candidate), *missing[at + 1 :]]

@@ -27,5 +27,5 @@ def test_an_effect_that_the_others_cover_goes(monkeypatch):
     monkeypatch.setattr(backward, "refit_all", lambda base, fit, others, noise: fits[tuple(c.key for c in others)])
     monkeypatch.setattr(backward, "ranking", lambda search: [first])
     search = Search(None, {}, None, [])
-    kept = backward.check_backward(search, None, [Missing(first, 0.1), Missing(second, 0.05)], None)
+    kept = backward.check_backward(search, None, [Missing(first), Missing(second)], None)
     assert [m.candidate.key for m in kept] == ["arm_load"] and search.fit is fits[("arm_load",)]

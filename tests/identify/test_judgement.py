@@ -105,6 +105,17 @@ def _soft_bearing(g, arm):
     return Hidden("bearing", "bearing_tilt", body=body)
 
 
+def test_two_lines_of_gears_know_which_came_first():
+    data, _ = cell(_waves, seed=640120, poses=80)
+    base = base_fit(data)
+    key = "transmission_error"
+    both = compose(Screen(base.problem, {key: TransmissionError}, base.free), base.linear, key)
+    assert both.label == "joint 2, order 1; joint 3, order 9" and both.first.label == "joint 2, order 1"
+    assert both.first.effect.joint == (2,) and both.first.count < both.count and both.first.first is None
+    alone = refit(base, base.linear, both.first)
+    assert alone.linear.square < base.linear.square - 0.9 * both.first.fall
+
+
 def test_what_is_far_larger_than_ordinary_is_fitted_as_well():
     """A bearing of the wrist a hundred times softer than a main bearing: at ten ordinary sizes it would not be seen."""
     data, _ = cell(_soft_bearing, seed=640128, noise=0.3)

@@ -54,7 +54,7 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, waves, expecte
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
     search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms)], None)
+    missing = lines_or_map(search, [Missing(candidate)], None)
     assert {m.candidate.key for m in missing} == expected
     assert expected <= {e.key for e in search.fit.model.effects}
     kept = search.fit.model.effect(wave.key)
@@ -69,10 +69,7 @@ def test_lines_beside_a_map_give_way_to_a_map_of_both_joints(broad):
     base = base_fit(data)
     wave, known = TransmissionError(joint=(2, 2), order=(2.0, 5.0)), JointErrorMap(joint=(3,), order=8)
     fit = fit_model(base.model, base.data, [known, wave])
-    told = [
-        Missing(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0), fit.held_out_rms)
-        for e in (known, wave)
-    ]
+    told = [Missing(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)) for e in (known, wave)]
     search = Search(fit, effect_library(), None, [])
     missing = lines_or_map(search, told, None)
     assert [m.candidate.key for m in missing] == ([known.key] if broad else [known.key, wave.key])
@@ -85,7 +82,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     base = base_fit(data)
     wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
-    told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0), fit.held_out_rms)]
+    told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
     search = Search(fit, effect_library(), None, [jump])
@@ -170,7 +167,7 @@ def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 6, 0.0, 1.0, 0.0)
     search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, [Missing(candidate, fit.held_out_rms)], None)
+    missing = lines_or_map(search, [Missing(candidate)], None)
     assert [m.candidate.key for m in missing] == ["joint_error_map"]
     assert missing[0].candidate.label.startswith("joints 1, 2, 3, 4, 5 and 6")
     assert search.fit.held_out_rms < 0.9 * fit.held_out_rms
@@ -180,8 +177,8 @@ def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint
 def test_lines_that_predict_no_better_than_a_map_could_as_well_be_one(monkeypatch, better):
     named = SimpleNamespace(key="transmission_error")
     told, other = (
-        Missing(named, 1e-5, ("arm_load",), ("joint_error_map",)),
-        Missing(SimpleNamespace(key="backlash"), 1e-5),
+        Missing(named, ("arm_load",), ("joint_error_map",)),
+        Missing(SimpleNamespace(key="backlash")),
     )
     trial = lines.Trial(told, np.zeros(2, dtype=bool), named, SimpleNamespace())
     monkeypatch.setattr(lines, "_trial", lambda search, missing, noise: trial)

@@ -39,7 +39,9 @@ def begin(monkeypatch):
     def ranking(search):
         some = search.worth.get(search.now(), {})
         found = [
-            SimpleNamespace(key=k, evidence=v, far=k == "hose") for k, v in some.items() if not k.startswith("joint")
+            SimpleNamespace(key=k, evidence=v, far=k == "hose", first=None)
+            for k, v in some.items()
+            if not k.startswith("joint")
         ]
         return sorted(found, key=lambda c: -c.evidence)
 
@@ -152,15 +154,27 @@ def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
 
 
 def test_more_of_an_effect_goes_with_what_stands_there_already():
-    def found(key, label, after, size=2):
+    def found(key, label, size=2):
         none = np.zeros(size, dtype=bool)
         effect = SimpleNamespace(roughness=lambda: None)
-        return module.Missing(Candidate(key, effect, none, label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9), after, ("drift",))
+        return module.Missing(Candidate(key, effect, none, label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9), ("drift",))
 
-    lag, wrist, more = found("lag", "joint 2", 5.0), found("wrist", "", 2.0), found("lag", "joint 6", 1.0, 3)
+    lag, wrist, more = found("lag", "joint 2"), found("wrist", ""), found("lag", "joint 6", 3)
     both = module._with([lag, wrist], more)
-    assert [(m.candidate.key, m.candidate.label, m.held_out_after) for m in both] == [
-        ("lag", "joint 2; joint 6", 5.0),
-        ("wrist", "", 1.0),
-    ]
+    assert [(m.candidate.key, m.candidate.label) for m in both] == [("lag", "joint 2; joint 6"), ("wrist", "")]
     assert both[0].candidate.free is more.candidate.free and module._with([lag], wrist) == [lag, wrist]
+
+
+@pytest.mark.parametrize(("hose", "whole"), [(100.0, False), (44.0, True)])
+def test_of_two_lines_the_first_alone_is_taken_where_another_effect_tells_clearly_more_beside_it(
+    monkeypatch, hose, whole
+):
+    first = SimpleNamespace(key="line")
+    best = SimpleNamespace(key="line", first=first)
+    monkeypatch.setattr(module, "refit", lambda fit, linear, c: SimpleNamespace(names=("line",)))
+    beside = [SimpleNamespace(key="hose", evidence=hose), SimpleNamespace(key="line", evidence=40.0)]
+    monkeypatch.setattr(module, "ranking", lambda search: beside if search.fit.names else [])
+    search = Table(SimpleNamespace(names=()), {}, None, [])
+    assert module._one_or_more(search, best) is (best if whole else first)
+    single = SimpleNamespace(key="line", first=None)
+    assert module._one_or_more(search, single) is single

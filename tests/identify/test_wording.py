@@ -132,8 +132,8 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
 
 
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
-    load = Missing(SimpleNamespace(key="arm_load", label="body 3"), 1e-5, ("payload_error", "dress_pack"), ("session",))
-    alone = Missing(SimpleNamespace(key="backlash", label=""), 1e-5)
+    load = Missing(SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",))
+    alone = Missing(SimpleNamespace(key="backlash", label=""))
     assert load.not_separable == ("payload_error", "dress_pack", "session")
     fit = SimpleNamespace(held_out_rms=1e-4)
     found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
