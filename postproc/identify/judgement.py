@@ -45,7 +45,7 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     gram, along = columns.T @ linear.project(columns), columns.T @ linear.rest
     wide = WIDE * DECADES[-1]
     for _ in range(ROUNDS):
-        a: Array = np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along)
+        a = np.asarray(np.linalg.solve(gram + s2 / wide**2 * np.eye(len(along)), along), dtype=np.float64)
         wide = max(WIDE, float(np.sqrt(np.mean(a**2))))
     x = candidate.effect.vector().copy()
     x[mask] += size * a
