@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
-from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
 from postproc.fit.independent import independent_share, record_share, repeated_share
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem
@@ -120,6 +120,8 @@ class Fit:
     def covariance(self) -> Array:
         """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
+        The variance is that of poses that the fit has not seen, where they tell a larger one.
+
         What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
         them count as m / (1 + (m - 1) s).
         """
@@ -130,7 +132,22 @@ class Fit:
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
         inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
-        return np.asarray(self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
+        return np.asarray(self.surer * self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
+
+    @cached_property
+    def surer(self) -> float:
+        """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
+
+        A free function that few poses determine is surer of itself than it is right: what it should be by its prior was
+        chosen by the same rows.
+        """
+        if not self.penalty.any():
+            return 1.0
+        linear, position = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
+        position[:, :3] = True
+        out = standardised(linear.residual, linear.nuisance, self.data.repeats[linear.row])
+        square = np.mean(out[position[self.problem.weights.used]] ** 2)
+        return max(float(square) / max(self.variance, 1e-300), 1.0)
 
     @cached_property
     def sigma(self) -> dict[tuple[str, int], float]:
@@ -199,7 +216,7 @@ class Fit:
         The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
         follows no channel where the noise is not known.
         """
-        own, noise = self._square, self.scatter.position
+        own, noise = self.surer * self._square, self.scatter.position
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc

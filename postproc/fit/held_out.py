@@ -27,8 +27,21 @@ def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     return out
 
 
+def standardised(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
+    """(N,) held-out residuals by their standard deviations in units of the noise.
+
+    Those are the diagonal of (I - H_BB)^-1, the covariance of e_B(out).
+    """
+    out = y - U @ (U.T @ y)
+    order = np.argsort(blocks, kind="stable")
+    for at in np.split(order, np.flatnonzero(np.diff(blocks[order])) + 1):
+        inverse = _left_out(U[at] @ U[at].T, np.eye(len(at)))
+        out[at] = inverse @ out[at] / np.sqrt(np.maximum(np.diag(inverse), 1.0))
+    return out
+
+
 def _left_out(square: Array, e: Array) -> Array:
-    """(I - H)^-1 e; the shortest solution where nothing but this block tells something."""
+    """(I - H)^-1 e for one or several e; the shortest solution where nothing but this block tells something."""
     from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
     whole = np.eye(len(e)) - square

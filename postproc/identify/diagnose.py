@@ -24,7 +24,7 @@ from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, refit_all, thinned
-from postproc.identify.search import clear, select_forward, worth_saying
+from postproc.identify.search import clear, select_forward
 from postproc.identify.whole import Missing, formed_anew
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
@@ -173,11 +173,12 @@ def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
     Args:
         lacking: whether more is left than the noise.
     """
-    linear, share = search.fit.linear, worth_saying(final)
-    strongest = search.suspects(search.fit, linear)
-    if not (search.outside or lacking or (strongest and clear(strongest[0], linear, share))):
-        strongest = []
-    return tuple(by_channel(strongest, search.outside[1:]))
+    bare = replace(search, outside=[])
+    first = clear(bare)
+    if not (search.outside or lacking or first):
+        return ()
+    others = [s for s in search.suspects(search.fit, search.fit.linear) if not any(s is one for one in first)]
+    return tuple(by_channel([*first, *others], search.outside[1:]))
 
 
 def _lack_of_fit(fit: Fit) -> bool:

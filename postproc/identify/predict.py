@@ -12,6 +12,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
 from postproc.fit.channels import shown
+from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -51,6 +52,11 @@ def predict_rows(model: Model, data: Measurements) -> Prediction:
     position[good] = predict(model, state)[:, :3, 3]
     sigma[good] = predict_sigma(model, state)
     found = []
+    for effect in model.effects:
+        if (unread := effect.missing(state)) and not effect.is_null and "session" not in unread:
+            message = f"`{effect.key}` is left out: the table has no {' and no '.join(map(columns_of, unread))}"
+            help_ = "record it, or fit a model without the effect"
+            found.append(Diagnostic("DAT021", "warning", message, data.source, help=help_))
     for beyond in beyond_range(model, state):
         low, high, reached = (shown(beyond.channel, v) for v in (beyond.low, beyond.high, beyond.reached))
         message = (

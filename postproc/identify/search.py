@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import Linear
+from postproc.fit.leftover import SLOW
 from postproc.fit.worth import schwarz
 from postproc.identify.alike import CLOSE, confusable
 from postproc.identify.candidate import Candidate
@@ -15,6 +15,7 @@ from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, pre
 from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
 from postproc.identify.whole import Missing, formed_anew, worth
+from postproc.measure.trajectory import is_record
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
 from postproc.patterns.tried import ODDS
@@ -95,8 +96,7 @@ def _select(
     for _ in range(MOST):
         fresh = (c for c in ranked if c.key not in refused)
         best = next((c for c in fresh if convincing(c, search.fit, len(search.classes))), None)
-        suspects = search.suspects(search.fit, search.linear())
-        outside = suspects[0] if suspects and clear(suspects[0], search.linear(), worth_saying(search.fit)) else None
+        outside = next(iter(clear(search)), None)
         lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
         goes_first = lead <= 0
         if first and fork is None and outside is not None and lead > -ODDS:
@@ -182,19 +182,24 @@ def patterns_left(search: Search, most: int = PATTERNS) -> list[Suspect]:
     """The patterns that a fit leaves, found anew: each the strongest once those before it are taken."""
     left = replace(search, outside=[])
     while len(left.outside) < most:
-        linear = left.linear()
-        found = search.suspects(search.fit, linear)
-        if not found or not clear(found[0], linear, worth_saying(search.fit)):
+        found = clear(left)
+        if not found:
             break
         left.outside = [*left.outside, found[0]]
     return left.outside
 
 
-def worth_saying(fit: Fit) -> float:
-    """Share of the residual that a pattern must explain: more where no repeats tell how much of it is noise."""
-    return 3 * MATERIAL if fit.noise.position is not None else 15 * MATERIAL
+def clear(search: Search) -> list[Suspect]:
+    """The patterns that are worth their search and explain a share of what is left, strongest first.
 
+    Where no repeats tell how much of it is noise, more: what one function of the angles leaves looks like another one.
+    What follows the time from pose to pose is not the arm's.
+    """
+    fit, linear = search.fit, search.linear()
+    known, poses = fit.noise.position is not None, not is_record(fit.data.state)
 
-def clear(suspect: Suspect, linear: Linear, share: float) -> bool:
-    """Whether a pattern is worth its search and explains a share of what is left."""
-    return suspect.evidence > 0 and suspect.fall > share * linear.square
+    def enough(suspect: Suspect) -> bool:
+        slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
+        return suspect.fall > (3 if known or slow else 15) * MATERIAL * linear.square
+
+    return [s for s in search.suspects(fit, linear) if s.evidence > 0 and enough(s)]

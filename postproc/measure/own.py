@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -83,9 +84,19 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
     return {f"{name}={level}": (told == level).astype(float) for level in levels}
 
 
-def row_order(state: State) -> dict[str, Array]:
-    """The number of the row, in place of a time that was not recorded; none where rows stand in another order."""
+def row_order(state: State, labels: Sequence[str] = (), measured: bool = True) -> dict[str, Array]:
+    """The number of the row, in place of a time that was not recorded; none where rows stand in another order.
+
+    Names of poses that end in a number and rise along the rows (``P12``) tell it where rows were left out, too, and
+    when poses were measured that are only asked about.
+    """
     some = [*state.q.T, state.payload_mass, state.temperature, *state.channels.values()]
     steps = [np.diff(x) for x in some if x is not None]
     in_order = any(x.any() and ((x >= 0).all() or (x <= 0).all()) for x in steps)
-    return {} if in_order or "row" in state.channels else {"row": np.arange(1.0, len(state) + 1)}
+    if (in_order and measured) or "row" in state.channels:
+        return {}
+    parts = [re.fullmatch(r"(.*?)(\d{1,9})", label) for label in labels]
+    told = np.array([float(part[2]) for part in parts if part])
+    if len(told) == len(state) and len({part and part[1] for part in parts}) == 1 and (np.diff(told) > 0).all():
+        return {"row": told}
+    return {"row": np.arange(1.0, len(state) + 1)} if measured else {}

@@ -57,8 +57,9 @@ def read_measurements(
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
-    elif measured:
-        state = state.with_(channels={**state.channels, **row_order(state)})
+    else:
+        order = row_order(state, table.text("pose_id"), measured)
+        state = state.with_(channels={**state.channels, **order})
     data = Measurements(
         state=state,
         position=position,

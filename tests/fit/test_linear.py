@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from postproc.fit import linear as module
-from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
 from postproc.fit.independent import independent_share, serial_share
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.worth import f_test
@@ -25,6 +25,18 @@ def test_hold_out_equals_refitting_without_each_block():
         inside = blocks == block
         x, *_ = np.linalg.lstsq(A[~inside], y[~inside], rcond=None)
         np.testing.assert_allclose(hold_out(y, linear.nuisance, blocks)[inside], y[inside] - A[inside] @ x, atol=1e-10)
+
+
+def test_held_out_residuals_are_divided_by_what_the_other_rows_leave_open():
+    A, y, linear = problem()
+    blocks = np.arange(60) // 6
+    found = standardised(y, linear.nuisance, blocks)
+    for block in range(10):
+        inside = blocks == block
+        others = A[~inside]
+        x = np.linalg.solve(others.T @ others, others.T @ y[~inside])
+        variance = 1 + np.einsum("np,pq,nq->n", A[inside], np.linalg.inv(others.T @ others), A[inside])
+        np.testing.assert_allclose(found[inside], (y[inside] - A[inside] @ x) / np.sqrt(variance), atol=1e-9)
 
 
 def test_extending_equals_fitting_all_columns():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
 from postproc.fit.record import cautions, fit_json
 from postproc.fit.solve import Terms
@@ -16,7 +17,7 @@ from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS as ARMS_BY_NAME
-from tests.independent.cells import States, draw_cell, draw_states, measure
+from tests.independent.cells import Hidden, States, draw_cell, draw_states, measure
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -124,3 +125,25 @@ def test_a_stated_noise_that_cannot_be_is_said():
     assert "DAT027" not in {d.code for d in cautions(fit_model(model, data, noise=5e-5))}
     (said,) = (d for d in cautions(fit_model(model, data, noise=0.02)) if d.code == "DAT027")
     assert said.message.startswith("the stated noise of 20.000 mm cannot be: the fit leaves 0.0")
+
+
+def slips(g, arm):
+    """Six slips of every joint, as wide as a tooth: no function is so smooth everywhere."""
+    at, size = g.uniform(-1, 1, (6, 6)), g.normal(0, 3e-4, (6, 6))
+    return Hidden(
+        "slips",
+        "joint_error_map",
+        channels=(),
+        joint=lambda s, tau: np.sum(size * np.tanh((s.q[:, :, None] - at) / 0.03), axis=2),
+    )
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_a_map_of_few_poses_is_no_surer_than_right(repeats):
+    inside = []
+    for seed in (7701, 7702, 7703):
+        data, true = cell(slips, seed=seed, poses=100, noise=0.02)
+        base = base_fit(data if repeats else single(data))
+        fit = fit_model(base.model, base.data, [JointErrorMap(joint=(1, 2, 3, 4, 5, 6), order=8)])
+        inside.append(predictions(fit, true).mean())
+    assert min(inside) > 0.9 and 0.92 < np.mean(inside) < 0.98

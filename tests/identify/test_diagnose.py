@@ -315,6 +315,16 @@ def test_predictions_keep_the_rows_and_carry_their_deviation():
     assert 0.85 < np.mean(error < 1.96) <= 1.0
 
 
+def test_what_is_left_out_of_a_prediction_is_said():
+    data, true = cell(kinds.thermal_joint_drift, seed=212)
+    model = base_fit(data).model.with_effects(ThermalJointDrift(drift_rad_per_K=np.full(6, 1e-5)))
+    assert "DAT021" not in [d.code for d in predict_rows(model, true).diagnostics]
+    found = predict_rows(model, replace(true, state=true.state.with_(temperature=None))).diagnostics
+    assert [d.message for d in found if d.code == "DAT021"] == [
+        "`thermal_joint_drift` is left out: the table has no `temperature_C`"
+    ]
+
+
 def test_planned_poses_separate_what_the_data_could_not():
     data, _ = cell(seed=101)
     one_side = replace(data, state=data.state.with_(approach=np.ones((len(data), 6))))  # lost motion is then an offset

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc.effects.contract import State
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify import search as module
@@ -58,8 +59,13 @@ def begin(monkeypatch):
     monkeypatch.setattr(module, "_take", take)
     monkeypatch.setattr(module, "worth", worth)
     monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
-    monkeypatch.setattr(module, "clear", lambda s, linear, share: s.evidence > 0 and s.where != "joint total")
-    monkeypatch.setattr(module, "worth_saying", lambda fit: 0.0)
+    monkeypatch.setattr(
+        module,
+        "clear",
+        lambda search: [
+            s for s in search.suspects(search.fit, search.linear()) if s.evidence > 0 and s.where != "joint total"
+        ],
+    )
 
     def begin(table):
         worth = {frozenset(k.split()): v for k, v in table.items()}
@@ -178,3 +184,26 @@ def test_of_two_lines_the_first_alone_is_taken_where_another_effect_tells_clearl
     assert module._one_or_more(search, best) is (best if whole else first)
     single = SimpleNamespace(key="line", first=None)
     assert module._one_or_more(search, single) is single
+
+
+@pytest.mark.parametrize(
+    ("channel", "noise", "recorded", "told"),
+    [
+        ("row", None, False, True),
+        ("q2", None, False, False),
+        ("q2", 2e-5, False, True),
+        ("time", None, False, True),
+        ("time", None, True, False),
+    ],
+)
+def test_without_repeats_little_is_told_of_the_arm_and_more_of_what_drifts(channel, noise, recorded, told):
+    n = 50
+    state = State(q=np.zeros((n, 6)), v=np.full((n, 6), 0.5), time=np.arange(n) * (0.01 if recorded else 60.0))
+    fit = SimpleNamespace(noise=SimpleNamespace(position=noise), data=SimpleNamespace(state=state), names=())
+    ninth = Suspect(channel, "tool", "", 0.09, 0.09, 50.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
+
+    class One(Table):
+        def suspects(self, fit, linear):
+            return [ninth]
+
+    assert module.clear(One(fit, {}, None, [])) == ([ninth] if told else [])

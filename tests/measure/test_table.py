@@ -316,6 +316,7 @@ def test_noise_and_iso_figures_from_repeats():
 
 def test_the_row_stands_in_for_a_time_where_rows_are_in_no_other_order():
     lines = table(12)
+    lines = [lines[0], *(row.partition(",")[2].join(("P,", "")) for row in lines[1:])]
     order = read_measurements(source(lines), ARM).state.channels["row"]
     np.testing.assert_array_equal(order, np.arange(1, 13))
     sorted_ = sorted(lines[1:], key=lambda row: float(row.split(",")[2]))
@@ -323,6 +324,19 @@ def test_the_row_stands_in_for_a_time_where_rows_are_in_no_other_order():
     for other in ([lines[0], *sorted_], [lines[0], *sorted_[::-1]], timed):
         assert "row" not in read_measurements(source(other), ARM).state.channels
     assert "row" not in read_measurements(source(lines), ARM, measured=False).state.channels
+
+
+def test_names_of_poses_that_rise_tell_the_row_where_some_were_left_out():
+    lines = table(12)
+    some = [lines[0], *lines[4:7], *lines[9:]]
+    numbers = [int(row.split(",")[0].lstrip("P")) for row in some[1:]]
+    for measured in (True, False):
+        found = read_measurements(source(some), ARM, measured=measured).state.channels["row"]
+        np.testing.assert_array_equal(found, numbers)
+    for other in ([lines[0], *lines[:4:-1]], [lines[0], "Q" + lines[1], *lines[2:]], [lines[0], lines[1], *lines[1:]]):
+        found = read_measurements(source(other), ARM).state.channels["row"]
+        np.testing.assert_array_equal(found, np.arange(1, len(other)))
+        assert "row" not in read_measurements(source(other), ARM, measured=False).state.channels
 
 
 def test_poses_that_are_only_asked_about_need_no_measurement() -> None:
