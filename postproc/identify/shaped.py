@@ -18,7 +18,7 @@ from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.gains import laplace
 from postproc.identify.selection import corrected
-from postproc.model.places import carried, flat
+from postproc.model.places import carried, placed
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
@@ -53,9 +53,10 @@ class Glimpse:
         seen, n, cls = self.problem.softer, len(self.problem.data), type(effects[0])
         answer = np.zeros((n, seen.matrix.shape[1], len(effects)))
         if cls.displacement is not Effect.displacement or cls.basis is not Effect.basis:
-            moved = np.stack([flat(displacement_of(e, seen.state), n) for e in effects], axis=2)
-            used = np.flatnonzero(moved.any(axis=(0, 2)))
-            answer += seen.matrix[:, :, used] @ moved[:, used]
+            moves = [placed(displacement_of(e, seen.state)) for e in effects]
+            for at in sorted({at for moved in moves for at in moved}):
+                parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]
+                answer += seen.matrix[:, :, at : at + 6] @ np.stack(parts, axis=2)
         if cls.load is not Effect.load:
             loads = [carried(load_of(e, seen.state)) for e in effects]
             for at in sorted({at for load in loads for at in load}):
@@ -69,7 +70,10 @@ class Glimpse:
         if at not in self.known:
             unit = np.zeros((6, len(seen.state), 54))
             unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
-            self.known[at] = seen.matrix @ np.stack([seen.by_load(one) for one in unit], axis=2)
+            found = np.zeros((*seen.matrix.shape[:2], 6))
+            for k, one in enumerate(unit):
+                found[:, :, k] = seen.by_places(seen.by_load(one))
+            self.known[at] = found
         return self.known[at]
 
 

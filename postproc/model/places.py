@@ -11,18 +11,25 @@ JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
 """First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
 
 
+def placed(displacement: Displacement) -> dict[int, Array]:
+    """(n, 6) or (6,) displacement of each place that moves, by its first column."""
+    parts = {BODY + 6 * body: np.asarray(xi) for body, xi in displacement.body.items()}
+    others = (JOINT, displacement.joint), (TOOL, displacement.tool), (INSTRUMENT, displacement.instrument)
+    return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
+
+
 def flat(displacement: Displacement, n: int) -> Array:
     """(n, 60) a displacement by place."""
     result = np.zeros((n, PLACES))
-    if displacement.joint is not None:
-        result[:, JOINT:BODY] = displacement.joint
-    for body, xi in displacement.body.items():
-        result[:, BODY + 6 * body : BODY + 6 * body + 6] += xi
-    if displacement.tool is not None:
-        result[:, TOOL:INSTRUMENT] = displacement.tool
-    if displacement.instrument is not None:
-        result[:, INSTRUMENT:] = displacement.instrument
+    for at, part in placed(displacement).items():
+        result[:, at : at + 6] = part
     return result
+
+
+def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> dict[int, Array]:
+    """What two move or load by place, the other so many times, added up; nothing where they cancel in every row."""
+    both = {at: times * part + one.get(at, 0.0) for at, part in other.items()}
+    return {at: part for at, part in (one | both).items() if part.any()}
 
 
 def flat_load(load: Load | None, n: int) -> Array:

@@ -21,7 +21,7 @@ from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Directions, deflected_chain, directions, point_jacobian, spread
 from postproc.model.equilibrium import Equilibrium, active_bodies, equilibrium
 from postproc.model.loads import loaded_state
-from postproc.model.places import BODY, INSTRUMENT, PLACES, TOOL, flat, flat_load
+from postproc.model.places import BODY, INSTRUMENT, PLACES, TOOL, carried, placed, plus
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import displace, left_jacobian
@@ -62,42 +62,52 @@ class Sensitivity:
             return found
         result = np.zeros((*self.matrix.shape[:2], len(index)))
         for k, moved in enumerate(self._moved(effect, index)):
-            used = np.flatnonzero(moved.any(axis=0))
-            result[:, :, k] = (self.matrix[:, :, used] @ moved[:, used, None])[:, :, 0]
+            result[:, :, k] = self.by_places(moved)
         return result
 
-    def _moved(self, effect: Effect, index: NDArray[np.int_]) -> Iterator[Array]:
-        """(n, 60) derivative of the displacement of all places by one parameter of an effect after the other.
+    def by_places(self, moved: dict[int, Array]) -> Array:
+        """(n, 6) change of the pose by a small displacement of some places."""
+        result = np.zeros(self.matrix.shape[:2])
+        for at, part in moved.items():
+            there = self.matrix[:, :, at : at + 6]
+            result += there @ part if part.ndim == 1 else np.einsum("nrm,nm->nr", there, part)
+        return result
+
+    def _moved(self, effect: Effect, index: NDArray[np.int_]) -> Iterator[dict[int, Array]]:
+        """Derivative of the displacement by place, by one parameter of an effect after the other.
 
         Its load on the springs included.
         """
-        state, n = self.state, len(self.state)
+        state = self.state
         if effect.missing(state):
             return
         x, scale, amplitude = effect.vector(), effect.scale(), effect.amplitudes()
+        loads = type(effect).load is not Effect.load
 
-        def answer(values: Array) -> tuple[Array, Array]:
+        def answer(values: Array) -> tuple[dict[int, Array], dict[int, Array]]:
             moved = effect.with_vector(values)
-            load = None if type(effect).load is Effect.load else load_of(moved, state)
-            return flat(displacement_of(moved, state), n), flat_load(load, n)
+            return placed(displacement_of(moved, state)), carried(load_of(moved, state)) if loads else {}
 
         here = None
         if effect.linear and amplitude[index].any():
             # At null nothing moves, which need not be worked out.
-            here = (np.zeros((n, PLACES)), np.zeros((n, 54))) if effect.is_null else answer(x)
+            here = ({}, {}) if effect.is_null else answer(x)
         for i in index:
             exact = here is not None and bool(amplitude[i])
             step = np.zeros_like(x)
             step[i] = scale[i] if exact else 1e-3 * scale[i]
             high = answer(x + step)
             low = here if exact and here is not None else answer(x - step)
-            change, load = high[0] - low[0], high[1] - low[1]
-            if load.any():
-                change += self.by_load(load)
-            yield change / (step[i] if exact else 2 * step[i])
+            change, load = (plus(a, b, -1.0) for a, b in zip(high, low, strict=True))
+            if load:
+                every = np.zeros((len(state), 54))
+                for at, part in load.items():
+                    every[:, at : at + 6] = part
+                change = plus(change, self.by_load(every))
+            yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
-    def by_load(self, load: Array) -> Array:
-        """(n, 60) displacement of the springs by a further load (n, 54)."""
+    def by_load(self, load: Array) -> dict[int, Array]:
+        """Displacement of the springs by a further load (n, 54), by place."""
         state, n = self.state, len(self.state)
         every = np.empty((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
@@ -105,15 +115,18 @@ class Sensitivity:
             joint_load=np.asarray(state.joint_load) + load[:, :6] + every[:, :6],
             body_load=np.asarray(state.body_load) + every[:, 6:].reshape(n, 7, 6),
         )
-        return self._sprung(loaded) - self.sprung
+        return plus(self._sprung(loaded), self.sprung, -1.0)
 
     @cached_property
-    def sprung(self) -> Array:
-        """(n, 60) displacement of the springs by the loads of the state."""
+    def sprung(self) -> dict[int, Array]:
+        """Displacement of the springs by the loads of the state, by place."""
         return self._sprung(self.state)
 
-    def _sprung(self, state: State) -> Array:
-        return sum((flat(displacement_of(spring, state), len(state)) for spring in self.springs), np.zeros((1, PLACES)))
+    def _sprung(self, state: State) -> dict[int, Array]:
+        found: dict[int, Array] = {}
+        for spring in self.springs:
+            found = plus(found, placed(displacement_of(spring, state)))
+        return found
 
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
