@@ -51,11 +51,13 @@ class Linear:
         """(N, m) columns with the fitted parameters projected out."""
         return columns - self.nuisance @ (self.nuisance.T @ columns)
 
-    def by_row(self, x: Array) -> Array:
-        """(rows, ..) sums of (N, ..) over the entries of each measured row."""
+    def by_row(self, a: Array, b: Array) -> Array:
+        """(rows, k, m) sums of the products of (N, k) and (N, m) over the entries of each measured row."""
         size, starts = self._rows
-        # Ten times as fast as `reduceat` where all rows have as many entries.
-        return np.asarray(x.reshape(-1, size, *x.shape[1:]).sum(axis=1) if size else np.add.reduceat(x, starts, axis=0))
+        if not size:
+            return np.asarray(np.add.reduceat(a[:, :, None] * b[:, None], starts, axis=0))
+        rows = len(a) // size
+        return np.asarray(np.swapaxes(a.reshape(rows, size, a.shape[1]), 1, 2) @ b.reshape(rows, size, b.shape[1]))
 
     @cached_property
     def _rows(self) -> tuple[int, NDArray[np.int_]]:

@@ -106,7 +106,8 @@ class Stack:
         """(k, M w) with the basis of what is fitted, and (M w,) with the residual that it leaves."""
         U, y = linear.nuisance, linear.rest
         if self.turn is not None:
-            U, y = linear.by_row(U * self.turn[:, None]), linear.by_row(y * self.turn)
+            turned = linear.by_row(np.column_stack([U, y]), self.turn[:, None])[:, :, 0]
+            U, y = turned[:, :-1], turned[:, -1]
         return U.T @ self.values, self.values.T @ y
 
 

@@ -131,8 +131,7 @@ def _closer(problem: Problem, seen: Place, moves: Array, shapes: list[Pattern]) 
         first, *others = shapes
         near = together([first, sharper(first)])
         columns = problem.whiten(spread(moves, values_of(others).astype(float)))
-        beside = Place(seen.linear.extended(columns), seen.place)
-        best = int(np.argmax(beside.falls(values_of(near))))
+        best = int(np.argmax(seen.beside(columns).falls(values_of(near))))
         shapes = [*others, near[best]]
         still = still + 1 if best == 0 else 0
         if still == len(shapes):

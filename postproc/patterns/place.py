@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from postproc.arrays import Array
@@ -51,16 +53,31 @@ class Place:
 
     def __init__(self, linear: Linear, place: Array) -> None:
         """place: (N, m) whitened columns."""
-        self.linear, self.place = linear, place
+        self.place = place
         self.pose = np.unique(linear.row)
         self.count = place.shape[1]
         self.pairs = [(i, j) for i in range(self.count) for j in range(i, self.count)]
-        self.nuisance = np.array([linear.by_row(linear.nuisance * column[:, None]).T for column in place.T])
-        self.square = np.array([linear.by_row(place[:, i] * place[:, j]) for i, j in self.pairs])
-        self.rest: Array = linear.by_row(linear.rest[:, None] * place).T
+        both = linear.by_row(place, place)
+        self.square = np.array([both[:, i, j] for i, j in self.pairs])
+        self.squared: Single = self.square.astype(np.float32)
+        self._seen(linear, self._inside(linear, 0))
+
+    def beside(self, columns: Array) -> Place:
+        """The same with (N, k) further columns among the fitted ones."""
+        other, linear = copy(self), self.linear.extended(columns)
+        new = self._inside(linear, self.linear.nuisance.shape[1])
+        other._seen(linear, np.concatenate([self.nuisance, new], axis=1))
+        return other
+
+    def _inside(self, linear: Linear, first: int) -> Array:
+        """(m, k, n) products of the place and the basis of the fitted columns, from one of them on."""
+        return linear.by_row(linear.nuisance[:, first:], self.place).transpose(2, 1, 0)
+
+    def _seen(self, linear: Linear, inside: Array) -> None:
+        self.linear, self.nuisance = linear, np.ascontiguousarray(inside)
+        self.rest: Array = linear.by_row(linear.rest[:, None], self.place)[:, 0].T
         # What a pattern is multiplied with, in single precision, which is twice as fast for many of them.
         self.straight: Single = np.vstack([*self.nuisance, self.rest]).astype(np.float32)
-        self.squared: Single = self.square.astype(np.float32)
 
     def products(self, values: Array) -> tuple[Array, Array]:
         """(P, m, P, m) products of the columns of P patterns, for (n, P) values, and (P, m) with the residual."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import re
 from dataclasses import replace
@@ -33,8 +34,10 @@ NOISE = 3e-5
 @pytest.mark.parametrize("seed", [101, 102, 103, 104])
 def test_clean_cells_are_complete(seed):
     data, _ = cell(seed=seed)
+    often = gc.get_threshold()
     found = diagnose(base_fit(data).model, data)
     assert (found.verdict, found.missing, found.suspects) == ("complete", (), ())
+    assert gc.get_threshold() == often
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,16 @@ def test_a_pattern_takes_off_what_least_squares_with_its_columns_do(moves, numbe
     np.testing.assert_allclose(along.ravel(), inside.T @ y, atol=1e-10)
 
 
+@pytest.mark.parametrize("gaps", [False, True])
+def test_a_place_beside_further_columns_is_that_of_a_fit_with_them(gaps):
+    _, place = seen(3, 3, gaps)
+    columns = np.random.default_rng(8).normal(size=(len(place.place), 2))
+    values = np.random.default_rng(9).normal(size=(POSES, 5)).astype(np.float32)
+    expected = Place(place.linear.extended(columns), place.place).falls(values)
+    np.testing.assert_allclose(place.beside(columns).falls(values), expected, rtol=1e-5)
+    np.testing.assert_allclose(place.beside(0 * columns).falls(values), place.falls(values), rtol=1e-5)
+
+
 def test_shapes_side_by_side_have_the_values_of_their_laws():
     # Far from all values a bump is nothing.
     wear = np.append(np.random.default_rng(4).uniform(-1.0, 3.0, POSES - 1), 30.0)
