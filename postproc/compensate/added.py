@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.between import between
 from postproc.compensate.insertions import insertion_of
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.texts import SAME_MM, same_value
-from postproc.compensate.values import Insertion, TargetValue
+from postproc.compensate.values import Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, StatementKey
@@ -24,11 +25,18 @@ ZoneName = Callable[[MotionEvent], str]
 
 
 def added_statements(
-    wishes: Wishes, pieces: Sequence[Pieces], zone_name: ZoneName, tolerance: float
+    wishes: Wishes,
+    pieces: Sequence[Pieces],
+    edited: Mapping[StatementKey, Place],
+    zone_name: ZoneName,
+    tolerance: float,
 ) -> tuple[list[Insertion], dict[int, str]]:
     """Statements to add; moves whose statement runs several times and would need different ones.
 
     Different is what differs by more than half of the tolerance [m], and cannot be shared either.
+
+    Args:
+        edited: where the targets of statements are written.
     """
     same = max(SAME_MM, 500.0 * tolerance)
     divided = {p.move: p for p in pieces if p.goals}
@@ -44,7 +52,7 @@ def added_statements(
         first, *others = (_added(wishes, i, divided.get(i), zone_name) for i in group)
         if all(_same_insertions(first, other, same) for other in others):
             found += first
-        elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others]):
+        elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others], edited, same / 2):
             found += shared
         else:
             clashing.update({i: "it runs several times on different ways" for i in group})
@@ -78,25 +86,30 @@ def _axes(wishes: Wishes, i: int, share: float) -> Ax6:
 
 
 def _shared(
-    wishes: Wishes, parts: Sequence[Pieces | None], runs: Sequence[Sequence[Insertion]]
+    wishes: Wishes,
+    parts: Sequence[Pieces | None],
+    runs: Sequence[Sequence[Insertion]],
+    edited: Mapping[StatementKey, Place],
+    least: float,
 ) -> list[Insertion] | None:
-    """One set of statements for all runs of a statement on parallel ways, None where it would not halve what is off.
+    """One set of statements for all runs of a statement, None where it would not halve what is off.
 
-    Every target goes straight with the numbers by which the runs differ, in the middle of what is left. On displaced
-    work the ways are one; in layers they are displaced with the target.
+    Every target goes straight with the numbers by which the runs differ, in the middle of what is left, where the ways
+    are parallel: on displaced work they are one; in layers they are displaced with the target. On other ways it stands
+    between start and end (see ``between``).
     """
     divided = [part for part in parts if part is not None]
     if len(divided) < len(parts) or len({len(run) for run in runs}) > 1:
         return None
     events = [wishes.motion.moves[p.move].event for p in divided]
-    ways = [_way(wishes, part) for part in divided]
+    ways, gaps = [_way(wishes, part) for part in divided], [_gap(wishes, part) for part in divided]
     if not all(same_value(a, b) for way in ways[1:] for a, b in zip(ways[0], way, strict=True)):
-        return None
+        return between(wishes, divided, runs, edited, gaps, least)
     numbers = [dict(event.numbers) for event in events]
     if any(event.target != events[0].target for event in events):
         # Coordinates of targets are corrected themselves: what goes with them as a whole would be corrected twice.
         numbers = [{name: value for name, value in run.items() if ".trans." not in name} for run in numbers]
-    most = min(_gap(wishes, p) for p in divided) / 2
+    most = min(gaps) / 2
     found = []
     for insertions in zip(*runs, strict=True):
         to = _straight(wishes, [i.to for i in insertions], numbers, most)

@@ -88,7 +88,7 @@ def plan_changes(
         values = Wishes(model.robot, motion, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(runs, wishes, users, 1e3 * least)
-        insertions, clashing = added_statements(values, pieces, zone_name, tolerance)
+        insertions, clashing = added_statements(values, pieces, decisions.edited, zone_name, tolerance)
         now_left = left_targets(motion, exact, wishes, decisions)
         farther = farther_ways(motion, runs, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)

@@ -90,11 +90,24 @@ def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequenc
     size = samples.goal - samples.start
     for i, move in enumerate(samples.moves if most else ()):
         like = most.get(move.event.statement.key)
-        if like is not None and i != like.move and size[i] == size[like.move] and divisible[i] and move.again is None:
+        if like is None or i == like.move or not divisible[i] or move.again is not None:
+            continue
+        if size[i] == size[like.move]:
             on = int(samples.start[i] - samples.start[like.move])
             goals, vias = (tuple(k + on for k in row) for row in (like.goals, like.vias))
             found[i] = Pieces(i, goals, vias, like.reached)
+        elif not like.vias and (goals := _at_shares(samples, i, samples.u[list(like.goals)])):
+            found[i] = Pieces(i, goals, (), like.reached)
     return [found[i] for i in sorted(found)]
+
+
+def _at_shares(samples: Samples, i: int, shares: Array) -> tuple[int, ...]:
+    """The samples of a line nearest to shares of its way; none where they are too near to each other or to its ends."""
+    rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+    u = samples.u[rows]
+    nearest = np.abs(u - shares[:, None]).argmin(axis=1) if len(u) > 1 else np.zeros(0, int)
+    fit = len({*nearest.tolist()}) == len(shares) and _outside_zones(samples, i, u)[nearest].all()
+    return tuple((int(samples.start[i]) + nearest).tolist()) if fit else ()
 
 
 def _chord_deviations(samples: Samples, shift: Array, weight: Array) -> Array:

@@ -116,7 +116,7 @@ class Insertion:
 
     Args:
         instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
-        to, via: its targets.
+        to, via: its targets; base: the text that ``to`` displaces, None where it is a target of its own.
         zone: zone argument, a fly-by zone: an added target never stops.
         duration: what the added statement takes over of the original's ``\\T`` [s], exact in decimals.
     """
@@ -127,6 +127,7 @@ class Insertion:
     via: TargetValue | None
     zone: str
     duration: Decimal | None = None
+    base: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

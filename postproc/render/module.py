@@ -98,8 +98,8 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
     template = load_template(env, "statement.j2")
 
-    def aggregate(value: TargetValue, statement: MotionStatement) -> str:
-        text = fill(target, {"target": value})
+    def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
+        text = base or fill(target, {"target": value})
         if value.way is None:
             return text
         names = statement.source.data[slice(*statement.span)].decode("latin-1")
@@ -114,7 +114,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         lead, newline = line_style(statement.source.data, statement.span[0])
         lines = []
         for insertion in group:
-            replaced = {"to": aggregate(insertion.to, statement), "zone": insertion.zone}
+            replaced = {"to": aggregate(insertion.to, statement, insertion.base), "zone": insertion.zone}
             if insertion.via is not None:
                 replaced["via"] = aggregate(insertion.via, statement)
             if insertion.duration is not None:

@@ -387,6 +387,37 @@ def test_runs_from_several_places_share_no_added_targets() -> None:
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
 
 
+SEAMS = [((50, -900, 500), (90, 200, 500)), ((150, -800, 520), (150, 150, 500)), ((20, -500, 500), (80, 100, 510))]
+
+
+@pytest.mark.parametrize("body", ["FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", "loop;"])
+@pytest.mark.parametrize("between", ["", "nSeam:=nSeam+1;"])
+def test_seams_between_other_places_share_targets_between_their_ends(body: str, between: str) -> None:
+    """What a line lacks grows with the square of its length; nothing may run between, which could change what is named."""
+    starts, ends = (",".join(target(*seam[k]) for seam in SEAMS) for k in (0, 1))
+    data = f"CONST robtarget pS{{3}}:=[{starts}];\nCONST robtarget pE{{3}}:=[{ends}];\nVAR num nSeam:=0;"
+    weld = f"""    MoveJ Offs(@S,0,0,60),v500,fine,tT\\WObj:=wT;
+    ArcLStart @S,v100,sm,wd,fine,tT\\WObj:=wT;{between}
+    ArcLEnd @E,v100,sm,wd,fine,tT\\WObj:=wT; ! the whole seam
+"""
+    more = (
+        f"  PROC weld(robtarget S,robtarget E)\n{weld.replace('@', '')}  ENDPROC\n"
+        if body != "loop;"
+        else (
+            f"  PROC loop()\nFOR i FROM 1 TO 3 DO\n{weld.replace('@S', 'pS{i}').replace('@E', 'pE{i}')}ENDFOR\n  ENDPROC\n"
+        )
+    )
+    text = module(data, body, more)
+    found = convert(text)
+    after = found.report["max_error_after_mm"]
+    assert found.report["max_error_before_mm"] > 0.7
+    assert after == pytest.approx(0.292, abs=0.01) if between else after <= 0.01
+    assert bool(re.search(r"ArcL Offs\(.*Pow\(Distance\(", written(found))) == (not between)
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(after, abs=0.002)
+
+
 def test_a_circle_point_leaves_the_array_that_it_names_to_the_others() -> None:
     """An arc wants its circle point elsewhere than the lines want the same element as a target."""
     places = [(1250, -450), (1330, -380, 720), (1300, -200)]

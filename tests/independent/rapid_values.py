@@ -103,6 +103,8 @@ FUNCTIONS: dict[str, Any] = {
     "posevect": lambda a, p: V(float(v) for v in (pose(a) @ np.array([*(np.array(p) / 1000), 1.0]))[:3] * 1000),
     "sqrt": math.sqrt,
     "abs": abs,
+    "pow": math.pow,
+    "distance": math.dist,
     "sin": lambda d: math.sin(math.radians(d)),
     "cos": lambda d: math.cos(math.radians(d)),
     "V": V,

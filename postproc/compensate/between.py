@@ -1,0 +1,133 @@
+"""Targets between two places that a program names: one text for runs of a line from other places each time.
+
+What is off between the corrected ends of a line grows with the square of its length (the correction bends evenly), so
+
+    P = E + s (S - E) + k |S - E|^2
+
+serves all runs, with s the share of the way that is left and one k. It is written with what the program itself calls
+the start S and the end E: ``Offs(pE{i},0.5*(pS{i}.trans.x-pE{i}.trans.x)+0.21*Pow(Distance(..)/1000,2),..)``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.targets import Pieces
+from postproc.compensate.values import Displacement, Insertion, Place, TargetValue
+from postproc.compensate.wishes import Wishes
+from postproc.motion.refusals import STILL
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.records import RobTarget
+
+TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is
+NAMED = frozenset({"declaration", "element", "call"})  # what the program calls the target then holds the corrected one
+SHARE_DECIMALS, BEND_DECIMALS = 3, 4
+
+_NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
+_NO_CODE = re.compile(rb"(?:\s|![^\n]*)*")
+
+
+def between(
+    wishes: Wishes,
+    parts: Sequence[Pieces],
+    runs: Sequence[Sequence[Insertion]],
+    edited: Mapping[StatementKey, Place],
+    gaps: Sequence[float],
+    least: float,
+) -> list[Insertion] | None:
+    """One set of statements for lines between the targets of two statements; None where it would not halve what is off.
+
+    Args:
+        parts: how the runs are divided; runs: what each would add alone; edited: where targets are written.
+        gaps: what stays off without them in each run; least: what always may [mm].
+    """
+    names = {_names(wishes, part.move, edited) for part in parts}
+    named = names.pop() if len(names) == 1 else None
+    if named is None:
+        return None
+    ends = [_ends(wishes, part.move) for part in parts]
+    ways = np.array([np.subtract(start.pose.trans, end.pose.trans) for start, end in ends])
+    squares = 1e-6 * np.sum(ways**2, axis=1)
+    found = []
+    for insertions in zip(*runs, strict=True):
+        # Where the runs are in different configurations there is none: the others keep most of what is off.
+        base = next((k for k in (1, 0) if all(map(_alike, [i.to for i in insertions], [e[k] for e in ends]))), None)
+        if base is None:
+            continue
+        on = np.array([np.subtract(i.to.pose.trans, e[1].pose.trans) for i, e in zip(insertions, ends, strict=True)])
+        shares = 1e-6 * np.sum(on * ways, axis=1) / squares
+        bent = on - shares[:, None] * ways  # across the way; along it nothing is off
+        bend = np.round(squares @ bent / (squares @ squares), BEND_DECIMALS)
+        lacks = np.linalg.norm(bent - squares[:, None] * bend, axis=1)
+        if lacks.max() > max(gaps) / 2 or any(lack > max(gap, least) for lack, gap in zip(lacks, gaps, strict=True)):
+            return None
+        share = round(float(np.median(shares)), SHARE_DECIMALS)
+        to = replace(insertions[0].to, way=_way(*named, share - (not base), bend))
+        found.append(replace(insertions[0], to=to, base=named[base]))
+    return found or None
+
+
+def _way(start: str, end: str, share: float, bend: Array) -> Displacement:
+    """A share of the way from end to start, and aside."""
+    along = [
+        (f"({start}.trans.{axis}-{end}.trans.{axis})", k) for axis, k in zip("xyz", share * np.eye(3), strict=True)
+    ]
+    terms = [*along, (f"Pow(Distance({start}.trans,{end}.trans)/1000,2)", bend)]
+    return Displacement((0.0, 0.0, 0.0), tuple((name, (float(x), float(y), float(z))) for name, (x, y, z) in terms))
+
+
+def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> tuple[str, str] | None:
+    """What the program calls the start and the end of a line, where both texts hold the corrected targets there."""
+    if i == 0 or wishes.motion.samples.curves.arc[i]:
+        return None
+    before, move = wishes.motion.moves[i - 1], wishes.motion.moves[i]
+    events = before.event, move.event
+    statements = [event.statement for event in events]
+    texts = [_text(statement) for statement in statements]
+    one_frame = len({(e.tool, e.wobj, e.displacement) for e in events}) == 1
+    if (
+        move.first
+        or before.again is not None
+        or not one_frame
+        or any(edited.get(s.key) not in NAMED for s in statements)
+    ):
+        return None
+    return (texts[0], texts[1]) if texts[0] and texts[1] and _adjoining(*statements) else None
+
+
+def _text(statement: MotionStatement) -> str | None:
+    argument = statement.argument("to")
+    return argument.text if argument is not None and _NAME.fullmatch(argument.text) else None
+
+
+def _adjoining(a: MotionStatement, b: MotionStatement) -> bool:
+    """Whether nothing runs between two statements, so that what names a target in one names it in the other."""
+    if a.source is not b.source:
+        return False
+    gap = _NO_CODE.match(a.source.data, a.span[1], b.span[0])
+    return gap is not None and gap.end() == b.span[0]
+
+
+def _ends(wishes: Wishes, i: int) -> tuple[TargetValue, TargetValue]:
+    """Corrected start and end of a move, in its object frame."""
+    targets = [_target(wishes.motion.moves[k].event) for k in (i - 1, i)]
+    places = wishes.values([(i, wishes.T_goal[k], t.robconf) for k, t in zip((i - 1, i), targets, strict=True)])
+    start, end = (replace(p, extax=t.extax) for p, t in zip(places, targets, strict=True))
+    return start, end
+
+
+def _target(event: MotionEvent) -> RobTarget:
+    assert isinstance(event.target, RobTarget)
+    return event.target
+
+
+def _alike(added: TargetValue, end: TargetValue) -> bool:
+    """Whether a target can be an end displaced: not turned, nor in another configuration."""
+    turned = 1.0 - abs(float(np.dot(added.pose.rot, end.pose.rot)))
+    still = float(np.abs(np.subtract(added.extax, end.extax)).max()) <= STILL
+    return turned <= TURNED**2 / 2 and added.robconf == end.robconf and still
