@@ -26,7 +26,7 @@ demo: $(VENV)/.installed  ## Convert a sample and show the result.
 	@echo "compare      $(BIN)/postproc diff $(SAMPLE) $(RESULT)"
 
 test: $(VENV)/.installed-dev lint  ## Lint, types and all tests.
-	$(BIN)/pytest -q -n auto
+	$(BIN)/pytest -q -n auto --dist worksteal
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

@@ -79,7 +79,6 @@ def test_nothing_is_missing_in_the_better_model(call: Call, cell: Path, tmp_path
     model = tmp_path / "whole.toml"
     data = cell / "fit.csv"
     assert call("fit", data, "--robot", "irb4600_60_205", "--effects", f"{BASE},backlash", "-o", model).code == 0
-    assert json.loads(call("diagnose", model, data, "--json").out)["verdict"] == "complete"
     assert call("diagnose", model, data).out.startswith("Nothing is missing")
 
 
