@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -76,7 +77,17 @@ def _wave(signal: Signal, order: float, phase: float) -> Pattern:
     verb = "swaying" if signal.name == "time" else "wave"
     kind = "sway" if not turns(signal) else "wave" if order <= GEAR else "fine wave"
     form = f"{verb} {each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
-    return Pattern((signal,), form, lambda x: cosine(x, order, phase), kind, finer=finer)
+    rounder = partial(_ellipse, signal, order, kind)
+    return Pattern((signal,), form, lambda x: cosine(x, order, phase), kind, finer=finer, rounder=rounder)
+
+
+def _ellipse(signal: Signal, order: float, kind: str) -> Pattern:
+    """What goes round: an oval seat, a disc that wobbles."""
+
+    def law(x: Any) -> list[Any]:
+        return [np.cos(order * x), np.sin(order * x)]
+
+    return Pattern((signal,), f"wave {each(signal, order)}{signal.of}, round an ellipse", law, kind, wide=True)
 
 
 def crest(signal: Signal, order: float, phase: float) -> str:

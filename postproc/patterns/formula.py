@@ -38,6 +38,7 @@ class Pattern:
         factors: makes what it is a product of, each with the channel that may switch it.
         tries: how many times as many as of its kind were tried.
         label: what it is called as part of a longer sentence.
+        rounder: makes the same with sizes of its own for sine and cosine.
         wide: whether the law gives a list of functions, each with a size of its own: a shift for each level.
     """
 
@@ -50,6 +51,7 @@ class Pattern:
     finer: Callable[[], Sequence[Pattern]] | None = field(default=None, repr=False, compare=False)
     gate: tuple[str, ...] = ()
     factors: Callable[[], tuple[tuple[Pattern, str], ...]] | None = field(default=None, repr=False, compare=False)
+    rounder: Callable[[], Pattern] | None = field(default=None, repr=False, compare=False)
     tries: float = 1.0
     label: str = ""
     wide: bool = False

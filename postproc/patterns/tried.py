@@ -21,9 +21,9 @@ MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""
 FINE = 400
 """Edges of a pattern that are told at most."""
-SHARPER, NARROWER, SWITCHED = 1.65, 2.5, 3.0
-"""As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, and what acts in a
-third of the rows than the same in all."""
+SHARPER, NARROWER, SWITCHED, ROUND = 1.65, 2.5, 3.0, 2.0
+"""As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
+third of the rows than the same in all, and what goes round in a circle than a wave along a line."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 FEW, CHAINS = 4, 4
@@ -161,6 +161,9 @@ class Tried:
         for one, signal in self._channels([best, *ranked[:MOST]]):
             if self._could(one, NARROWER) > best.worth:
                 best = max(best, self._several(one.where, signal), key=lambda f: f.worth)
+        for one in (f for f in [best, *ranked[:MOST]] if f.pattern.rounder is not None):
+            if self._could(one, ROUND) > max(0.0, best.worth):
+                best = max([best, *self._rounded(one.pattern)], key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
             if where != best.where and self.every.sensible(best.pattern, where):
@@ -200,6 +203,14 @@ class Tried:
         own = (where,) == tuple(f"joint {name[1:]}" for name in signal.names)
         some = chains(self.problem, seen, self.moves[where], signal, worth, own)
         return max((self._wide(where, chain) for chain in some), key=lambda f: f.worth)
+
+    def _rounded(self, wave: Pattern) -> list[Found]:
+        """A wave that goes round, wherever there is more than one way to go."""
+        every = (w for w in self.screened if self.moves[w].shape[2] > 1 and self.every.sensible(wave, w))
+        assert wave.rounder is not None
+        ellipse = replace(wave.rounder(), kind=wave.kind, tries=wave.tries, where=wave.where)
+        known = {(f.where, f.pattern.form) for f in self.found if f.pattern.wide}
+        return [self._wide(w, ellipse) for w in every if (w, ellipse.form) not in known]
 
     def _channels(self, ranked: Sequence[Found]) -> list[tuple[Found, Signal]]:
         """The best patterns with their signals: angles themselves, too, of what follows their size or their sum."""

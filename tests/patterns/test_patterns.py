@@ -16,6 +16,7 @@ from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patte
 from postproc.patterns.formula import Pattern, sharper
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
+from postproc.patterns.tried import Tried
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -351,6 +352,34 @@ def test_an_edge_is_told_as_closely_as_the_rows_lie():
     assert edge.told() == "step near 17.0 ± 2.0 deg"
     assert edge.told([replace(edge, at=((q[4], q[5]),))]) == "step near 30 ± 15 deg"
     assert replace(edge, at=((q[2], q[3]),)).told() == "step near 0 ± 15 deg"
+
+
+def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
+    """Where it was found, its edge stays as wide as the edges that do as well: tried alone it would have but its own."""
+    data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=60)
+    fit = base_fit(data)
+    time, row = np.random.default_rng(3).permutation(np.linspace(0.0, 7200.0, len(data))), fit.problem.row
+    moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
+    y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
+    monkeypatch.setattr(Tried, "add", lambda self, where, pattern: added.append(where))
+    found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
+    assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
+    assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
+
+
+def test_a_wave_of_a_place_may_go_round():
+    """The tool sits in an oval seat: along x and along y of it two waves a turn, a quarter of a wave apart."""
+    data, _ = cell(kinds.elbow_wave, seed=316, noise=0.02, poses=60)
+    fit = base_fit(data)
+    q6, row = data.state.q[:, 5], fit.problem.row
+    seat = np.stack([3e-4 * np.cos(2 * q6), 2e-4 * np.sin(2 * q6), 0 * q6], axis=1)
+    moved = np.einsum("nrk,nk->nr", places(fit.problem)["tool"], seat)
+    y = fit.problem.whiten(moved[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    left = replace(fit.linear, residual=y)
+    found = find_suspects(fit.problem, left, of_two(q6=q6))
+    assert (found[0].where, found[0].pattern) == ("tool", "wave 2 times a turn, round an ellipse")
+    assert found[0].values.shape == (len(data), 2) and len(found[0].codes) == 2
+    assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
 
 def test_a_kind_of_which_there_are_few_is_cheap():
