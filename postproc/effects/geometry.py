@@ -104,8 +104,10 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
         each.append((m, turned(T[:, :3, :3], np.broadcast_to(moment, (n, 3))) + m * (T[:, :3, 3] - origin)))
     mass, first = sum((m for m, _ in each), np.zeros((n, 1))), sum((f for _, f in each), np.zeros((n, 3)))
     force, torque = mass * state.gravity, np.cross(first, state.gravity)
-    if state.robot is not None and state.v is not None and state.a is not None:
-        a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), state.v, state.a, body)
+    if state.robot is not None and (state.v is not None or state.a is not None):
+        # Where only the speed was recorded it is steady, as for the links and the payload.
+        v, a = (np.zeros((n, 6)) if rate is None else rate for rate in (state.v, state.a))
+        a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), v, a, body)
         force = force - mass * a_origin - turned(matrix, first)
         torque = torque - np.cross(first, a_origin)
         for m, f in each:

@@ -21,19 +21,21 @@ from postproc.patterns.formula import Family, Part, Pattern, Single, members, ra
 from postproc.patterns.levels import of_few, of_words, words
 from postproc.patterns.memory import lags, memories
 from postproc.patterns.pairs import of_two, swelling
-from postproc.patterns.shapes import of_channel, of_signal
+from postproc.patterns.shapes import line, of_channel, of_signal
 from postproc.patterns.sight import WAYS, Sight, around
 from postproc.patterns.signals import added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-PLACES = 25
-"""Joints, base, tool, instrument, what it reads, and four bodies that turn or shift."""
+PLACES = 28
+"""Joints, base, tool, instrument, what it reads, four bodies that turn or shift, and what carries a weight."""
 FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
 """What stands somewhere else, or leans about a point that nobody knows."""
-APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS)])
-"""Where the arm changes nothing but by leaning on it."""
-ROOMS = {None: PLACES, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
+LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
+"""What carries a weight that nobody modelled: a tank on the arm, a drum, a tool."""
+APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
+"""Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
+ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""
 SIDES: tuple[Callable[[Any], Any], ...] = (lambda g: g, lambda g: 1 - g, lambda g: 1 - 2 * g)
 """What a gate g makes of a pattern: it acts only there, only elsewhere, and there the other way round."""
@@ -66,8 +68,15 @@ class Group:
         return np.repeat([odds(some[0], self.kinds) for some in every], [len(some) for some in every])
 
 
+def off_everywhere(where: str) -> bool:
+    """Whether a place may be off in every pose: offsets, frame and tool take up what the others are."""
+    return where.startswith("body") and where not in LOADED
+
+
 def sort(where: str) -> str:
     """Joints are one sort of places, and so is all that an instrument may be off by where it stands."""
+    if where in LOADED:
+        return "weight"
     return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
 
 
@@ -194,6 +203,8 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
         found.append(waves(angle, range(GEAR + 1, TEETH + 1)).times(partial(replace, where="joint")))
     slow = [s for s in signals.values() if s.name in ("temperature", "time", "payload") or "channels[" in s.code]
     others = [*slow, *(s for column in said.values() for s in column)]
+    # What flows into a tank or off a drum weighs as much as there is of it.
+    found += [replace(line(s), where="weight", gate=()) for s in slow if "channels[" in s.code]
     # What neighbouring joints turn together: linkages, and angles against gravity. Hoses are wound by joints far apart.
     sums = [added(pair, sign) for pair in combinations(angles, 2) for sign in "+-"]
     near = {f"{a.name} {sign} {b.name}" for a, b in pairwise(angles) for sign in "+-"}

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.every import FRAMES, Patterns
+from postproc.patterns.every import FRAMES, LOADED, Patterns, off_everywhere
 from postproc.patterns.felt import LEANS, leaning, overturning_moment
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
@@ -54,7 +55,7 @@ class Suspect:
         With what the place is off everywhere, which offsets, frame and tool take up but at the end of a body.
         """
         moved = problem.whiten(spread(self.place, self.values))
-        return np.hstack([moved, problem.whiten(self.place)]) if self.where.startswith("body") else moved
+        return np.hstack([moved, problem.whiten(self.place)]) if off_everywhere(self.where) else moved
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -64,8 +65,9 @@ def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
-    may move, or the base as it leans), tool (translation), the far end of each arm body (turn or shift). The last two
-    bodies are a few centimetres long: the tool and the joints beside them do what they do.
+    may move, or the base as it leans), tool (translation), the far end of each arm body (turn or shift), and what
+    carries a weight (mass and moment). The last two bodies are a few centimetres long: the tool and the joints beside
+    them do what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -82,6 +84,11 @@ def places(problem: Problem) -> dict[str, Array]:
     found["tool"] = J[:, :, TOOL : TOOL + 3]
     for reading, moves in Sight.of(problem.rest).moves().items():
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
+    # A compliance that a missing load has pushed towards zero would hide it.
+    springs = replace(problem.sensitivity, springs=problem.softer.springs)
+    for name, b in LOADED.items():
+        weight = ArmLoad(body=(b,))
+        found[name] = springs.by_parameter(weight, weight.amplitudes())
     for b in range(1, 5):
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
         found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
@@ -145,8 +152,9 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     """The strongest suspect of each channel, and other structures.
 
     First the strongest pattern, then those that were found with it taken, its second channel, another place that it
-    cannot be told from, and other dresses of the first. What could be chance is left out, what leaves more than twice
-    as much as the first, and what is worth less with further channels than without them: chance has found them.
+    cannot be told from, or the joint that a weight winds, and other dresses of the first. What could be chance is left
+    out, what leaves more than twice as much as the first, and what is worth less with further channels than without
+    them: chance has found them.
     """
     if not suspects:
         return []
@@ -154,6 +162,9 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     # Where a pose does not tell the first, what it tells of the same place: that can be drafted.
     drafted = [s for s in suspects if s.where == first.where and s.codes and s.evidence > 0]
     instead = [] if first.codes else drafted[:1]
+    # A weight winds joints: that at which it shows most is told, too.
+    wound = [s for s in suspects if s.channel == first.channel and s.where.startswith("joint") and s.evidence > 0]
+    wound = wound[:1] if first.where in LOADED else []
     suspects = [
         s
         for s in suspects
@@ -165,7 +176,7 @@ def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), coun
     suspects = [s for s in suspects if not any(c < set(s.channels) and plain[c] > s.evidence for c in plain)]
     same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
     close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
-    elsewhere = [s for s in close if s.where != first.where][:1]
+    elsewhere = [s for s in close if s.where != first.where][:1] or wound
     all_ = first.fall / max(first.share, 1e-12)
     mine = {s.channel for s in same}
     others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.patterns.chains import chains
-from postproc.patterns.every import Patterns, grown, odds, switched
+from postproc.patterns.every import Patterns, grown, odds, off_everywhere, switched
 from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
@@ -130,8 +130,7 @@ class Tried:
     def _seen(self, where: str) -> Place:
         if where not in self.prepared:
             place = self.problem.whiten(self.moves[where])
-            # Offsets, frame and tool take up what the other places are off everywhere.
-            linear = self.linear.extended(place) if where.startswith("body") else self.linear
+            linear = self.linear.extended(place) if off_everywhere(where) else self.linear
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 

@@ -14,7 +14,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import suspect_size
-from postproc.patterns.every import FRAMES
+from postproc.patterns.every import FRAMES, LOADED, off_everywhere
 from postproc.patterns.felt import LEAN, LEANS
 from postproc.patterns.sight import SEEN, WAYS, Sight
 from postproc.patterns.signals import channels_read
@@ -41,6 +41,7 @@ class _Term:
     wide: bool
     size: float
     along: str = ""
+    body: int = 0
 
     @property
     def typical(self) -> str:
@@ -66,13 +67,13 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     told = [first, *(s for s in found.beside if s.codes and s is not first)]
     every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
     # What a place is off in every pose is one number, whatever else moves it.
-    terms = list({(term.law, term.place, term.axes, term.along): term for term in every}.values())
+    terms = list({(term.law, term.place, term.axes, term.along, term.body): term for term in every}.values())
     sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
-    places = tuple(dict.fromkeys(term.place for term in terms))
+    places = tuple(dict.fromkeys(term.place for term in terms if not term.body))
+    loads = [term for term in terms if term.unit == "kg"]
     bodies = ", ".join(f"{p.removeprefix('body_')}: {p}" for p in places if p.startswith("body"))
-    reads = dict.fromkeys(
-        name for law in (*(term.law + term.along for term in terms), sight) for name in channels_read(law)
-    )
+    laws = (*(term.law + term.along for term in terms), sight)
+    reads = dict.fromkeys([*(name for law in laws for name in channels_read(law)), *["pose"] * bool(loads)])
     title = f"{first.where} follows {' and '.join(first.channels)}: {first.pattern}"
     values = {
         "name": "".join(word.capitalize() for word in words),
@@ -83,6 +84,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
         "terms": terms,
         "arrays": any(term.wide for term in terms),
         "places": places,
+        "loads": loads,
         "moved": ", ".join([f"{p}={p}" for p in places if p[:4] != "body"] + [f"body={{{bodies}}}"] * bool(bodies)),
     }
     return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values) + "\n"
@@ -121,6 +123,9 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     elif how != FRAME:
         turned = how == "turned" or (kind in ("base", "body") and how is None)
         parts = [("rad", "3:", "", slice(None)) if turned else ("m", ":3", "", slice(None))]
+    loaded = LOADED.get(suspect.where, 0)
+    if loaded:
+        parts = [("kg", "0", "", slice(0, 1)), ("kg m", "1:", "", slice(1, 4))]
     place = f"body_{index}" if kind in ("base", "body") else kind
     sizes = np.abs(suspect_size(found.searched, suspect)).reshape(suspect.place.shape[2], -1)
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
@@ -128,8 +133,9 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
         size = float(np.abs(suspect.values).max() * sizes[own].max())
         for part, code in enumerate(suspect.codes):
             name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
-            name += f"_{unit}" if unit != "1" else ""
-            yield _Term(name, said, code, place, axes, unit, kind != "joint" and not along, size, along)
-        if kind == "body":
+            name += f"_{unit.replace(' ', '')}" if unit != "1" else ""
+            wide = kind != "joint" and not along and unit != "kg"
+            yield _Term(name, said, code, place, axes, unit, wide, size, along, loaded)
+        if off_everywhere(suspect.where):
             everywhere = "np.ones(len(state))"
             yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

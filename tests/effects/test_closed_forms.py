@@ -193,6 +193,15 @@ def test_arm_load_swung_about_joint_1():
     assert_allclose(given[:3], [20 * w**2 * 0.5, -20 * e * 0.5, -9.81 * 20])
 
 
+def test_arm_load_on_an_arm_of_which_the_speed_alone_was_recorded():
+    """It is pulled outwards, by m w^2 r: a steady speed."""
+    v = np.zeros((1, 6))
+    v[0, 0] = 1.5
+    state = replace(bodies(b1=placed((0, 0, 0.3))), robot=example_arm(), v=v)
+    given = wrench_on(ArmLoad(body=(1,), mass_kg=[20], moment_kgm=[[20 * 0.5, 0, 0]]), state, 1)
+    assert_allclose(given[:3], [20 * 1.5**2 * 0.5, 0, -9.81 * 20])
+
+
 def test_acceleration_of_a_point_against_differences_of_its_path():
     arm, rng, h = example_arm(), np.random.default_rng(5), 1e-4
     q, v, a = rng.normal(size=(3, 8, 6))

@@ -367,6 +367,18 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
 
 
+def test_what_is_in_a_tank_weighs_as_much_as_there_is_of_it():
+    """A column of the table may be a mass, counted from zero; a temperature is none."""
+    g = np.random.default_rng(4)
+    every = of_two(level=g.uniform(20, 60, 90), temperature=g.uniform(20, 30, 90))
+    [weight] = [p for p in every.every if p.where == "weight"]
+    assert weight.channels == ("level",) and weight.law(0.0) == 0.0
+    ways = [every.sensible(p, w) for p in (weight, every.apart.some[0]) for w in ("body 3", "tool, under a weight")]
+    assert ways == [False, True, True, True]
+    load = of_two(load3=g.normal(size=90)).every[0]
+    assert not every.sensible(load, "tool, under a weight")
+
+
 def test_a_wave_of_a_place_may_go_round():
     """The tool sits in an oval seat: along x and along y of it two waves a turn, a quarter of a wave apart."""
     data, _ = cell(kinds.elbow_wave, seed=316, noise=0.02, poses=60)

@@ -176,6 +176,16 @@ def sprung_cart(g, arm) -> Hidden:
     return Hidden("sprung_cart", "unknown", channels=("load2",), body=body)
 
 
+def filled_tank(g, arm) -> Hidden:
+    """A tank on the forearm's housing that fills when it is warm."""
+
+    def force(s, f):
+        p = f.body[3][:, :3, 3] + f.body[3][:, :3, :3] @ [0.3, 0.05, 0.2]
+        return A.Wrenches([A.point_load(3, p, 18.0 * (s.temperature > np.median(s.temperature))[:, None] * A.G)])
+
+    return Hidden("filled_tank", "unknown", channels=("temperature",), force=force)
+
+
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
@@ -186,6 +196,7 @@ def sprung_cart(g, arm) -> Hidden:
         (soft_tool, 405),
         (lifting_foot, 406),
         (sprung_cart, 407),
+        (filled_tank, 408),
     ],
 )
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
