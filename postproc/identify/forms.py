@@ -89,7 +89,7 @@ class Stack:
     """Forms of one width w side by side.
 
     Args:
-        index: (M,) which forms; values: (N, M w) their columns, or (rows, M w) of a turn (N,) of a joint.
+        index: (M,) which forms; values: (N, M w) their columns, or (rows, M w) of turns (N, 6) of one joint (M,) each.
         gram: (M, w, w) products; forming: (M,) parameters that only form the effect; flexible: (M,) whether it is a
             free function; sign: (M,) as in `Form`.
     """
@@ -100,15 +100,20 @@ class Stack:
     forming: NDArray[np.int_]
     flexible: NDArray[np.bool_]
     sign: NDArray[np.int_]
-    turn: Array | None = None
+    turns: Array | None = None
+    joint: NDArray[np.int_] | None = None
 
     def products(self, linear: Linear) -> tuple[Array, Array]:
         """(k, M w) with the basis of what is fitted, and (M w,) with the residual that it leaves."""
         U, y = linear.nuisance, linear.rest
-        if self.turn is not None:
-            turned = linear.by_row(np.column_stack([U, y]), self.turn[:, None])[:, :, 0]
-            U, y = turned[:, :-1], turned[:, -1]
-        return U.T @ self.values, self.values.T @ y
+        if self.turns is None or self.joint is None:
+            return U.T @ self.values, self.values.T @ y
+        turned = linear.by_row(np.column_stack([U, y]), self.turns)
+        found = np.empty((turned.shape[1], self.values.shape[1]))
+        each = np.repeat(self.joint, self.gram.shape[1])
+        for j in np.unique(self.joint):
+            found[:, each == j] = turned[:, :, j].T @ self.values[:, each == j]
+        return found[:-1], found[-1]
 
 
 class Forms(tuple[Form, ...]):
@@ -127,10 +132,10 @@ class Forms(tuple[Form, ...]):
 
     @cached_property
     def stacks(self) -> list[Stack]:
-        alike: dict[tuple[int, int | None], list[int]] = {}
+        alike: dict[tuple[int, bool], list[int]] = {}
         for i, form in enumerate(self):
             if form.along is None:
-                alike.setdefault((int(self.width[i]), form.joint), []).append(i)
+                alike.setdefault((int(self.width[i]), form.joint is None), []).append(i)
         return [_stack(self, some) for every in alike.values() for some in _chunks(self, every)]
 
     def times(self, ratio: Array) -> Forms:
@@ -156,23 +161,25 @@ def _chunks(forms: Sequence[Form], index: list[int]) -> list[list[int]]:
 
 def _stack(forms: Sequence[Form], index: list[int]) -> Stack:
     some = [forms[i] for i in index]
-    first, joint = some[0].seen, some[0].joint
-    if isinstance(first, Turned) and joint is not None:
+    first, turned = some[0].seen, [f.seen for f in some if isinstance(f.seen, Turned) and f.joint is not None]
+    if isinstance(first, Turned) and turned:
         rows, start = np.unique(first.row, return_index=True)
-        turn: Array | None = first.turns[:, joint]
-        values = np.hstack([f.seen.values for f in some if isinstance(f.seen, Turned)])[rows]
-        weight = np.add.reduceat(first.turns[:, joint] ** 2, start)
+        turns: Array | None = first.turns
+        joint: NDArray[np.int_] | None = np.array([one.joint[0] for one in turned])
+        values = np.hstack([one.values for one in turned])[rows]
+        weight: Array | None = np.add.reduceat(first.turns**2, start)[:, joint].T[:, :, None]
     else:
-        turn, values, weight = None, np.hstack([f.columns for f in some]), None
+        turns, joint, values, weight = None, None, np.hstack([f.columns for f in some]), None
     C = values.reshape(len(values), len(some), -1).transpose(1, 0, 2)
     return Stack(
         np.array(index),
         values,
-        C.transpose(0, 2, 1) @ (C if weight is None else C * weight[:, None]),
+        C.transpose(0, 2, 1) @ (C if weight is None else C * weight),
         np.array([f.forming for f in some]),
         np.array([f.effect.roughness() is not None for f in some]),
         np.array([f.sign for f in some]),
-        turn,
+        turns,
+        joint,
     )
 
 
