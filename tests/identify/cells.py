@@ -12,6 +12,7 @@ from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
+from postproc.identify.diagnose import Diagnosis, diagnose
 from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
@@ -56,6 +57,13 @@ def base_fit(data: Measurements, robot: str = "irb4600_60_205", more: tuple[str,
         fit = fit_model(Model(arm, robot_name=robot), data, [library[key].null() for key in (*BASE, *more)])
         _fits[id(data), robot, more] = data, fit
     return _fits[id(data), robot, more][1]
+
+
+@cache
+def hidden_found(*kinds, seed: int) -> Diagnosis:
+    """The diagnosis of a cell with hidden effects, which serves several tests."""
+    data, _ = cell(*kinds, seed=seed)
+    return diagnose(base_fit(data).model, data)
 
 
 def true_error(fit: Fit, true: Measurements) -> float:

@@ -22,7 +22,7 @@ from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
 from postproc.identify.trends import joint_errors
 from postproc.identify.verdict import headline
-from tests.identify.cells import base_fit, cell, true_error
+from tests.identify.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
 from tests.independent.arm import Wrenches
@@ -46,8 +46,8 @@ def test_clean_cells_are_complete(seed):
     ids=lambda k: k.__name__,
 )
 def test_one_missing_effect_is_named_alone_and_the_error_falls_to_the_floor(kind):
-    data, true = cell(kind, seed=211)
-    found = diagnose(base_fit(data).model, data)
+    _, true = cell(kind, seed=211)
+    found = hidden_found(kind, seed=211)
     assert found.verdict == "missing"
     assert [m.candidate.key for m in found.missing] == [kind.__name__]
     assert found.missing[0].candidate.p_value < 1e-6
@@ -238,8 +238,7 @@ def test_shuffled_channels_win_nothing():
 
 
 def test_json_keeps_its_contract_and_text_speaks_first():
-    data, _ = cell(kinds.backlash, seed=211)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(kinds.backlash, seed=211)
     j = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert j["schema"] == "postproc/diagnose/1"
     keys = {

@@ -15,14 +15,13 @@ from postproc.effects.conformance import check_effect
 from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
-from postproc.identify.diagnose import diagnose
 from postproc.patterns.every import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.levels import of_words, words
 from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
-from tests.identify.cells import base_fit, cell, true_error
+from tests.identify.cells import cell, hidden_found, true_error
 from tests.independent import arm as A
 from tests.independent import unknown_effects as unknown
 from tests.independent.cells import Hidden
@@ -203,7 +202,7 @@ def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     tmp_path: Path, kind: Callable[..., object], seed: int
 ) -> None:
     data, true = cell(kind, seed=seed)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(kind, seed=seed)
     key, text = effect_file(found, "Nobody-knows 2", "cell.csv")
     assert (key, found.verdict, found.missing) == ("nobody_knows", "unknown", ())
     assert text is not None
@@ -216,8 +215,7 @@ def test_a_drafted_effect_brings_the_error_down_to_the_noise(
 
 
 def test_a_key_of_the_library_is_not_taken() -> None:
-    data, _ = cell(unknown.angle_step, seed=401)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(unknown.angle_step, seed=401)
     assert effect_file(found, "backlash", "cell.csv")[0] == "own_backlash"
     assert effect_file(found, "77", "cell.csv")[0] == "own"
     beside = replace(found.suspects[0], where="body 4, shifted", place=np.repeat(found.suspects[0].place, 3, axis=2))
@@ -229,8 +227,7 @@ def test_a_key_of_the_library_is_not_taken() -> None:
 
 
 def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
-    data, _ = cell(unknown.angle_step, seed=401)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(unknown.angle_step, seed=401)
     first = found.suspects[0]
     wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), codes=("np.cos(2 * state.q[:, 5])",))
     more = replace(first, where="joint 5", codes=("state.temperature > 21",))
@@ -254,8 +251,7 @@ def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Pa
 
 
 def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
-    data, _ = cell(unknown.angle_step, seed=401)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(unknown.angle_step, seed=401)
     name = 'hose 5" \\ 7'
     own = Pattern((channel_signal(name, np.arange(9.0)),), "proportional", lambda x: x)
     size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, codes=own.codes)
@@ -268,8 +264,7 @@ def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
 
 
 def test_each_level_of_a_column_is_drafted_with_a_size_of_its_own(tmp_path: Path) -> None:
-    data, _ = cell(unknown.angle_step, seed=401)
-    found = diagnose(base_fit(data).model, data)
+    found = hidden_found(unknown.angle_step, seed=401)
     word = {f"dock={w}": (np.arange(len(found.suspects[0].values)) % 3 == k) * 1.0 for k, w in enumerate("abc")}
     [each] = (p for p in of_words(words({n: channel_signal(n, x) for n, x in word.items()})["dock"]) if p.wide)
     docks = replace(found.suspects[0], pattern=each.text, values=each.values, codes=each.codes)

@@ -6,6 +6,7 @@ import builtins
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,10 @@ from postproc.effects.joint_offset import JointOffset
 from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
-from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnose import Diagnosis, diagnose
+from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
+from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.addition import addition_page
 from postproc.report.batch import batch_page
@@ -42,6 +45,18 @@ BASE = (InstrumentFrame, ToolFrame, JointOffset)
 def conversion() -> Conversion:
     data = resource("samples", "paper_case.mod").read_bytes()
     return compensate_program(Source("paper_case.mod", data), default_model(), Options(force=(200.0, -200.0, -200.0)))
+
+
+def sample(name: str) -> tuple[Model, Measurements]:
+    """A table of the samples, and the shipped model with the usual base at null."""
+    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
+    data = resource("samples", "measurements", name).read_bytes()
+    return model, read_measurements(Source("cell.csv", data), model.robot)
+
+
+@cache
+def diagnosed(name: str) -> Diagnosis:
+    return diagnose(*sample(name))
 
 
 def embedded(page: str) -> Any:
@@ -175,9 +190,7 @@ def test_the_head_of_an_arrow_stands_across_it() -> None:
 
 
 def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
-    model = default_model()
-    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
-    found = compare(model, read_measurements(Source("cell.csv", data), model.robot))
+    found = compare(default_model(), sample("simulated_backlash.csv")[1])
     page = comparison_page("cell.csv", found)
     j = found.as_json()
     assert f"<dt>mean distance</dt><dd>{j['mean_mm']:.3f} mm</dd>" in page
@@ -192,9 +205,7 @@ def test_comparison_page_shows_each_channel_where_it_tells_most() -> None:
 
 
 def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
-    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
-    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
-    found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
+    found = diagnosed("simulated_backlash.csv")
     page = diagnosis_page("cell.toml cell.csv", found)
     assert "The model lacks <code>backlash</code> (joints 2 and 4): a joint stops short" in page
     assert "<dt>missing</dt><dd>backlash</dd>" in page
@@ -206,9 +217,7 @@ def test_diagnosis_page_names_what_is_missing_in_words_and_units() -> None:
 
 
 def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None:
-    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
-    data = resource("samples", "measurements", "simulated_step.csv").read_bytes()
-    found = diagnose(model, read_measurements(Source("cell.csv", data), model.robot))
+    found = diagnosed("simulated_step.csv")
     assert (found.suspects[0].channel, found.suspects[0].where) == ("q4", "joint 4")
     at = np.array(points(suspect_chart(found.searched, found.suspects[0], found.floor)))
     # Flat on both sides of the step; the plain residual is a saw tooth, because the fit has taken part of it on.
@@ -219,10 +228,8 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
 
 
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
-    data = resource("samples", "measurements", "simulated_step.csv").read_bytes()
-    measured = read_measurements(Source("cell.csv", data), model.robot)
-    whole = diagnose(model, measured).as_json()
+    model, measured = sample("simulated_step.csv")
+    whole = diagnosed("simulated_step.csv").as_json()
     monkeypatch.setattr("postproc.identify.refits.ENOUGH", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)
@@ -236,9 +243,7 @@ def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch:
 
 
 def test_addition_page_shows_what_each_effect_is_worth() -> None:
-    model = replace(default_model(), effects=(*default_model().effects, *(e.null() for e in BASE)))
-    data = resource("samples", "measurements", "simulated_backlash.csv").read_bytes()
-    found = add_effects(model, read_measurements(Source("cell.csv", data), model.robot), ["backlash"])
+    found = add_effects(*sample("simulated_backlash.csv"), ["backlash"])
     page = addition_page("cell.toml cell.csv", found)
     rungs = re.findall(r"<span>([^<]*)</span><b><i[^>]*></i>.*?</b><span>([\d.]+) mm</span>", page)
     expected = [("the model as it came", found.before), ("+ backlash", found.fit)]
