@@ -29,6 +29,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "y": ("mm", 1e3),
     "z": ("mm", 1e3),
     "session": ("", 1.0),
+    "row": ("rows", 1.0),
     "gravity": ("m/s^2", 1.0),
     "acceleration": ("m/s^2", 1.0),
     "payload's": ("N", 1.0),

@@ -12,7 +12,7 @@ from postproc.effects.base import Effect
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
 from postproc.fit.fitted import Fit
-from postproc.fit.problem import Problem, make_weights
+from postproc.fit.problem import Problem, Weights, make_weights
 from postproc.fit.reweight import far_off
 from postproc.fit.rounding import blurred, rounded
 from postproc.fit.smooth import choose_smoothness
@@ -104,8 +104,11 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
         return solve(problem, figures, Terms(masks, robust=True))
-    none = np.zeros((len(problem.residual), 0))
-    return Fit(problem, masks, (), (), none, np.zeros(0), figures, far_off(problem, problem.weights))
+    aside = far_off(problem, problem.weights)
+    values = problem.weights.values.copy()
+    values[list(aside)] = 0.0
+    problem = problem.weighted(Weights(values, problem.weights.turn))
+    return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, aside)
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:

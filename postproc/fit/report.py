@@ -14,6 +14,11 @@ def held_lines(fit: Fit) -> list[str]:
     return ["", *lines] if lines else []
 
 
+def set_aside_lines(fit: Fit) -> list[str]:
+    """Rows that no figure counts."""
+    return [f"R{fit.data.name(i)[1:]} was left out: it lies far from everything else." for i in fit.set_aside]
+
+
 def fit_text(fit: Fit) -> str:
     """A fit in sentences, then its parameters with their standard deviations."""
     noise = "unknown" if fit.scatter.position is None else f"{1e3 * fit.scatter.position:.3f} mm ({fit.noise.origin})"
@@ -26,7 +31,6 @@ def fit_text(fit: Fit) -> str:
         values = values_lines(fit, effect.key, 4 * FEW)
         lines += [f"{effect.key}:", *(f"  {text}" for text in values)] if values else []
     lines += held_lines(fit)
-    for i in fit.set_aside:
-        lines.append(f"R{fit.data.name(i)[1:]} was left out: it lies far from everything else.")
+    lines += set_aside_lines(fit)
     lines += [f"{d.message[0].upper()}{d.message[1:]}; {d.help}." for d in cautions(fit)]
     return "\n".join(lines)

@@ -11,6 +11,7 @@ from postproc.arrays import Array
 from postproc.fit.fitted import Fit, distances, rms
 from postproc.fit.least_squares import evaluate
 from postproc.fit.record import mm
+from postproc.fit.report import set_aside_lines
 from postproc.identify.trends import Trend, residual_trends
 from postproc.measure.iso9283 import Iso9283, iso9283
 from postproc.measure.measurements import Measurements
@@ -25,7 +26,8 @@ class Comparison:
     """How far measured and predicted poses are apart.
 
     Args:
-        fit: the model beside the data (nothing fitted). error: (n, 3) measured minus predicted [m], instrument axes.
+        fit: the model beside the data (nothing fitted).
+        error: (n, 3) measured minus predicted [m], instrument axes; NaN in rows that stand out by themselves.
         bound: held-out rms per axis that a free function of the channels reaches on this residual [m].
     """
 
@@ -40,13 +42,16 @@ class Comparison:
         """``postproc/compare/1``."""
         data, length = self.fit.data, distances(self.error) * 1e3
         good = np.isfinite(length)
-        worst = [int(i) for i in np.argsort(-np.nan_to_num(length, nan=-1.0))[:WORST] if good[i]]
+        far = distances(self.fit.problem.error[:, :3]) * 1e3
+        worst = [int(i) for i in np.argsort(-np.nan_to_num(far, nan=-1.0))[:WORST] if np.isfinite(far[i])]
         p50, p95, p99 = np.percentile(length[good], [50, 95, 99]) if good.any() else (0.0, 0.0, 0.0)
         floor = None if self.noise.position is None else mm(self.noise.position)
-        rotation = self.fit.problem.error[:, 3:6] if data.rotation is not None else None
+        kept = np.isin(np.arange(len(data)), self.fit.set_aside, invert=True)
+        rotation = self.fit.problem.error[kept, 3:6] if data.rotation is not None else None
         return {
             "schema": "postproc/compare/1",
             "rows": len(data),
+            "set_aside_rows": [data.row[i] for i in self.fit.set_aside],
             "rms_mm": mm(rms(self.error)),
             "rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0,
             "mean_mm": round(float(np.mean(length[good])), 6) if good.any() else 0.0,
@@ -76,7 +81,7 @@ class Comparison:
                     **({"file": data.sources[data.file[i]].path} if data.file else {}),
                     "row": data.row[i],
                     "pose_id": data.pose_id[i],
-                    "error_mm": round(float(length[i]), 6),
+                    "error_mm": round(float(far[i]), 6),
                 }
                 for i in worst
             ],
@@ -97,6 +102,7 @@ class Comparison:
             f"The arm is {j['mean_mm']:.3f} mm from where the model says{axes}, {j['maximum_mm']:.3f} mm at worst "
             f"(rms {j['rms_mm']:.3f} mm per axis); {noise}.",
             _without_physics(j["rms_mm"], j["bound_mm"], j["noise_mm"]),
+            *set_aside_lines(self.fit),
             "",
             "axis   rms mm   mean mm",
             *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
@@ -137,6 +143,6 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     """
     fit = evaluate(model, data, noise=noise)
     figures = estimate_noise(fit.data, noise)
-    error = fit.problem.error[:, :3]
+    error = fit.position_error
     iso = iso9283(error[:, np.isfinite(error).any(axis=0)], fit.data.repeats)
     return Comparison(fit, error, figures, iso, residual_trends(fit), fit.leftover.held_out)

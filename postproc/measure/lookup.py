@@ -194,5 +194,6 @@ def missing_help(cells: Cells) -> str:
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
     likely = names.likely_map(cells.header, cells.units)
     if likely:
-        return f"the table has the columns {shown}; if these are meant, give a column map with the lines:\n{likely}"
+        asked = "if these are meant, give a column map (`--columns FILE.toml`) with the lines:"
+        return f"the table has the columns {shown}; {asked}\n{likely}"
     return f"the table has the columns {shown}; name others with a column map (`postproc explain DAT002`)"

@@ -102,7 +102,7 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("batch", programs, "-o", tmp_path / "out"),
         ("fit", table, "--robot", "irb4600_60_205", "--effects", BASE, "-o", cell),
         ("fit", far, "--robot", "irb4600_60_205", "--effects", BASE, "-o", tmp_path / "far.toml"),
-        ("compare", cell, table),
+        ("compare", cell, far),
         ("diagnose", cell, table),
         ("diagnose", cell, step),
         ("add", cell, "backlash", "transmission_error", "nonlinear_compliance", "--data", table, "-o", better),

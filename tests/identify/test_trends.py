@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.identify.compare import compare
 from postproc.identify.trends import residual_trends
 from tests.identify.cells import base_fit, cell
 
@@ -29,3 +30,18 @@ def test_levels_of_a_grid_are_one_bin_each_and_rows_left_out_count_nowhere():
         some = along[kept == k]
         assert np.isclose(mean, some.mean()) and np.isclose(spread, some.std() / np.sqrt(len(some)))
     assert np.isnan(found.values[7]) and found.share > 0.3
+
+
+def test_rows_that_stand_out_are_named_and_in_no_figure_of_a_comparison():
+    data, _ = cell(seed=3)
+    position = data.position.copy()
+    position[7, 1] *= -1  # a sign that was forgotten
+    model = base_fit(data).recorded()
+    found = compare(model, replace(data, position=position))
+    assert "Row 8 was left out: it lies far from everything else." in found.text()
+    told, others = found.as_json(), np.delete(np.arange(len(data)), 7)
+    assert told["set_aside_rows"] == [8] and told["worst"][0]["row"] == 8
+    clean = compare(model, data.rows(others)).as_json()
+    for name in ("rms_mm", "mean_mm", "maximum_mm", "percentiles_mm", "per_axis_mm"):
+        assert told[name] == clean[name]
+    assert told["bound_mm"] < 1.5 * clean["bound_mm"]
