@@ -53,7 +53,8 @@ class Conversion:
     """Result of one conversion.
 
     Args:
-        outputs: path of each source to its corrected bytes; empty where the program is not safe to compensate.
+        outputs: path of each source to its corrected bytes, those of the source where nothing moves the arm; empty
+            where the program is not safe to compensate.
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
         outcomes: of every motion statement; plan, before, after: what was decided, and the deviation along the way.
@@ -71,7 +72,9 @@ class Conversion:
     @property
     def summary(self) -> str:
         """One line for people."""
-        return summary(self.report) if self.outputs else "no program written"
+        if self.plan is None:
+            return "nothing moves: written as it is" if self.outputs else "no program written"
+        return summary(self.report)
 
     @property
     def output(self) -> bytes | None:
@@ -80,7 +83,7 @@ class Conversion:
 
 
 class _Unsafe(Exception):
-    """The program is not converted; the findings say why."""
+    """The program is not converted; the findings say why: with exit code 0 nothing in it moves the arm."""
 
     def __init__(self, exit_code: int = 1) -> None:
         self.exit_code = exit_code
@@ -98,7 +101,8 @@ def compensate_program(source: Source | Sequence[Source], model: Model, options:
     try:
         return _converted(sources, model, options, findings)
     except _Unsafe as stop:
-        return Conversion({}, refused(findings), tuple(findings), stop.exit_code)
+        kept = {s.path: s.data for s in sources if not s.lent} if stop.exit_code == 0 else {}
+        return Conversion(kept, refused(findings), tuple(findings), stop.exit_code)
 
 
 def _converted(sources: tuple[Source, ...], model: Model, options: Options, findings: list[Diagnostic]) -> Conversion:
@@ -161,8 +165,10 @@ def _followed(
     events = seen_from_base(walked.events, options.base)
     findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
-        text, help_ = "there is no motion statement to compensate", "give a module with Move or Arc statements"
-        _refuse(findings, Diagnostic("CMP002", "error", text, sources[0], help=help_))
+        text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
+        findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
+        _stop_at_errors(findings)
+        raise _Unsafe(0)
     _stop_at_errors(findings)
     return program, events
 

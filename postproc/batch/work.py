@@ -51,14 +51,10 @@ def convert(job: Job) -> Result:
         return failed(job.name, job.key, *error.diagnostics)
     except Exception as error:
         return failed(job.name, job.key, _internal(error), final=False)
-    errors = {d.code for d in done.diagnostics if d.severity == "error"}
-    if errors == {"CMP002"}:  # data or a background task: nothing in it moves the arm, and that is no fault
-        kept = {s.path: s.data for s in job.sources if not s.lent}
-        told = tuple(d.as_json() for d in done.diagnostics if d.code != "CMP002")
-        return Result(job.name, job.key, "unchanged", kept, findings=told)
-    findings = tuple(d.as_json() for d in done.diagnostics)
-    if not done.outputs:
-        return Result(job.name, job.key, "failed", findings=findings)
+    # Data or a background task: nothing in it moves the arm, and in a folder that is nothing to be told.
+    findings = tuple(d.as_json() for d in done.diagnostics if d.code != "CMP002")
+    if done.plan is None:
+        return Result(job.name, job.key, "unchanged" if done.outputs else "failed", done.outputs, findings=findings)
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
     figures = {name: done.report[name] for name in names}
     statements = [row["status"] for row in done.report["statements"]]

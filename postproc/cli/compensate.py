@@ -55,7 +55,7 @@ def run(
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
-        if result.report["expected_accuracy"] is None:
+        if result.plan is not None and result.report["expected_accuracy"] is None:
             say(unmeasured(result.diagnostics))
         names = (source.path, str(target or "compensated"))
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)

@@ -27,7 +27,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
     document = plain(found.report)
     sections: list[Section] = []
     key: dict[str, object] = {}
-    if found.outputs:
+    if found.plan is not None:
         key = {
             "before": document["max_error_before_mm"],
             "after": document["max_error_after_mm"],
@@ -51,7 +51,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
         sections.append(
             Section("Every motion statement", table(COLUMNS, [_row(r) for r in rows[:MOST_ROWS]]), _cut(rows))
         )
-    sections.append(made_section({**({"arm": document["robot"]} if found.outputs else {}), **(made or {})}))
+    sections.append(made_section({**({"arm": document["robot"]} if found.plan is not None else {}), **(made or {})}))
     return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
 
 

@@ -140,7 +140,7 @@ def test_an_external_axis_that_moves_is_not_safe(call: Call, samples: Path, tmp_
 
 @pytest.mark.parametrize(
     ("content", "code"),
-    [(b"", "CLI005"), (bytes(range(256)) * 4, "RAP002"), (b"MODULE m\r\nENDMODULE\r\n", "CMP002"), (b"hello", "")],
+    [(b"", "CLI005"), (bytes(range(256)) * 4, "RAP002"), (b"hello", "RAP011")],
 )
 def test_files_that_are_no_program(call: Call, tmp_path: Path, content: bytes, code: str) -> None:
     program, target = tmp_path / "odd.mod", tmp_path / "out.mod"
@@ -150,6 +150,20 @@ def test_files_that_are_no_program(call: Call, tmp_path: Path, content: bytes, c
     assert f"error[{code}" in outcome.err
     assert str(program) in outcome.err
     assert not target.exists()
+
+
+@pytest.mark.parametrize(
+    "content", [b"MODULE m\r\nENDMODULE", b"MODULE m\n PROC main()\n  rSeam;\n ENDPROC\nENDMODULE\n"]
+)
+def test_a_module_in_which_nothing_moves_is_written_as_it_is(call: Call, tmp_path: Path, content: bytes) -> None:
+    program, target = tmp_path / "data.sys", tmp_path / "out.sys"
+    program.write_bytes(content)
+    outcome = call("compensate", program, "-o", target, "--report", tmp_path / "out.html")
+    assert outcome.code == 0
+    assert "warning[CMP002]" in outcome.err and "nothing moves: written as it is" in outcome.err
+    assert target.read_bytes() == content
+    assert "Nothing was corrected" in (tmp_path / "out.html").read_text()
+    assert call("compensate", program, "--check").code == 0
 
 
 @pytest.mark.parametrize(
