@@ -13,7 +13,7 @@ from postproc.effects.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.every import FRAMES, LOADED, Patterns, off_everywhere
+from postproc.patterns.every import FRAMES, LOADED, SEATED, Patterns, off_everywhere
 from postproc.patterns.felt import LEANS, leaning, overturning_moment
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
@@ -65,9 +65,9 @@ def places(problem: Problem) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
-    may move, or the base as it leans), tool (translation), the far end of each arm body (turn or shift), and what
-    carries a weight (mass and moment). The last two bodies are a few centimetres long: the tool and the joints beside
-    them do what they do.
+    may move, or the base as it leans), tool (translation, with a turn where that is measured), the far end of each arm
+    body (turn or shift), and what carries a weight (mass and moment). The last two bodies are a few centimetres long:
+    the tool and the joints beside them do what they do.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -82,6 +82,8 @@ def places(problem: Problem) -> dict[str, Array]:
         parts = (J[:, :, BODY + 3 : BODY + 6] @ turn[:, :, None], J[:, :, BODY : BODY + 3] @ shift[:, :, None])
         found[LEANS] = np.concatenate(parts, axis=2)
     found["tool"] = J[:, :, TOOL : TOOL + 3]
+    if J.shape[1] > 3:
+        found[SEATED] = J[:, :, TOOL : TOOL + 6]
     for reading, moves in Sight.of(problem.rest).moves().items():
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     # A compliance that a missing load has pushed towards zero would hide it.

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
-from postproc.model.places import BODY, INSTRUMENT
+from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import waves
 from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
@@ -365,6 +365,21 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
+
+
+def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
+    """With a heavy payload the flange turns in its seat: its point moves a little, its axes turn."""
+    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
+    assert "tool, shifted and turned" not in places(base_fit(data).problem)
+    turned = replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3])
+    fit = base_fit(turned)
+    heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
+    moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
+    y = fit.problem.whiten((moved * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    left = replace(fit.linear, residual=y)
+    found = find_suspects(fit.problem, left, Patterns([plain("payload", heavy, "level")], slow=frozenset(["payload"])))
+    assert found[0].where == "tool, shifted and turned" and found[0].evidence > 0
+    assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
 
 def test_what_is_in_a_tank_weighs_as_much_as_there_is_of_it():
