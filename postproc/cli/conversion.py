@@ -21,7 +21,7 @@ Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
 
 
-def parse_vector(option: str, text: str) -> Vector:
+def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vector:
     """Three numbers with commas between them, ``200,-200,-200``.
 
     Raises:
@@ -32,7 +32,7 @@ def parse_vector(option: str, text: str) -> Vector:
     except ValueError:
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
-        text, help_ = f"`{option} {text}` is not three numbers", f"write `{option} 200,-200,-200`"
+        text, help_ = f"`{option} {text}` is not three numbers", f"write `{option} {such_as}`"
         raise PostprocError.of("CLI006", text, help=help_)
     return x, y, z
 

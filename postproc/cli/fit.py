@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from postproc.cli.conversion import VectorText, parse_vector
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write_model
 from postproc.cli.report import print_json, say, say_next, show
@@ -26,6 +27,7 @@ def run(
     *data: Tables,
     robot: str,
     effects: Annotated[str, Parameter(name="--effects")] = BASE,
+    mounting: VectorText = "0,0,0",
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -35,15 +37,19 @@ def run(
     Args:
         robot: library name, or a robot TOML or URDF file.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
+        mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry.
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
+    import numpy as np
+
     from postproc.effects.loading import load_effect_file
     from postproc.effects.registry import effect_library, find_effect
     from postproc.fit.least_squares import fit_model
     from postproc.identify.add import grown
     from postproc.model.arm import Model
     from postproc.robot.catalogue import doubts, load_robot
+    from postproc.robot.pose import rpy
 
     check_outputs((*data, *table.inputs, robot), output)
     arm = load_robot(robot)
@@ -57,7 +63,8 @@ def run(
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     measured = table.read(data, arm)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
-    fit = fit_model(Model(arm, robot_name=robot), measured, plain, noise=table.sigma)
+    R_world_base = rpy(np.radians(parse_vector("--mounting", mounting, "180,0,0")))
+    fit = fit_model(Model(arm, R_world_base=R_world_base, robot_name=robot), measured, plain, noise=table.sigma)
     for cls in dict.fromkeys(classes):
         if cls.structures():
             fit = grown(fit, cls, table.sigma)

@@ -85,12 +85,15 @@ def _unphysical(fit: Fit) -> list[Diagnostic]:
         told = float(np.sum(column**2))
         x[j] += float(column[:, 0] @ fit.linear.residual) / max(told, 1e-300)
         width[j] = 1.96 * np.sqrt(fit.variance / max(told, 1e-300))
-    joints = [str(j + 1) for j in np.flatnonzero(x + np.nan_to_num(width, nan=np.inf) < 0)]
+    sure = np.nan_to_num(width, nan=np.inf)
+    joints = [str(j + 1) for j in np.flatnonzero(x + sure < 0)]
     if not joints:
         return []
     which = f"joint {joints[0]}" if len(joints) == 1 else f"joints {', '.join(joints[:-1])} and {joints[-1]}"
     message = f"the fitted compliance of {which} is negative: no gear yields against its load"
     help_ = "a load is missing that works against gravity there (balancer, arm load, payload): ask `postproc diagnose`"
+    if len(joints) > 1 and not (x > sure).any():
+        help_ = "gravity pulls the other way: where the arm hangs, `postproc fit --mounting 180,0,0` says so"
     return [Diagnostic("DAT026", "warning", message, fit.data.source, help=help_)]
 
 

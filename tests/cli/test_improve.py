@@ -340,3 +340,22 @@ def test_a_gauge_along_one_axis_tells_what_it_can(call: Call, cell: Path, tmp_pa
     assert "says along z," in text.out and "nan" not in text.out.lower()
     page = (tmp_path / "z.html").read_text("utf-8")
     assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL).lower()
+
+
+def test_an_arm_that_hangs_is_fitted_as_it_hangs(call: Call, tmp_path: Path) -> None:
+    make_set(tmp_path, seed=8, plan=Plan(hung=True), noise_mm=NOISE_MM, poses=80, sized=False)
+    data, model = tmp_path / "fit.csv", tmp_path / "hung.toml"
+    standing = call("fit", data, "--robot", "irb4600_60_205", "-o", model)
+    assert "is negative" in standing.out and "where the arm hangs, `postproc fit --mounting 180,0,0`" in standing.out
+    fitted = call("fit", data, "--robot", "irb4600_60_205", "--mounting", "180,0,0", "-o", model)
+    assert fitted.code == 0 and "is negative" not in fitted.out
+    assert "rpy_deg = [180.0, 0.0, 0.0]" in model.read_text()
+    assert call("predict", model, tmp_path / "validate_true.csv", "-o", tmp_path / "out.csv").code == 0
+    _, predicted = positions(tmp_path / "out.csv")
+    _, true = positions(tmp_path / "validate_true.csv")
+    assert np.sqrt(np.mean((predicted - true) ** 2)) < 0.6 * NOISE_MM
+
+
+def test_a_mounting_that_is_no_angles_is_told_what_to_write(call: Call, cell: Path) -> None:
+    told = call("fit", cell / "fit.csv", "--robot", "irb4600_60_205", "--mounting", "gantry")
+    assert told.code == 2 and "CLI006" in told.err and "write `--mounting 180,0,0`" in told.err

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,11 +68,12 @@ class Cell:
     tool: np.ndarray
     instrument: np.ndarray
     hidden: tuple[Hidden, ...] = ()
+    gravity: np.ndarray = field(default_factory=lambda: A.G)
 
 
 def measure(cell: Cell, s: States) -> np.ndarray:
     """(n, 3) true TCP in the instrument's frame [m]."""
-    load = A.Load(s.mass, s.center)
+    load = A.Load(s.mass, s.center, gravity=cell.gravity)
 
     def displace(f: A.Frames, tau: np.ndarray, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         dq = cell.offset + tau * cell.compliance

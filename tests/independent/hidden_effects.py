@@ -78,6 +78,7 @@ class Plan:
     kinds: list[Kind] = field(default_factory=list)
     robot: str = "irb4600_60_205"
     outliers: int = 0
+    hung: bool = False
 
 
 def draw_plan(g: np.random.Generator) -> Plan:
@@ -119,6 +120,8 @@ def make_set(
     moving = any(h.needs == "moving" for h in hidden) or (not hidden and g.random() < 0.15)
     session = any(h.needs == "session" for h in hidden) or (not hidden and g.random() < 0.15)
     cell = draw_cell(g, arm, hidden)
+    if plan.hung:
+        cell = replace(cell, gravity=-cell.gravity)
     s = draw_states(g, n, arm, moving, session)
     true = measure(cell, s)
     twelfth = max(n // 12, 1)
