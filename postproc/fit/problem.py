@@ -56,7 +56,7 @@ class Weights:
             numbers[:, :m] = np.linalg.solve(self.turn, numbers[:, :m, None])[:, :, 0]
         return np.where(self.used, numbers, np.nan) / np.where(self.used, self.values, 1.0)
 
-    def rows(self, index: NDArray[np.bool_]) -> Weights:
+    def rows(self, index: NDArray[np.bool_] | NDArray[np.int_]) -> Weights:
         return Weights(self.values[index], None if self.turn is None else self.turn[index])
 
 

@@ -49,7 +49,8 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
     rows = rows[np.unique(problem.data.repeats[rows], return_index=True)[1]]
     if len(rows) < FEWEST:
         return False
-    off, turned = problem.error[rows, :3], problem.sensitivity.matrix[rows, :3, :6]
+    some = Problem(problem.model, problem.data.rows(rows), problem.weights.rows(rows))
+    off, turned = problem.error[rows, :3], some.sensitivity.matrix[:, :3, :6]
     size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
     cosine = np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300)
     return bool((cosine.min(axis=0) > WHOLE).any())
