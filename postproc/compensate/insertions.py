@@ -51,7 +51,7 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
     """
     statement = event.statement
     if statement.source.lent:
-        return "it stands in a file that is only read along"
+        return "it stands in a file that is only read along: convert both together (`postproc batch`)"
     if statement.instruction.startswith("Trigg"):
         return "its triggers are placed along the whole way"
     if added_instruction(statement.instruction) is None:

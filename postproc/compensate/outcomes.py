@@ -45,7 +45,7 @@ def judge_statements(
 ) -> tuple[list[Outcome], list[Diagnostic]]:
     """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
 
-    Statements of lent files are not judged: nobody asked for them.
+    Statements of lent files have no outcome, being left as they are; what stays off on the program's targets is told.
     """
     tolerance = plan.motion.options.tolerance_m
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
@@ -57,19 +57,20 @@ def judge_statements(
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
     findings: list[Diagnostic] = []
+    own = own_moves(plan)
     for statement in program.statements:
-        if statement.source.lent:
-            continue
         indices = runs.get(statement.key, [])
-        outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
-        outcomes.append(outcome)
-        if outcome.status == "skipped" and statement.interpolation not in ("absjoint", "none"):
-            text = f"left as it is: {outcome.reason}"
-            findings.append(finding("CMP005", "warning", statement, text, BESIDE))
-            continue
-        rows = [moves[i] for i in indices if i in moves]
+        rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
+        if not statement.source.lent:
+            outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
+            outcomes.append(outcome)
+            if outcome.status == "skipped":
+                if statement.interpolation not in ("absjoint", "none"):
+                    text = f"left as it is: {outcome.reason}"
+                    findings.append(finding("CMP005", "warning", statement, text, BESIDE))
+                continue
         way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
-        if outcome.status != "skipped" and max(way, end) > tolerance:
+        if max(way, end) > tolerance:
             what = "the path to this target" if way > end else "this target itself"
             text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
             farthest = max(rows, key=lambda i: max(worst[i], at_goal[i]))
@@ -94,9 +95,10 @@ def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> st
         return FOLLOWS
     if not on_the_way and any(i in plan.shared for i in rows):
         return SHARED
-    if on_the_way and start.event.statement.source.lent:
+    key = start.event.statement.key
+    if on_the_way and start.event.statement.source.lent and key not in plan.decisions.edited:
         return LENT_START
-    if on_the_way and start.event.statement.key in plan.decisions.refused:
+    if on_the_way and key in plan.decisions.refused:
         return STAYING_START
     divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
     return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)

@@ -155,6 +155,17 @@ def test_the_lines_of_a_library_that_run_on_the_targets_of_the_program_are_in_th
     assert not [d for d in found.diagnostics if d.code == "CMP017"]
 
 
+def test_what_stays_off_on_a_line_of_a_library_is_told_there() -> None:
+    part = f"MODULE Part\n  CONST robtarget a:={target(1150, 10)};\n  CONST robtarget b:={target(1100, 650)};\n"
+    part += f"  PROC main()\n    MoveJ {target(1200, 50)},v100,fine,t;\n    rWeld a,b;\n  ENDPROC\nENDMODULE\n"
+    found = convert(("part.mod", part, False), ("lib.sys", LIBRARY, True), force=(0.0, 0.0, -200.0))
+    told = {d.place: d for d in found.diagnostics if d.code == "CMP006"}["lib.sys:6:5"]
+    assert "read along: convert both together" in (told.help or "")
+    assert f"{found.report['max_error_after_mm']:.3f} mm off" in told.message
+    both = convert(("part.mod", part, False), ("lib.sys", LIBRARY, False), force=(0.0, 0.0, -200.0))
+    assert both.report["max_error_after_mm"] <= 0.01
+
+
 def test_where_the_program_measures_its_tool_the_way_out_is_told() -> None:
     text = f"MODULE M\n  {TOOL}\n  PROC main()\n    BECheckTcp t;\n    MoveL {target(1200)},v100,fine,t;\n  ENDPROC\nENDMODULE\n"
     (stop,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP003"]
