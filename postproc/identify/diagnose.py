@@ -13,6 +13,7 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
@@ -177,10 +178,13 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
 
 
 def _steps(start: Fit, fitted: Fit, missing: list[Missing], final: Fit) -> list[Missing]:
-    """What is missing with the held-out error of each step on the way."""
+    """What is missing with the held-out error of each step on the way; a map is called what it is in the end."""
     some = [m.candidate for m in missing]
+    last = [(final.model.effect(c.key), c) for c in some]
+    told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
     fits = [refit_all(start, fitted, some[: k + 1], start.noise.stated) for k in range(len(some) - 1)]
-    return [replace(m, held_out_after=fit.held_out_rms) for m, fit in zip(missing, [*fits, final], strict=False)]
+    steps = zip(missing, told, [*fits, final], strict=False)
+    return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
 
 
 def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:

@@ -13,7 +13,7 @@ from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
 from postproc.identify import lines
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnose import _steps, diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search
@@ -186,3 +186,12 @@ def test_lines_that_predict_no_better_than_a_map_could_as_well_be_one(monkeypatc
     found = lines.perhaps_a_map(SimpleNamespace(fit=None), [told, other], None)
     assert [m.alike for m in found] == [("arm_load",) if better else ("arm_load", "joint_error_map"), ()]
     assert [m.unseen for m in found] == [("joint_error_map",) if better else (), ()]
+
+
+def test_a_map_is_called_by_the_orders_that_the_model_has():
+    screened, fitted = (JointErrorMap(joint=(1, 2), order=k) for k in (16, 40))
+    none = np.zeros(64, dtype=bool)
+    found = Missing(Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9))
+    final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
+    (told,) = _steps(None, None, [found], final)
+    assert told.candidate.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
