@@ -8,7 +8,7 @@ from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
 from postproc.rapid import functions
-from postproc.rapid.pose import quat_mult
+from postproc.rapid.pose import cross, quat_mult
 from postproc.rapid.trees import (
     Aggregate,
     Binary,
@@ -168,8 +168,8 @@ def _product(a: Value, b: Value) -> Value:
     x, y = a.data, b.data
     if isinstance(x, tuple) and isinstance(y, tuple):
         if len(x) == 4:
-            return Value(quat_mult((x[0], x[1], x[2], x[3]), (y[0], y[1], y[2], y[3])), "orient")
-        return Value((x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]), "pos")
+            return Value(quat_mult(x, y), "orient")
+        return Value(cross(x, y), "pos")
     if isinstance(y, tuple):
         return Value(tuple(x * item for item in y), b.type)
     if isinstance(x, tuple):

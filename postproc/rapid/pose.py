@@ -90,24 +90,6 @@ def euler_zyx(q: Quat) -> Vec3:
     )
 
 
-def quat_of_axes(x: Vec3, y: Vec3, z: Vec3) -> Quat:
-    """Unit quaternion of the frame whose axes are ``x``, ``y``, ``z`` (Shepperd's method)."""
-    trace = x[0] + y[1] + z[2]
-    if trace > 0:
-        s = 2 * math.sqrt(1 + trace)
-        q = (s / 4, (y[2] - z[1]) / s, (z[0] - x[2]) / s, (x[1] - y[0]) / s)
-    elif x[0] > y[1] and x[0] > z[2]:
-        s = 2 * math.sqrt(1 + x[0] - y[1] - z[2])
-        q = ((y[2] - z[1]) / s, s / 4, (y[0] + x[1]) / s, (z[0] + x[2]) / s)
-    elif y[1] > z[2]:
-        s = 2 * math.sqrt(1 + y[1] - x[0] - z[2])
-        q = ((z[0] - x[2]) / s, (y[0] + x[1]) / s, s / 4, (z[1] + y[2]) / s)
-    else:
-        s = 2 * math.sqrt(1 + z[2] - x[0] - y[1])
-        q = ((x[1] - y[0]) / s, (z[0] + x[2]) / s, (z[1] + y[2]) / s, s / 4)
-    return normalise(q)
-
-
 def frame_of_points(p1: Vec3, p2: Vec3, p3: Vec3, origin: int = 1) -> Pose:
     """DefFrame: x from ``p1`` to ``p2``, ``p3`` on the side of +y; the origin in ``p1`` (1), ``p2`` (2) or so that
     ``p3`` lies on the y axis (3).
@@ -115,6 +97,8 @@ def frame_of_points(p1: Vec3, p2: Vec3, p3: Vec3, origin: int = 1) -> Pose:
     Raises:
         ZeroDivisionError: the points coincide or lie on a line.
     """
+    from scipy.spatial.transform import Rotation  # reading alone does without
+
     along = subtract(p2, p1)
     length = math.sqrt(dot(along, along))
     x = (along[0] / length, along[1] / length, along[2] / length)
@@ -123,4 +107,6 @@ def frame_of_points(p1: Vec3, p2: Vec3, p3: Vec3, origin: int = 1) -> Pose:
     z = (normal[0] / height, normal[1] / height, normal[2] / height)
     foot = dot(subtract(p3, p1), x)
     start = {1: p1, 2: p2, 3: add(p1, (foot * x[0], foot * x[1], foot * x[2]))}[origin]
-    return Pose(start, quat_of_axes(x, cross(z, x), z))
+    axes = list(zip(x, cross(z, x), z, strict=True))
+    w, a, b, c = Rotation.from_matrix(axes).as_quat(scalar_first=True).tolist()
+    return Pose(start, (w, a, b, c))

@@ -39,10 +39,9 @@ def pose_matrix(trans_mm: ArrayLike, rot: ArrayLike) -> Array:
 
 def matrix_pose(matrix: Array) -> Pose:
     """Pose [mm, scalar first, q1 >= 0] of a homogeneous matrix (4, 4) [m]."""
-    x, y, z = (float(v) for v in matrix[:3, 3] / MM)
-    qx, qy, qz, qw = (float(v) for v in Rotation.from_matrix(matrix[:3, :3]).as_quat())
-    sign = -1.0 if qw < 0 else 1.0
-    return Pose((x, y, z), (sign * qw, sign * qx, sign * qy, sign * qz))
+    x, y, z = (matrix[:3, 3] / MM).tolist()
+    w, a, b, c = Rotation.from_matrix(matrix[:3, :3]).as_quat(canonical=True, scalar_first=True).tolist()
+    return Pose((x, y, z), (w, a, b, c))
 
 
 def inverse(matrix: Array) -> Array:
@@ -121,7 +120,7 @@ def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]
         return []
     rots = [target.rot for target in _robtargets(events)]
     matrices = inverse(object_matrices(events)) @ T_base_tcp
-    quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat()[:, [3, 0, 1, 2]]
+    quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat(scalar_first=True)
     quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
     return [
         Pose((p[0], p[1], p[2]), (r[0], r[1], r[2], r[3]))

@@ -6,9 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from postproc.report.page import Section, made_section, render_page, table
+from postproc.report.page import Section, first_rows, made_section, render_page, table
 
-MOST_ROWS = 2000
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
 FINDING = ("program", "line", "", "code", "what", "what to do")
 COLUMNS = ("program", "result", "before [mm]", "after [mm]", "added", "left", "unproved", "cycle [s]", "warnings")
@@ -37,13 +36,12 @@ def batch_page(name: str, document: Mapping[str, Any], made: Mapping[str, str] |
     said = [_finding(name, d) for name, d in told if d["severity"] == "error"]
     said += [_finding("", d) for d in document["diagnostics"]]
     if said:
-        sections.append(Section("Errors", table(FINDING, said[:MOST_ROWS]), _cut(len(said))))
-    rows = [_row(t) for t in sorted(tasks, key=_rank)]
+        sections.append(Section("Errors", *first_rows(FINDING, said)))
     note = "Failures first, then the largest deviations that remain. "
     if any(t.get("unproved_statements") for t in tasks):
         note += f"Unproved: {UNPROVED}. "
-    note += _cut(len(rows))
-    sections.append(Section("Every program", table(COLUMNS, rows[:MOST_ROWS]), note))
+    every, cut = first_rows(COLUMNS, [_row(t) for t in sorted(tasks, key=_rank)])
+    sections.append(Section("Every program", every, note + cut))
     if warned := [(name, d) for name, d in told if d["severity"] == "warning"]:
         note = (
             "One of each kind, with the largest figure that it tells; the JSON document of the batch has all of them."
@@ -94,7 +92,3 @@ def _figure(message: str) -> float:
     """The first length that a message tells [mm]."""
     found = re.search(r"([\d.]+) mm\b", message)
     return float(found[1]) if found else 0.0
-
-
-def _cut(count: int) -> str:
-    return f"The first {MOST_ROWS} of {count}." if count > MOST_ROWS else ""

@@ -11,10 +11,9 @@ from postproc.convert import Conversion
 from postproc.report.charts import course
 from postproc.report.document import plain
 from postproc.report.figures import chosen, enlargement, plane_views
-from postproc.report.page import Section, made_section, render_page, table
+from postproc.report.page import Section, first_rows, made_section, render_page
 from postproc.report.svg import BLUE, RED
 
-MOST_ROWS = 2000
 COLUMNS = ("line", "routine", "instruction", "status", "moved by [mm]", "remains [mm]", "why")
 
 
@@ -42,15 +41,12 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
     if document["diagnostics"]:
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         columns = ("line", "", "code", "what", "what to do")
-        sections.append(Section("Findings", table(columns, findings[:MOST_ROWS]), _cut(findings)))
+        sections.append(Section("Findings", *first_rows(columns, findings)))
     skipped = [(row["line"], row["routine"], row["reason"]) for row in rows if row["status"] == "skipped"]
     if skipped:
-        section = table(("line", "routine", "why"), skipped[:MOST_ROWS])
-        sections.append(Section("Left as they are", section, _cut(skipped)))
+        sections.append(Section("Left as they are", *first_rows(("line", "routine", "why"), skipped)))
     if rows:
-        sections.append(
-            Section("Every motion statement", table(COLUMNS, [_row(r) for r in rows[:MOST_ROWS]]), _cut(rows))
-        )
+        sections.append(Section("Every motion statement", *first_rows(COLUMNS, [_row(r) for r in rows])))
     sections.append(made_section({**({"arm": document["robot"]} if found.plan is not None else {}), **(made or {})}))
     return render_page(f"postproc compensate {name}", _sentence(document, bool(found.outputs)), sections, document, key)
 
@@ -124,7 +120,3 @@ def _where(found: Conversion) -> Section:
 def _row(row: Mapping[str, Any]) -> list[object]:
     keys = ("line", "routine", "instruction", "status", "shift_mm", "residual_mm", "reason")
     return [row[key] for key in keys]
-
-
-def _cut(rows: list[Any]) -> str:
-    return f"The first {MOST_ROWS} of {len(rows)}; --json has all of them." if len(rows) > MOST_ROWS else ""

@@ -15,6 +15,8 @@ from markupsafe import Markup
 from postproc import __version__
 from postproc.resources import resource
 
+MOST_ROWS = 2000
+
 
 @dataclass(frozen=True, slots=True)
 class Section:
@@ -74,6 +76,12 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     head = "".join(f'<th scope="col"{kind}>{escape(name)}</th>' for name, kind in zip(columns, kinds, strict=True))
     body = "".join("<tr>" + "".join(f"<td{_kind(cell)}>{_shown(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def first_rows(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> tuple[str, str]:
+    """A table of as many rows as can be read, and what it leaves out."""
+    cut = f"The first {MOST_ROWS} of {len(rows)}; --json has all of them." if len(rows) > MOST_ROWS else ""
+    return table(columns, rows[:MOST_ROWS]), cut
 
 
 def made_section(made: Mapping[str, str]) -> Section:
