@@ -21,7 +21,6 @@ from postproc.compensate.belief import doubt_corrections
 from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import figures_of
-from postproc.compensate.insertions import small_zone
 from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import judge_statements
@@ -29,7 +28,6 @@ from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
-from postproc.compensate.sharing import target_users
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
@@ -115,7 +113,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     model, more = applicable_model(model, events, options)
     findings += more
     motion = _moving(model, program, events, options, findings)
-    plan = plan_changes(model, motion, events, target_users(program), lambda e: small_zone(program, e))
+    plan = plan_changes(model, motion, events, program)
     findings += doubt_corrections(model, plan)
     _stop_at_errors(findings)
     env = environment(options.template_dir)

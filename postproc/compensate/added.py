@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.between import between
-from postproc.compensate.insertions import insertion_of
+from postproc.compensate.between import FUNCTIONS, between
+from postproc.compensate.insertions import insertion_of, small_zone
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.texts import SAME_MM, same_value
 from postproc.compensate.values import Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.motion.refusals import STILL
-from postproc.rapid.events import MotionEvent, StatementKey
+from postproc.rapid.events import StatementKey
+from postproc.rapid.program import Program
 from postproc.rapid.records import NO_AXIS, Ax6, RobTarget
 from postproc.robot.configuration import confdata
 
 NO_CONF = (0, 0, 0, 0)
-ZoneName = Callable[[MotionEvent], str]
 
 
 def added_statements(
     wishes: Wishes,
     pieces: Sequence[Pieces],
     edited: Mapping[StatementKey, Place],
-    zone_name: ZoneName,
+    program: Program,
     tolerance: float,
 ) -> tuple[list[Insertion], dict[int, str]]:
     """Statements to add; moves whose statement runs several times and would need different ones.
@@ -49,17 +49,20 @@ def added_statements(
     for group in runs.values():
         if not any(i in divided for i in group):
             continue
-        first, *others = (_added(wishes, i, divided.get(i), zone_name) for i in group)
+        first, *others = (_added(wishes, i, divided.get(i), program) for i in group)
+        # Functions of the program's own by these names may calculate something else.
+        module = wishes.motion.moves[group[0]].event.statement.module
+        named = {} if any(program.routine(name, module) for name in FUNCTIONS) else edited
         if all(_same_insertions(first, other, same) for other in others):
             found += first
-        elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others], edited, same / 2):
+        elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others], named, same / 2):
             found += shared
         else:
             clashing.update({i: "it runs several times on different ways" for i in group})
     return found, clashing
 
 
-def _added(wishes: Wishes, i: int, part: Pieces | None, zone_name: ZoneName) -> list[Insertion]:
+def _added(wishes: Wishes, i: int, part: Pieces | None, program: Program) -> list[Insertion]:
     """The statements to add before one move."""
     if part is None:
         return []
@@ -70,7 +73,7 @@ def _added(wishes: Wishes, i: int, part: Pieces | None, zone_name: ZoneName) -> 
     shares = wishes.motion.samples.u[goals].tolist()
     to = [replace(value, extax=_axes(wishes, i, share)) for value, share in zip(to, shares, strict=True)]
     vias = wishes.values([(i, wishes.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
-    zone, parts = zone_name(event), np.diff(shares, prepend=0.0).tolist()
+    zone, parts = small_zone(program, event), np.diff(shares, prepend=0.0).tolist()
     return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
 
 

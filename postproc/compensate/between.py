@@ -24,6 +24,7 @@ from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.records import RobTarget
 
+FUNCTIONS = ("pow", "distance")  # of RAPID, by which it is written
 TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is
 NAMED = frozenset({"declaration", "element", "call"})  # what the program calls the target then holds the corrected one
 SHARE_DECIMALS, BEND_DECIMALS = 3, 4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,13 +16,14 @@ from postproc.compensate.following import carried_on, displaced_on, farther_ways
 from postproc.compensate.insertions import ASTRAY, runs_astray, why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
-from postproc.compensate.sharing import Users, possible_runs, shared_shifts
+from postproc.compensate.sharing import possible_runs, shared_shifts, target_users
 from postproc.compensate.targets import Pieces, divide_moves, divided_alike
 from postproc.compensate.texts import PlaceKey, numbers_of
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent, StatementKey
+from postproc.rapid.program import Program
 from postproc.rapid.units import object_matrices
 from postproc.robot.pose import pose_error
 
@@ -48,19 +49,13 @@ class Plan:
     curve: Array
 
 
-def plan_changes(
-    model: Model,
-    motion: Motion,
-    events: Sequence[MotionEvent],
-    users: Mapping[str, Users],
-    zone_name: Callable[[MotionEvent], str],
-) -> Plan:
+def plan_changes(model: Model, motion: Motion, events: Sequence[MotionEvent], program: Program) -> Plan:
     """Decide what to change so that the real arm follows the programmed curves.
 
     Args:
-        events: all of the program; users: see ``target_users``.
-        zone_name: name of a small fly-by zone that means what it says where the event's statement stands.
+        events: all of the program.
     """
+    users = target_users(program)
     samples, moves, tolerance = motion.samples, motion.moves, motion.options.tolerance_m
     t = motion.timeline.at(motion.timeline.t, motion.place)
     settled = motion.steady()
@@ -88,7 +83,7 @@ def plan_changes(
         values = Wishes(model.robot, motion, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(runs, wishes, users, 1e3 * least)
-        insertions, clashing = added_statements(values, pieces, decisions.edited, zone_name, tolerance)
+        insertions, clashing = added_statements(values, pieces, decisions.edited, program, tolerance)
         now_left = left_targets(motion, exact, wishes, decisions)
         farther = farther_ways(motion, runs, exact, now_left, decisions, 1e3 * least) | farther
         now_left |= carried_on(motion, now_left, farther)

@@ -391,7 +391,7 @@ SEAMS = [((50, -900, 500), (90, 200, 500)), ((150, -800, 520), (150, 150, 500)),
 
 
 @pytest.mark.parametrize("body", ["FOR i FROM 1 TO 3 DO\nweld pS{i},pE{i};\nENDFOR", "loop;"])
-@pytest.mark.parametrize("between", ["", "nSeam:=nSeam+1;"])
+@pytest.mark.parametrize("between", ["", "nSeam:=nSeam+1;", "! RETURN 0;"])
 def test_seams_between_other_places_share_targets_between_their_ends(body: str, between: str) -> None:
     """What a line lacks grows with the square of its length; nothing may run between, which could change what is named."""
     starts, ends = (",".join(target(*seam[k]) for seam in SEAMS) for k in (0, 1))
@@ -407,6 +407,8 @@ def test_seams_between_other_places_share_targets_between_their_ends(body: str, 
             f"  PROC loop()\nFOR i FROM 1 TO 3 DO\n{weld.replace('@S', 'pS{i}').replace('@E', 'pE{i}')}ENDFOR\n  ENDPROC\n"
         )
     )
+    if "RETURN" in between:  # a function of its own by the name of that of RAPID
+        more += "  FUNC num Distance(pos a,pos b)\n    RETURN 0;\n  ENDFUNC\n"
     text = module(data, body, more)
     found = convert(text)
     after = found.report["max_error_after_mm"]
