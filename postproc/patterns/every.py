@@ -127,16 +127,22 @@ class Patterns:
 
     def groups(self, where: str) -> Iterator[Group]:
         """Patterns at a place: the arm does not change what an instrument makes of its readings."""
-        everywhere = [] if where == LEANS else [self.apart if where in APART else self.anywhere]
-        groups = (*everywhere, self.only(where))
+        every = self.carried if where in LOADED else self.apart if where in APART else self.anywhere
+        groups = (*([] if where == LEANS else [every]), self.only(where))
         return (group for group in groups if group.parts)
 
     def sensible(self, pattern: Pattern, where: str) -> bool:
         """Whether a pattern makes sense at a place: an instrument reads what it sees, and feels no load."""
+        free = self.own if where in LOADED else self.slow
         anywhere = (
-            pattern.where is None and where != LEANS and (where not in APART or self.slow.issuperset(pattern.channels))
+            pattern.where is None and where != LEANS and (where not in APART or free.issuperset(pattern.channels))
         )
         return anywhere or pattern.where == sort(where)
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """The table's own columns."""
+        return self.slow - {"row", "session", "temperature", "time", "payload"}
 
     @cached_property
     def anywhere(self) -> Group:
@@ -147,6 +153,11 @@ class Patterns:
     def apart(self) -> Group:
         """Those that do not follow the arm."""
         return Group([p for p in self.anywhere.parts if self.slow.issuperset(_first(p).channels)], self.kinds)
+
+    @cached_property
+    def carried(self) -> Group:
+        """Those of the table's own columns: what is filled, unwound or changed has one."""
+        return Group([p for p in self.apart.parts if self.own.issuperset(_first(p).channels)], self.kinds)
 
     def only(self, where: str) -> Group:
         """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""

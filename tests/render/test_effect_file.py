@@ -15,13 +15,14 @@ from postproc.effects.conformance import check_effect
 from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
+from postproc.identify.diagnose import diagnose
 from postproc.patterns.every import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.levels import of_words, words
 from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
-from tests.identify.cells import cell, hidden_found, true_error
+from tests.identify.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import arm as A
 from tests.independent import unknown_effects as unknown
 from tests.independent.cells import Hidden
@@ -176,13 +177,17 @@ def sprung_cart(g, arm) -> Hidden:
 
 
 def filled_tank(g, arm) -> Hidden:
-    """A tank on the forearm's housing that fills when it is warm."""
+    """A tank on the forearm's housing that is fuller the warmer it is."""
 
     def force(s, f):
         p = f.body[3][:, :3, 3] + f.body[3][:, :3, :3] @ [0.3, 0.05, 0.2]
-        return A.Wrenches([A.point_load(3, p, 18.0 * (s.temperature > np.median(s.temperature))[:, None] * A.G)])
+        return A.Wrenches([A.point_load(3, p, litres(s.temperature)[:, None] * A.G)])
 
-    return Hidden("filled_tank", "unknown", channels=("temperature",), force=force)
+    return Hidden("filled_tank", "unknown", channels=("litres",), force=force)
+
+
+def litres(temperature: np.ndarray) -> np.ndarray:
+    return np.maximum(3.0 * (temperature - 19.0), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +200,6 @@ def filled_tank(g, arm) -> Hidden:
         (soft_tool, 405),
         (lifting_foot, 406),
         (sprung_cart, 407),
-        (filled_tank, 408),
     ],
 )
 def test_a_drafted_effect_brings_the_error_down_to_the_noise(
@@ -211,6 +215,22 @@ def test_a_drafted_effect_brings_the_error_down_to_the_noise(
     [effect] = load_effect_file(path)
     assert (effect.key, check_effect(effect)) == (key, [])
     grown = add_effects(found.base.model, data, [*(m.candidate.key for m in found.missing), key], [effect])
+    assert true_error(grown.fit, true) < 0.6 * 0.03e-3
+
+
+def test_a_weight_that_follows_a_column_is_drafted_as_a_load(tmp_path: Path) -> None:
+    data, true = (
+        replace(rows, state=rows.state.with_(channels={"litres": litres(rows.state.temperature)}))
+        for rows in cell(filled_tank, seed=408)
+    )
+    found = diagnose(base_fit(data).model, data)
+    assert (found.verdict, found.missing) == ("unknown", ())
+    assert [(s.channel, s.where) for s in found.suspects[:1]] == [("litres", "body 3, under a weight")]
+    path = tmp_path / "own.py"
+    path.write_text(effect_file(found, "own", "cell.csv")[1] or "", encoding="utf-8")
+    [effect] = load_effect_file(path)
+    assert check_effect(effect) == [] and set(effect.parameters()) == {"size_kg", "size_kgm"}
+    grown = add_effects(found.base.model, data, ["own"], [effect])
     assert true_error(grown.fit, true) < 0.6 * 0.03e-3
 
 
