@@ -216,10 +216,9 @@ def test_files_are_written_whoever_reads_stdout(samples: Path, tmp_path: Path) -
 
 
 def test_streams_may_be_closed(samples: Path, tmp_path: Path) -> None:
-    command = (
-        f"exec {sys.executable} -m postproc compensate {samples / 'paper_case.mod'} -o {tmp_path / 'x.mod'} >&- 2>&-"
-    )
-    assert subprocess.run(["sh", "-c", command], check=False, cwd=samples.parent).returncode == 0
+    words = [sys.executable, "-m", "postproc", "compensate", samples / "paper_case.mod", "-o", tmp_path / "x.mod"]
+    command = ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *words]
+    assert subprocess.run(command, check=False, cwd=samples.parent).returncode == 0
     assert (tmp_path / "x.mod").exists()
 
 
