@@ -210,6 +210,7 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
     assert (outcome.code, outcome.out) == (0, "The model lacks ..\n")
+    model, data = shlex.quote(str(model)), shlex.quote(str(data))
     assert outcome.err.splitlines() == [
         f"next: `postproc add {model} arm_load backlash --data {data} --noise 0.05 -o BETTER.toml` writes the model that "
         "has them",
