@@ -61,13 +61,16 @@ class Suspect:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
 
 
-def places(problem: Problem) -> dict[str, Array]:
+def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     """(n, r, m) derivative of the prediction by a move at each place.
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
     may move, or the base as it leans), tool (translation, with a turn where that is measured), the far end of each arm
     body (turn or shift), and what carries a weight (mass and moment). The last two bodies are a few centimetres long:
     the tool and the joints beside them do what they do.
+
+    Args:
+        weighed: whether anything that is tried may be a weight.
     """
     J = problem.sensitivity.matrix
     found = {f"joint {j + 1}": J[:, :, j : j + 1] for j in range(6)}
@@ -88,7 +91,7 @@ def places(problem: Problem) -> dict[str, Array]:
         found[f"instrument, {reading}"] = np.pad(moves, ((0, 0), (0, J.shape[1] - 3)))[:, :, None]
     # A compliance that a missing load has pushed towards zero would hide it.
     springs = replace(problem.sensitivity, springs=problem.softer.springs)
-    for name, b in LOADED.items():
+    for name, b in LOADED.items() if weighed else ():
         weight = ArmLoad(body=(b,))
         found[name] = springs.by_parameter(weight, weight.amplitudes())
     for b in range(1, 5):
@@ -103,7 +106,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
     With the fitted parameters projected out.
     """
     tried = Tried(problem, linear, every)
-    for where, moves in places(problem).items():
+    for where, moves in places(problem, weighed=bool(every.own)).items():
         tried.moves[where] = moves
         tried.screen(where)
     smooth = {field.where: field for field in fields(problem)}
