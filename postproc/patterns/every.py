@@ -145,9 +145,18 @@ class Patterns:
         return self.slow - {"row", "session", "temperature", "time", "payload"}
 
     @cached_property
+    def narrow(self) -> Mapping[str | None, list[Part]]:
+        """Patterns with one size by where alone they make sense; those that do at every place by None."""
+        found: dict[str | None, list[Part]] = {}
+        for part in self.parts:
+            if not _first(part).wide:
+                found.setdefault(_first(part).where, []).append(part)
+        return found
+
+    @cached_property
     def anywhere(self) -> Group:
         """Patterns that make sense at every place."""
-        return Group([p for p in self.parts if _first(p).where is None and not _first(p).wide], self.kinds)
+        return Group(self.narrow.get(None, []), self.kinds)
 
     @cached_property
     def apart(self) -> Group:
@@ -162,8 +171,7 @@ class Patterns:
     def only(self, where: str) -> Group:
         """Patterns that make sense at a place alone, at every joint, or for every error of the instrument."""
         if where not in self.known:
-            here = (where, sort(where))
-            some = [p for p in self.parts if _first(p).where in here and not _first(p).wide]
+            some = [p for here in dict.fromkeys([where, sort(where)]) for p in self.narrow.get(here, ())]
             self.known[where] = Group(some, self.kinds)
         return self.known[where]
 
