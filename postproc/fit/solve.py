@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
+from postproc.effects.base import Effect
 from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.reweight import reweighted
-from postproc.fit.step import FRAMES, Masks, Name, Slope
+from postproc.fit.step import FRAMES, Masks, Name, Slope, sizes
 from postproc.measure.repeat import Noise
 
 SWEEPS = 40
@@ -81,7 +83,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             _enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
             if sweep < SWEEPS // 2:  # what is just about determined might come and go for ever
-                problem = _held_at_prior(problem, at.held, prior)
+                problem = _held_at_prior(problem, at, prior, fresh)
             if problem is not place:
                 at = None
                 continue
@@ -120,16 +122,36 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
     return prior
 
 
-def _held_at_prior(problem: Problem, held: Collection[Name], prior: Mapping[str, Array]) -> Problem:
-    """The problem with what is held where it belongs; frames and free functions stay."""
+def _held_at_prior(problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str]) -> Problem:
+    """The problem with what is held where it belongs; frames and free functions stay.
+
+    So does what is new where others could make up for it by wild values alone.
+    """
     effects = []
     for effect in problem.model.effects:
-        x = effect.vector()
-        back = np.array([(effect.key, i) in held for i in range(len(x))]) & (x != prior[effect.key])
+        x, held = effect.vector(), {i for key, i in at.held if key == effect.key}
+        back = np.array([i in held for i in range(len(x))]) & (x != prior[effect.key])
         known = effect.key in FRAMES or effect.roughness() is not None or not back.any()
-        effects.append(effect if known else effect.with_vector(np.where(back, prior[effect.key], x)))
+        if known or (effect.key in fresh and not _made_up_for(problem, at, effect, back, prior[effect.key] - x)):
+            effects.append(effect)
+        else:
+            effects.append(effect.with_vector(np.where(back, prior[effect.key], x)))
     changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
     return problem.at(effects) if changed else problem
+
+
+def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
+    """Whether others can do what a change of held parameters undoes, and stay of ordinary size or become smaller.
+
+    A turn of the last joint makes up for any direction of what turns the tool, but by far too large an angle.
+    """
+    wanted = problem.slopes(effect, mask) @ change[mask]
+    step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]
+    every = [e for e in problem.model.effects if e.key not in FRAMES]
+    here = {(e.key, i): x for e in every for i, x in enumerate(e.vector())}
+    size = {(e.key, i): x for e in every for i, x in enumerate(sizes(problem, e))}
+    others = [(name, by) for name, by in zip(at.parameters, step, strict=True) if name in here]
+    return all(abs(here[name] + by) <= max(10 * size[name], abs(here[name])) for name, by in others)
 
 
 def _enough(problem: Problem, fitted: int) -> None:

@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
+from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.registry import effect_library
+from postproc.fit.determined import slope
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
+from postproc.fit.solve import _held_at_prior
 from postproc.identify.add import add_effects
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
@@ -269,3 +273,34 @@ def test_a_bad_position_is_set_aside_beside_coarse_orientations():
     position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3))
     position[17] += np.array([0.6e-3, -0.5e-3, 0.5e-3])
     assert base_fit(replace(data, position=position, rotation=rotation)).set_aside == (17,)
+
+
+class Seat(Effect, reads=("temperature",)):
+    """A tool that turns and shifts in its seat as it warms up."""
+
+    turn_rad: Array = param(unit="rad", shape=3, low=-0.4, high=0.4, typical=4e-3)
+    shift_m: Array = param(unit="m", shape=3, low=-0.1, high=0.1, typical=1e-3)
+
+    def displacement(self, state):
+        warm = (state.temperature - 22.0) / 4.0
+        return Displacement(tool=np.outer(warm, np.concatenate([self.shift_m, self.turn_rad])))
+
+
+def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is():
+    """A turn of the last joint makes up for any direction in which the tool shifts, but by tens of degrees."""
+    data, _ = cell(seed=401)
+    plain = base_fit(data).model
+    warm = plain.with_effects(*plain.effects, Seat(turn_rad=[4e-3, 3e-3, 1e-3], shift_m=[1e-3, -1e-3, -1e-4]))
+    problem = Problem(warm, data, base_fit(data).problem.weights)
+    whole = slope(problem, {e.key: np.ones(len(e.vector()), bool) for e in warm.effects}, set(), {})
+    assert ("joint_offset", 5) in whole.parameters
+    kept = [k for k, name in enumerate(whole.parameters) if name != ("seat", 3)]
+    at = replace(
+        whole,
+        columns=whole.columns[:, kept],
+        parameters=tuple(whole.parameters[k] for k in kept),
+        held=(("seat", 3),),
+    )
+    null = {e.key: e.null_vector() for e in warm.effects}
+    shift = [_held_at_prior(problem, at, null, new).model.effect("seat").shift_m[0] for new in ({"seat"}, set())]
+    assert shift == [1e-3, 0.0]
