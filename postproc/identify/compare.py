@@ -105,7 +105,7 @@ class Comparison:
             *set_aside_lines(self.fit),
             "",
             "axis   rms mm   mean mm",
-            *(f"  {a}   {v['rms']:7.3f}  {v['mean']:8.3f}" for a, v in j["per_axis_mm"].items()),
+            *(f"  {a}   {v['rms']:7.3f}  {v['mean']:z8.3f}" for a, v in j["per_axis_mm"].items()),
             "",
             "worst poses: " + ", ".join(f"{w['pose_id']} ({_row(w)}) {w['error_mm']:.3f} mm" for w in j["worst"][:5]),
         ]

@@ -136,8 +136,10 @@ def _one_or_more(search: Search, best: Candidate) -> Candidate:
 
     Two lines of gears together may come before a hose that one of them resembles.
     """
-    after = None if best.first is None else refit(search.fit, search.linear(), best.first)
-    if best.first is None or after is None:
+    if best.first is None:
+        return best
+    after = refit(search.fit, search.linear(), best.first)
+    if after is None:
         return best
     beside = ranking(replace(search, fit=after))
     more = max((c.evidence for c in beside if c.key == best.key), default=0.0)

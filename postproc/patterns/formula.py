@@ -164,6 +164,7 @@ Part = Pattern | Sequence[Pattern]
 
 
 def members(part: Part) -> Sequence[Pattern]:
+    """The patterns of a part, one alone as well."""
     return [part] if isinstance(part, Pattern) else part
 
 

@@ -20,6 +20,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.record import fit_json, parameters_json
 from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
+from postproc.identify.compare import compare
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed
 from postproc.identify.verdict import doubts, headline
@@ -171,3 +172,10 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
     )
     text = headline(said_of)
     assert ("predicted worse" in text, "can be added" in text) == (said, not said)
+
+
+def test_a_mean_of_nothing_has_no_sign():
+    fit = base_fit(cell(seed=401)[0])
+    found = compare(fit.model, fit.data)
+    text = replace(found, error=np.full_like(found.error, [1e-3, 0.0, -1e-9])).text()
+    assert re.search(r"z +0\.000 +0\.000$", text, re.MULTILINE)
