@@ -31,7 +31,7 @@ def weld(model: Model, program: bytes) -> tuple[Array, Array]:
     """Where the nominal and the elastic arm are along the weld of a program, (n, 3) [m] both, base axes."""
     events = walk(read_program(Source("seam.mod", program)))
     moves, _ = read_moves(model.robot, events)
-    path, _ = sample_path(model.robot, moves, events)
+    path, _ = sample_path(model.robot, moves)
     burning = np.array([moves[int(i)].welding for i in path.move])
     n = int(burning.sum())
     tool = moves[-1]
@@ -40,9 +40,9 @@ def weld(model: Model, program: bytes) -> tuple[Array, Array]:
         payload_mass=np.full(n, tool.payload_mass),
         payload_center=np.tile(tool.payload_center, (n, 1)),
         wrench=np.tile([*FORCE, 0.0, 0.0, 0.0], (n, 1)),
-        T_flange_tcp=tool.T_flange_tcp,
+        T_flange_tcp=tool.T_mount_tcp,
     )
-    return path.T_base_tcp[burning, :3, 3], predict(model, state)[:, :3, 3]
+    return path.T_work_tcp[burning, :3, 3], predict(model, state)[:, :3, 3]
 
 
 def nearest(curve: Array, points: Array) -> tuple[Array, Array]:

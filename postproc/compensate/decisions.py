@@ -11,7 +11,7 @@ reason.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,14 +56,14 @@ class Decisions:
     """
 
     changes: tuple[Change, ...]
-    refused: Mapping[StatementKey, str] = field(default_factory=dict)
-    following: Mapping[StatementKey, frozenset[str]] = field(default_factory=dict)
-    edited: Mapping[StatementKey, Place] = field(default_factory=dict)
-    serving: frozenset[PlaceKey] = frozenset()
+    refused: Mapping[StatementKey, str]
+    following: Mapping[StatementKey, frozenset[str]]
+    edited: Mapping[StatementKey, Place]
+    serving: frozenset[PlaceKey]
 
 
 def decide_changes(
-    runs: Mapping[int, MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float = SAME_MM
+    runs: Mapping[int, MotionEvent], wishes: Sequence[Wish], users: Mapping[str, Users], least: float
 ) -> Decisions:
     """Decide for every wish where it is written.
 

@@ -87,24 +87,23 @@ def _fewest(
 
 
 def place_vertices(
-    u: Array, shift: Array, direction: Array, allowed: Flags, tolerance: float, weight: Array | None = None
+    u: Array, shift: Array, direction: Array, allowed: Flags, tolerance: float, weight: Array
 ) -> tuple[list[int], bool]:
     """Choose the fewest samples at which a line gets an added target, evenly used.
 
     Args:
         u: (k,) fractions along the move, shift: (k, 3) exact correction [m], direction: (3,) unit direction.
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
-        tolerance: largest chord deviation [m]; weight: (k,) how much a deviation counts, 1 where nothing is said.
+        tolerance: largest chord deviation [m]; weight: (k,) how much a deviation counts.
 
     Returns:
         Indices of the added targets, and whether the tolerance is met everywhere.
     """
     last = len(u) - 1
     across = perpendicular(shift, direction)
-    counts = np.ones(len(u)) if weight is None else weight
 
     def deviation(a: int, b: int) -> float:
-        return chord_gaps(u, across, counts, a, b)
+        return chord_gaps(u, across, weight, a, b)
 
     return _fewest(deviation, allowed, last, tolerance)
 
@@ -125,31 +124,30 @@ def circle_gaps(points: Array, a: Array, via: Array, b: Array) -> Array:
 
 
 def place_arcs(
-    commanded: Array, tolerance: float, shortest: int, outside: Flags | None = None, weight: Array | None = None
+    commanded: Array, tolerance: float, shortest: int, outside: Flags, weight: Array
 ) -> tuple[list[tuple[int, int]], bool]:
     """Split an arc into the fewest arcs whose circles stay within tolerance of the commanded points.
 
     Args:
         commanded: (k, 3) exact commanded TCP positions along the arc [m].
         tolerance: [m]; shortest: number of intervals that an arc spans at least (MoveC's limits on length and angle).
-        outside: (k,) samples that may become targets (outside the neighbours' zones); weight: (k,) how much a deviation
-            counts. Everywhere, and 1, where nothing is said.
+        outside: (k,) samples that may become targets (outside the neighbours' zones).
+        weight: (k,) how much a deviation counts.
 
     Returns:
         (via, goal) sample indices of each arc, and whether the tolerance is met everywhere.
     """
     last = len(commanded) - 1
-    counts = np.ones(len(commanded)) if weight is None else weight
 
     def deviation(a: int, b: int) -> float:
         if b - a < 2:
             return 0.0
         gaps = circle_gaps(commanded[a : b + 1], commanded[a], commanded[(a + b) // 2], commanded[b])
-        return float((counts[a : b + 1] * gaps).max())
+        return float((weight[a : b + 1] * gaps).max())
 
     allowed = np.arange(last + 1) % shortest == 0
     allowed[max(0, last - shortest + 1) :] = False
-    allowed &= True if outside is None else outside
+    allowed &= outside
     goals, reached = _fewest(deviation, allowed, last, tolerance)
     edges = [0, *goals, last]
     return [((a + b) // 2, b) for a, b in pairwise(edges)], reached

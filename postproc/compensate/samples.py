@@ -48,7 +48,7 @@ class Samples:
         return self.curves.mounts[self.move[rows]]
 
 
-def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array | None = None) -> Samples:
+def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     """Sample every move evenly.
 
     Args:
@@ -63,8 +63,7 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array | None = None
     count = np.maximum(count, 1)
     arcs = np.maximum(np.maximum(count, np.ceil(curves.angle / ARC_STEP)), 4)
     count = np.where(curves.arc, arcs + arcs % 2, count)  # even: the circle point may be the middle sample
-    if dense is not None:
-        count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
+    count = np.where(curves.joint, count, np.maximum(count, dense + dense % 2))
     travel = np.ceil(np.abs(curves.q_change).max(axis=1, initial=0) / JOINT_STEP - 1e-9)
     count = np.where(curves.joint, np.maximum(travel, 1), count)
     count = np.where(first, 0, count).astype(int)

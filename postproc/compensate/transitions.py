@@ -8,7 +8,7 @@ from postproc.compensate.correction import BEFORE_TARGET, Transition
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.compensate.values import UNCHANGED_MM
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Severity
 from postproc.motion.values import Flags
 from postproc.rapid.events import MotionStatement, StatementKey
 
@@ -87,7 +87,6 @@ def transient_finding(plan: Plan, after: Deviation) -> list[Diagnostic]:
     return [finding("CMP009", "info", move.event.statement, text)]
 
 
-def finding(code: str, severity: str, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
+def finding(code: str, severity: Severity, statement: MotionStatement, text: str, help_: str = "") -> Diagnostic:
     """A finding at a statement."""
-    assert severity in ("error", "warning", "info")
-    return Diagnostic(code, severity, text, statement.source, statement.span, help_)  # type: ignore[arg-type]
+    return Diagnostic(code, severity, text, statement.source, statement.span, help_)

@@ -33,14 +33,7 @@ class Multibody:
         pin = self.pin
         model = pin.Model()
         model.gravity = pin.Motion(np.asarray(gravity, dtype=float), np.zeros(3))
-        kinds = (
-            pin.JointModelPX,
-            pin.JointModelPY,
-            pin.JointModelPZ,
-            pin.JointModelRX,
-            pin.JointModelRY,
-            pin.JointModelRZ,
-        )
+        kinds = [getattr(pin, f"JointModel{kind}{axis}") for kind in "PR" for axis in "XYZ"]
         parent, joint, spring = 0, [], []
         for b in range(7):
             distal = pin.SE3(np.eye(3), robot.link[b, :3, 3])

@@ -9,6 +9,8 @@ from postproc.effects.contract import Displacement, Load
 
 JOINT, BODY, TOOL, INSTRUMENT, PLACES = 0, 6, 48, 54, 60
 """First column of the joints, of the bodies, of the tool and of the instrument, and how many there are."""
+LOADS = 54
+"""Columns of a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
 
 
 def placed(displacement: Displacement) -> dict[int, Array]:
@@ -18,10 +20,10 @@ def placed(displacement: Displacement) -> dict[int, Array]:
     return parts | {at: np.asarray(xi) for at, xi in others if xi is not None}
 
 
-def flat(displacement: Displacement, n: int) -> Array:
-    """(n, 60) a displacement by place."""
-    result = np.zeros((n, PLACES))
-    for at, part in placed(displacement).items():
+def flat(parts: dict[int, Array], n: int, places: int) -> Array:
+    """(n, places) a displacement or a load, given by place, at all places."""
+    result = np.zeros((n, places))
+    for at, part in parts.items():
         result[:, at : at + 6] = part
     return result
 
@@ -32,15 +34,7 @@ def plus(one: dict[int, Array], other: dict[int, Array], times: float = 1.0) -> 
     return {at: part for at, part in (one | both).items() if part.any()}
 
 
-def flat_load(load: Load | None, n: int) -> Array:
-    """(n, 54) a load: torques of the joints (6), then the wrench that every body and the tool carry (8 x 6)."""
-    result = np.zeros((n, 54))
-    for at, part in ({} if load is None else carried(load)).items():
-        result[:, at : at + 6] = part
-    return result
-
-
 def carried(load: Load) -> dict[int, Array]:
-    """(n, 6) torques of the joints and the wrench of each body that carries one, by where they stand in `flat_load`."""
+    """(n, 6) torques of the joints and the wrench of each body that carries one, by their first column of ``LOADS``."""
     parts = {6 + 6 * body: wrench for body, wrench in load.body.items()}
     return parts if load.joint is None else {0: load.joint, **parts}

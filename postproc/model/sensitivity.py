@@ -21,7 +21,7 @@ from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Directions, deflected_chain, directions, point_jacobian, spread
 from postproc.model.equilibrium import Equilibrium, active_bodies, equilibrium
 from postproc.model.loads import loaded_state
-from postproc.model.places import BODY, INSTRUMENT, PLACES, TOOL, carried, placed, plus
+from postproc.model.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import displace, left_jacobian
@@ -100,10 +100,7 @@ class Sensitivity:
             low = here if exact and here is not None else answer(x - step)
             change, load = (plus(a, b, -1.0) for a, b in zip(high, low, strict=True))
             if load:
-                every = np.zeros((len(state), 54))
-                for at, part in load.items():
-                    every[:, at : at + 6] = part
-                change = plus(change, self.by_load(every))
+                change = plus(change, self.by_load(flat(load, len(state), LOADS)))
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array) -> dict[int, Array]:

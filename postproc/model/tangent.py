@@ -15,7 +15,7 @@ from postproc.model.chain import Chain, Directions, deflected_chain, directions,
 from postproc.model.equilibrium import Equilibrium, carries_load
 from postproc.model.loads import coordinates, payload_point
 from postproc.model.multibody import Multibody
-from postproc.model.places import BODY, PLACES, flat, flat_load
+from postproc.model.places import BODY, LOADS, PLACES, carried, flat, placed
 
 LOAD_STEP = 0.1  # [N, N m]: effects are linear in the load, or smooth over tens of N m
 POSE_STEP = 1e-6  # [rad, m]
@@ -115,7 +115,7 @@ def _effect_loads(model: Model, rest: Equilibrium, at: Frame) -> Array:
             body = {b: moved[:, columns] for b, columns in bodies.columns.items()}
             chain = deflected_chain(model.robot, moved[:, bodies.joint], body, bool(bodies.bodies))
             state = rest.state.with_(T_base_body=chain.T_base_body)
-            load = sum((flat_load(load_of(e, state), n) for e in loading), np.zeros((1, 54)))
+            load = sum((flat(carried(load_of(e, state)), n, LOADS) for e in loading), np.zeros((1, LOADS)))
             sides.append(spread(directions(model.robot, chain, bodies.bodies), load[:, 6:].reshape(n, 8, 6)))
             sides[-1][:, bodies.joint] += load[:, :6]
         K[:, :, k] = (sides[0] - sides[1]) / (2 * POSE_STEP)
@@ -144,5 +144,5 @@ def _shifted(readers: list[Effect], state: State, bodies: Multibody, k: int, ste
         body = body.copy()
         body.reshape(n, 42)[:, place - BODY] += step
     loaded = state.with_(joint_load=joint, body_load=body)
-    every = sum((flat(displacement_of(e, loaded), n) for e in readers), np.zeros((1, PLACES)))
+    every = sum((flat(placed(displacement_of(e, loaded)), n, PLACES) for e in readers), np.zeros((1, PLACES)))
     return np.asarray(every[:, bodies.place])

@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
-from postproc.model.places import flat
+from postproc.model.places import PLACES, flat, placed
 from postproc.model.sensitivity import grown_sensitivity
 
 BATCH = 500  # poses at once: 48 coordinates squared, a few times over
@@ -95,7 +95,7 @@ def _derivatives(model: Model, state: State, known: Uncertainty, instrument: boo
             whole = effect.unlimited()
             columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(whole, free)[:, :3]
             if whole is not effect:
-                moved = (flat(displacement_of(e, at.state), len(state)) for e in (whole, effect))
+                moved = (flat(placed(displacement_of(e, at.state)), len(state), PLACES) for e in (whole, effect))
                 missed += (at.matrix[:, :3] @ np.subtract(*moved)[:, :, None])[:, :, 0]
     return columns, missed
 

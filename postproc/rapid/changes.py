@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.motion import Piece, read_arguments
-from postproc.rapid.program import Program, bodies, statements_in
+from postproc.rapid.program import Program, statements_in, statements_of
 from postproc.rapid.syntax import Parameter, Routine, Statement
 
 # State that instructions change, by instruction.
@@ -82,9 +82,8 @@ class Changes:
         found: dict[str, set[str]] = {key: set() for key in routines}
         callers: dict[str, set[str]] = {}
         for key, routine in routines.items():
-            for body in bodies(routine):
-                for statement in statements_in(body):
-                    self._of_statement(statement, routine, found[key], calls[key])
+            for statement in statements_of(routine):
+                self._of_statement(statement, routine, found[key], calls[key])
             for called, _ in calls[key]:
                 callers.setdefault(called, set()).add(key)
         pending = list(routines)

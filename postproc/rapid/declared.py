@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from postproc.diagnostics import Span
 from postproc.rapid import patterns
@@ -11,8 +11,7 @@ from postproc.rapid.expressions import ExpressionError, read_whole_expression
 from postproc.rapid.literals import read_literal_numbers
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration
-from postproc.rapid.tokens import skip
-from postproc.rapid.values import RECORDS, Data, Fields, NotKnown, Value, zero
+from postproc.rapid.values import Data, NotKnown, Value, known_records, zero
 
 MAX_ELEMENTS = 1_000_000
 
@@ -25,9 +24,7 @@ class Declared:
     def __init__(self, program: Program) -> None:
         self.values: dict[str, Value | NotKnown] = {}
         self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
-        self.records: Mapping[str, Fields] = {
-            **RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}
-        }  # fmt: skip
+        self.records = known_records(program.modules)
 
     def value(self, declaration: Declaration, home: Home) -> Value:
         """The value that the declaration itself gives.
@@ -110,12 +107,4 @@ def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
     start, end = span
     if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
         return ()
-    found = []
-    at = start + 1
-    while at < end - 1:
-        part = patterns.PART.match(data, at, end - 1)
-        stop = part.end() if part else end - 1
-        first = skip(data, at, stop)
-        found.append((first, patterns.trimmed(data, first, stop)))
-        at = stop + 1
-    return tuple(found)
+    return patterns.listed(data, start + 1, end - 1)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from postproc.rapid.program import bodies, statements_in
+from postproc.rapid.program import statements_of
 from postproc.rapid.syntax import Branch, Routine, Statement
 
 
 def jumps_in(routine: Routine) -> Mapping[str, int]:
     """How many GOTOs lead to each label of a routine."""
-    return Counter(s.word for body in bodies(routine) for s in statements_in(body) if s.kind == "goto")
+    return Counter(s.word for s in statements_of(routine) if s.kind == "goto")
 
 
 def structured(body: tuple[Statement, ...], jumps: Mapping[str, int]) -> tuple[Statement, ...]:

@@ -174,8 +174,5 @@ class Memory:
         """The scope in which a declaration's own expression is read."""
         routine = self.program.routine(declaration.routine, declaration.module) if declaration.routine else None
         if routine is None:
-            empty: tuple[()] = ()
-            routine = Routine(
-                declaration.source, (0, 0), declaration.module, "PROC", "", False, "", empty, empty, empty
-            )
+            routine = Routine(declaration.source, (0, 0), declaration.module, "PROC", "", False, "", (), (), ())
         return Memory(self.program, self.changes, self.constants, Frame(routine), self.function, {})

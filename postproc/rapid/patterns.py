@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from postproc.rapid.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING, many
+from postproc.rapid.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING, many, skip
 
 GAP = many(BLANK + rb"|" + COMMENT)
 DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array in an aggregate needs 5)
@@ -74,6 +74,19 @@ PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
 # One step through an expression (group 1: blank or comment), and an expression up to a comma.
 TOKEN = re.compile(rb"(" + BLANK + many(BLANK) + rb"|" + COMMENT + rb")|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
 PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED))
+
+
+def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
+    """Spans of what stands between commas outside brackets, without blanks around it; nothing may stand there."""
+    spans = []
+    at = start
+    while at < end:
+        found = PART.match(data, at, end)
+        stop = found.end() if found else end
+        first = skip(data, at, stop)
+        spans.append((first, trimmed(data, first, stop)))
+        at = stop + 1
+    return tuple(spans)
 
 
 def trimmed(data: bytes, start: int, end: int) -> int:

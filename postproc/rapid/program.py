@@ -69,9 +69,10 @@ def statements_in(body: Sequence[Statement]) -> Iterator[Statement]:
             yield from statements_in(branch.body)
 
 
-def bodies(routine: Routine) -> Iterator[tuple[Statement, ...]]:
-    yield routine.body
-    yield from routine.handlers
+def statements_of(routine: Routine) -> Iterator[Statement]:
+    """Every statement of a routine and of its handlers in text order, those inside blocks too."""
+    for body in (routine.body, *routine.handlers):
+        yield from statements_in(body)
 
 
 def is_encrypted(data: bytes) -> bool:
@@ -104,17 +105,16 @@ def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = 
     for module in modules:
         known = motions.setdefault(module.source.path, {})
         for routine in module.routines:
-            for body in bodies(routine):
-                for statement in statements_in(body):
-                    if statement.kind != "call" or statement.word not in SIGNATURES:
-                        continue
-                    # A routine of the user's with that name wins over the instruction.
-                    if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
-                        continue
-                    motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
-                    if motion is not None:
-                        known[statement.span[0]] = motion
-                        diagnostics += _check(motion)
+            for statement in statements_of(routine):
+                if statement.kind != "call" or statement.word not in SIGNATURES:
+                    continue
+                # A routine of the user's with that name wins over the instruction.
+                if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
+                    continue
+                motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
+                if motion is not None:
+                    known[statement.span[0]] = motion
+                    diagnostics += _check(motion)
     statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
     declarations = tuple(all_declarations(modules))
     told = tuple(diagnostics)

@@ -195,7 +195,8 @@ class StatementReader(Cursor):
                 colon = TO_COLON.match(self.data, after)
                 close = colon.end() if colon else after
                 self.at = min(close + 1, self.end)
-                branches.append(Branch(split(self.data, after, close), tuple(self.block())))
+                conditions = tuple(span for span in patterns.listed(self.data, after, close) if span[0] < span[1])
+                branches.append(Branch(conditions, tuple(self.block())))
             elif word == b"default":
                 at = skip(self.data, after, self.end)
                 self.at = at + 1 if self.data[at : at + 1] == b":" else after
@@ -228,17 +229,3 @@ class StatementReader(Cursor):
             self.source, (start, self.at), self.module, self.routine, scope, text(found[1]).upper(),
             text(found[2]).lower(), text(found[3]), dims, init,
         )  # fmt: skip
-
-
-def split(data: bytes, start: int, end: int) -> tuple[Span, ...]:
-    """Spans of the expressions between commas."""
-    spans = []
-    at = start
-    while at < end:
-        found = patterns.PART.match(data, at, end)
-        stop = found.end() if found else end
-        first = skip(data, at, stop)
-        if first < stop:
-            spans.append((first, patterns.trimmed(data, first, stop)))
-        at = max(stop, at) + 1
-    return tuple(spans)

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from postproc.diagnostics import Source, Span
 
-Kind = str  # the kinds of Statement are listed there
-
 
 @dataclass(frozen=True, slots=True)
 class Statement:
@@ -23,7 +21,7 @@ class Statement:
         branches: ``if``: one per condition; ``test``: one per CASE; loops: one.
     """
 
-    kind: Kind
+    kind: str
     span: Span
     word: str = ""
     parts: tuple[Span, ...] = ()

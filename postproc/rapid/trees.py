@@ -8,64 +8,59 @@ from postproc.diagnostics import Span
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Node:
     span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Node):
     value: float
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
-    span: Span
+class Text(Node):
     value: str
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
-    span: Span
+class Truth(Node):
     value: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Star:
+class Star(Node):
     """``*``: a position stored without a name, invisible in the text."""
-
-    span: Span
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(Node):
     """``name`` is in lower case, ``text`` as it is written."""
 
-    span: Span
     name: str
     text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Index:
-    span: Span
+class Index(Node):
     base: Expression
     indices: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Component:
-    span: Span
+class Component(Node):
     base: Expression
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Aggregate:
-    span: Span
+class Aggregate(Node):
     items: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(Node):
     """``name`` is in lower case, ``text`` as it is written."""
 
-    span: Span
     name: str
     arguments: tuple[Expression, ...]
     options: tuple[tuple[str, Expression | None], ...] = ()
@@ -73,15 +68,13 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
-    span: Span
+class Unary(Node):
     operator: str
     operand: Expression
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
-    span: Span
+class Binary(Node):
     operator: str
     left: Expression
     right: Expression

@@ -11,10 +11,10 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.changes import Changes, paired
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.motion import read_arguments
-from postproc.rapid.program import Program, bodies, statements_in
+from postproc.rapid.program import Program, statements_of
 from postproc.rapid.syntax import Declaration, Routine, Statement
 from postproc.rapid.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
-from postproc.rapid.values import RECORDS, Fields
+from postproc.rapid.values import Fields, known_records
 
 UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
 # What Dim is asked about is counted, not read.
@@ -62,7 +62,7 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
     What reads or writes components that have nothing to do with targets (the speed in a record beside one) is left out.
     """
     found: dict[str, list[Use]] = {}
-    records: Records = {**RECORDS, **{r.name.lower(): r.fields for m in program.modules for r in m.records}}
+    records = known_records(program.modules)
     changes = Changes(program)
     declared = {d.name.lower() for d in program.declarations}
     for declaration in program.declarations:
@@ -72,14 +72,13 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
                     used = program.declaration(name, declaration.module, declaration.routine)
                     _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
     for routine in program.all_routines():
-        for body in bodies(routine):
-            for statement in statements_in(body):
-                for name, use in _of_statement(program, changes, routine, statement, declared):
-                    parameter = next((p for p in routine.parameters if p.name == name), None)
-                    if parameter is None:
-                        _add(found, program.declaration(name, routine.module, routine.name), use, records)
-                    elif _touches_target(use, parameter.type, records):
-                        found.setdefault(routine.parameter_key(name), []).append(use)
+        for statement in statements_of(routine):
+            for name, use in _of_statement(program, changes, routine, statement, declared):
+                parameter = next((p for p in routine.parameters if p.name == name), None)
+                if parameter is None:
+                    _add(found, program.declaration(name, routine.module, routine.name), use, records)
+                elif _touches_target(use, parameter.type, records):
+                    found.setdefault(routine.parameter_key(name), []).append(use)
     return {key: tuple(uses) for key, uses in found.items()}
 
 

@@ -6,7 +6,7 @@ Layouts: ABB RAPID reference manual, data types.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from postproc.rapid.records import (
     WobjData,
     ZoneData,
 )
+from postproc.rapid.syntax import Module
 
 Data = Any  # float, bool, str or a tuple of Data
 
@@ -110,6 +111,11 @@ RECORDS: Mapping[str, Fields] = {
     "zonedata": _fields("bool finep; num pzone_tcp pzone_ori pzone_eax zone_ori zone_leax zone_reax"),
     "welddata": _fields("num weld_speed org_weld_speed; arcdata main_arc org_arc"),
 }
+
+
+def known_records(modules: Iterable[Module]) -> Mapping[str, Fields]:
+    """Fields of the records that every controller has, and of the program's own, by lower-case name."""
+    return {**RECORDS, **{r.name.lower(): r.fields for module in modules for r in module.records}}
 
 
 def zero(kind: str, records: Mapping[str, Fields]) -> Data:

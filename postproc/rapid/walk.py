@@ -14,7 +14,7 @@ from postproc.rapid.calls import unbound_frame
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.flow import Flow
 from postproc.rapid.memory import Memory
-from postproc.rapid.program import Program, bodies, statements_in
+from postproc.rapid.program import Program, statements_in, statements_of
 from postproc.rapid.rough import rough_orientations
 from postproc.rapid.state import State
 from postproc.rapid.syntax import Routine, Statement
@@ -119,7 +119,7 @@ def _start(flow: Flow, routine: Routine, state: State) -> Memory:
 
 def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
     """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
-    for body in bodies(routine) if routine.kind == "TRAP" else routine.handlers:
+    for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
         if "@moves" not in flow.changes.of(body, routine):
             continue
         frame = unbound_frame(routine)
@@ -139,11 +139,10 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
     """Code that no known way leads to: every motion on its own, whatever ran before."""
     forget(memory, flow.changes.everything, "is not certain here")
-    for body in bodies(routine):
-        for statement in statements_in(body):
-            if statement.kind == "for":
-                index = NotKnown(f"the loop index `{statement.word}` is not known")
-                memory.frame.bindings[statement.word] = index
+    for statement in statements_of(routine):
+        if statement.kind == "for":
+            index = NotKnown(f"the loop index `{statement.word}` is not known")
+            memory.frame.bindings[statement.word] = index
     flow.conditional += 1
     for statement in _unreached(flow, routine):
         flow.ways.lose()
@@ -155,21 +154,19 @@ def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
     """Motion statements of a routine that have no event yet."""
     known = flow.program.motions.get(routine.source.path, {})
     seen = flow.recorder.visited.setdefault(routine.source.path, set())
-    for body in bodies(routine):
-        for statement in statements_in(body):
-            if statement.span[0] in known and statement.span[0] not in seen:
-                yield statement
+    for statement in statements_of(routine):
+        if statement.span[0] in known and statement.span[0] not in seen:
+            yield statement
 
 
 def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
     """The places from which each routine is called by its name."""
     found: dict[str, set[tuple[str, int]]] = {}
     for routine in program.all_routines():
-        for body in bodies(routine):
-            for statement in statements_in(body):
-                called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
-                if called is not None and program.motion(routine.source, statement) is None:
-                    found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
+        for statement in statements_of(routine):
+            called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
+            if called is not None and program.motion(routine.source, statement) is None:
+                found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
     return found
 
 
@@ -177,10 +174,9 @@ def _uncalled(program: Program) -> list[Routine]:
     """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
     named: set[str] = set()
     for routine in program.all_routines():
-        for body in bodies(routine):
-            for statement in statements_in(body):
-                if statement.kind in ("call", "connect"):
-                    _add_names(program, routine.source, statement, named)
+        for statement in statements_of(routine):
+            if statement.kind in ("call", "connect"):
+                _add_names(program, routine.source, statement, named)
     own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
     return [r for r in own if r.name.lower() not in named]
 

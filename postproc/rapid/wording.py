@@ -8,7 +8,7 @@ from typing import Literal
 
 from postproc.rapid.align import aligned
 from postproc.rapid.difference import Difference
-from postproc.rapid.program import Program, bodies
+from postproc.rapid.program import Program
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.tokens import tokenize
 
@@ -77,7 +77,7 @@ def _rows(program: Program) -> dict[str, list[_Row]]:
     for routine in program.all_routines():
         rows: list[_Row] = []
         before = 0
-        for number, body in enumerate(bodies(routine)):
+        for number, body in enumerate((routine.body, *routine.handlers)):
             if number:
                 rows.append(_Row(("handler",), routine.source.position(body[0].span[0])[0] if body else 0, before))
             before = _add_rows(program, routine, body, before, rows)

@@ -36,7 +36,7 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
     u, shift = parabola(height)
     shift[:, 0] = 0.01 * np.sin(9 * u)  # along the path: moves nothing sideways
     tolerance = 1e-5
-    vertices, reached = place_vertices(u, shift, X, np.ones(len(u), bool), tolerance)
+    vertices, reached = place_vertices(u, shift, X, np.ones(len(u), bool), tolerance, np.ones(len(u)))
     chords = math.sqrt(height / tolerance)
     assert reached
     # A target can only stand at a sample: up to 1 of 1000 is lost at every chord, of 70 and more.
@@ -48,7 +48,7 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
 def test_no_target_inside_a_zone() -> None:
     u, shift = parabola(1e-3)
     allowed = (u > 0.2) & (u < 0.8)
-    vertices, reached = place_vertices(u, shift, X, allowed, 1e-5)
+    vertices, reached = place_vertices(u, shift, X, allowed, 1e-5, np.ones(len(u)))
     assert not reached and all(allowed[v] for v in vertices)
 
 
@@ -64,9 +64,9 @@ def test_circle_through_three_points() -> None:
 def test_arc_is_split_until_it_fits() -> None:
     angle = np.linspace(0, 3, 201)
     bent = np.stack([(1 + 1e-3 * np.cos(4 * angle)) * np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    arcs, reached = place_arcs(bent, 1e-5, 2)
+    arcs, reached = place_arcs(bent, 1e-5, 2, np.ones(201, bool), np.ones(201))
     assert reached and len(arcs) > 1 and arcs[-1][1] == 200
-    few, reached = place_arcs(bent, 1e-5, 100)
+    few, reached = place_arcs(bent, 1e-5, 100, np.ones(201, bool), np.ones(201))
     assert not reached and 1 <= len(few) <= 2
 
 
@@ -74,6 +74,6 @@ def test_arc_is_split_until_it_fits() -> None:
 def test_no_piece_of_an_arc_is_shorter_than_asked(shortest: int) -> None:
     angle = np.linspace(0, 3, 101)
     bent = np.stack([(1 + 3e-3 * np.cos(5 * angle)) * np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    arcs, _ = place_arcs(bent, 1e-6, shortest)
+    arcs, _ = place_arcs(bent, 1e-6, shortest, np.ones(101, bool), np.ones(101))
     ends = [0, *(end for _, end in arcs)]
     assert len(arcs) > 1 and min(np.diff(ends)) >= shortest
