@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 from collections.abc import Iterable, Mapping
@@ -19,15 +20,18 @@ SHOWN = 10  # places of one code that are printed in full
 
 
 def show(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print findings on stderr, one for each code and place: a statement in a loop is wrong once.
+    """Print findings on stderr, one of each code, place and wording: a statement in a loop is wrong once.
+
+    Wordings that differ in numbers alone are one; no error is left out behind warnings.
 
     The severity is coloured on a terminal (unless NO_COLOR is set), the rest is printed as it is.
     """
     colored = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
-    seen: dict[str, set[object]] = {}
+    seen: dict[tuple[str, str], set[object]] = {}
     for diagnostic in diagnostics:
-        places = seen.setdefault(diagnostic.code, set())
-        place = (diagnostic.place, diagnostic.span) if diagnostic.span else diagnostic.message
+        places = seen.setdefault((diagnostic.code, diagnostic.severity), set())
+        wording = re.sub(r"[-+.\d]+", "", diagnostic.message)
+        place = (diagnostic.place, diagnostic.span, wording) if diagnostic.span else diagnostic.message
         if place in places:
             continue
         places.add(place)
@@ -38,7 +42,7 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
             head, rest = text[: len(diagnostic.severity)], text[len(diagnostic.severity) :]
             text = f"{COLORS[diagnostic.severity]}{head}{RESET}{rest}"
         say(text)
-    for code, places in seen.items():
+    for (code, _), places in seen.items():
         if len(places) > SHOWN:
             say(f"{code}: {len(places) - SHOWN} more places")
 

@@ -26,6 +26,8 @@ BENT = 0.02
 FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
 SETTLED = 1e-7
+FEWEST = 4
+"""Poses of which a model of an arm could be made."""
 ROUGHLY = 1e-4
 """The same for a fit that only has to be compared with others."""
 
@@ -157,8 +159,13 @@ def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.b
 
 
 def _enough(problem: Problem, fitted: int) -> None:
-    if len(problem.residual) <= fitted:
-        message = f"{len(problem.residual)} measured numbers cannot determine {fitted} parameters"
+    rows, poses = len(problem.data), len(np.unique(np.round(problem.data.state.q, 6), axis=0))
+    numbers, told = len(problem.residual), f"{len(problem.residual)} measured numbers"
+    if poses < min(FEWEST, rows):
+        # Rows of one pose tell the noise, and nothing of the arm.
+        numbers, told = numbers * poses // rows, f"{rows} rows of {poses} pose{'s' * (poses > 1)}"
+    if numbers <= fitted:
+        message = f"{told} cannot determine {fitted} parameters"
         help_ = "measure more poses, or fit fewer effects"
         raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
 

@@ -88,18 +88,20 @@ class Addition:
         """How far the error fell, then the ladder and the leave-one-out table."""
         first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
         helps = last < (1 - HELPS) * first
+        known = self.fit.noise.position is not None
+        floor = "the noise is" if known else "any smooth function of the channels would leave"
+        floor = f"{floor} {1e3 * self.floor:.3f} mm"
         names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
         lines = [
-            f"On rows that the fit has not seen, the error falls from {first:.3f} to {last:.3f} mm per axis; "
-            f"the floor is {1e3 * self.floor:.3f} mm."
+            f"On rows that the fit has not seen, the error falls from {first:.3f} to {last:.3f} mm per axis; {floor}."
             if helps
             else f"Adding {names} does not help: on rows that the fit has not seen, the error is {last:.3f} mm per "
-            f"axis, {first:.3f} before; the floor is {1e3 * self.floor:.3f} mm.",
+            f"axis, {first:.3f} before; {floor}.",
             "The next `compensate` with this model corrects what it now predicts."
             if helps
             else "Keep the model as it was, and ask `diagnose` what it lacks.",
             "",
-            f"{'ladder':28s} rms mm  held-out mm  way to the floor",
+            f"{'ladder':28s} rms mm  held-out mm  way to {'the noise' if known else 'that bound'}",
         ]
         for s in self.ladder:
             way = "" if s.share is None else f"{100 * s.share:5.0f} %"

@@ -20,6 +20,8 @@ LARGEST = 1e100  # larger numbers count as not measured: their squares could not
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
 SAMPLE = 20
+BLANK = " \t,;"
+"""What a spreadsheet writes for a line in which nothing stands."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     numbered = [
         (number, line)
         for number, line in enumerate(source.data.decode(source.encoding).split("\n"), start=1)
-        if line.strip() and not (layout.comment and line.lstrip().startswith(layout.comment))
+        if line.strip(BLANK) and not (layout.comment and line.lstrip().startswith(layout.comment))
     ]
     if len(numbered) < (2 if layout.header else 1):
         help_ = "a table has a line of column names and below it a line for each row; export it as CSV"

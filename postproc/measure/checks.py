@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Severity, has_errors
+from postproc.measure.alignment import Alignment
 from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
 from postproc.measure.readings import (
     HOPELESS_M,
+    LENGTHS,
     RADIANS,
     RADIANS_BELOW,
     SUSPICIOUS_M,
@@ -38,9 +41,13 @@ def check_measurements(
     data: Measurements, robot: Robot, cells: Cells, turns: Turns | None, measured: bool = True
 ) -> list[Diagnostic]:
     """All findings about a table; of poses that nobody has measured those about their angles."""
+    if not _asked(data, measured).any():
+        message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
+        return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
     found = [*_check_cells(data, cells, measured), *_check_rounding(data, cells), *check_sizes(data, robot, cells)]
     rows = np.flatnonzero(np.isfinite(data.position).all(axis=1) & np.isfinite(data.state.q).all(axis=1))
-    if data.tool_known or len(rows) < FEW:
+    poses = np.unique(np.round(data.state.q[rows], 6), axis=0)
+    if data.tool_known or len(poses) < FEW:
         small = len(data) >= FEW and np.nanmax(np.abs(data.state.q), initial=0) < RADIANS_BELOW
         radians = [_finding("warning", *RADIANS, cells)] if small else []
         return (
@@ -55,14 +62,18 @@ def check_measurements(
     return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
 
 
+def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
+    """(n,) rows that say what they have to."""
+    return data.usable if measured else np.asarray(np.isfinite(data.state.q).all(axis=1))
+
+
 def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diagnostic:
     return Diagnostic("DAT009", severity, message, cells.source, cells.span(0), help_)
 
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
     found = []
-    known = np.isfinite(data.state.q).all(axis=1)
-    for i in np.flatnonzero(~(data.usable if measured else known))[:SHOWN]:
+    for i in np.flatnonzero(~_asked(data, measured))[:SHOWN]:
         message = "this row has no commanded joint angles or nothing measured; it is not used"
         found.append(
             Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells")
@@ -179,6 +190,10 @@ def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cell
     aligned = seen(robot, data.state.q[rows], data.position[rows])
     error = np.linalg.norm(aligned.residual, axis=1)
     limit = max(0.005, 8 * aligned.typical)
+    mixed = _check_mixed(aligned, data.position[rows], limit)
+    if mixed is not None:
+        first, message, help_ = mixed
+        return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(rows[first])), help_)]
     found = []
     for k in np.argsort(-error)[:20]:
         if not error[k] > limit:
@@ -198,3 +213,15 @@ def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cell
         help_ = "correct the row; until then the fit sets it aside and says so"
         found.append(Diagnostic("DAT007", "warning", message, cells.source, cells.span(i), help_))
     return found
+
+
+def _check_mixed(aligned: Alignment, position: Array, limit: float) -> tuple[int, str, str] | None:
+    """More rows in another unit than a fit can set aside: the first of them, what they look like, and what to do."""
+    far = np.linalg.norm(aligned.residual, axis=1) > limit
+    for factor, unit, short in LENGTHS:
+        alike = far & (np.linalg.norm(aligned.residual + position / factor - position, axis=1) < limit)
+        if 20 * alike.sum() > len(alike):
+            message = f"{alike.sum()} of {len(alike)} rows look like {unit}, not millimetres: they then fit the others"
+            help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
+            return int(np.argmax(alike)), message, help_
+    return None

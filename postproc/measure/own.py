@@ -39,10 +39,13 @@ def own_channels(table: Table) -> dict[str, Array]:
         near = names.nearest(name)
         if near is not None and near not in table.place:
             table.say("DAT015", "warning", f"column `{name}` is no standard column", f"did you mean `{near}`?")
+        values = cells.numbers(name, [])
+        if re.fullmatch(r"q[7-9]_(deg|rad)", name.lower()) and np.nanstd(values) > 0:
+            what = f"column `{name}` is a channel like others: an arm has six joints here"
+            table.say("DAT015", "warning", what, "an external axis that moves needs poses at one place of it for a fit")
         if fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
             what = f"column `{name}` holds masses, and no payload is read from it"
             table.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
-        values = cells.numbers(name, [])
         if np.isfinite(values).all():
             found[name] = values
         elif levels := _levels(table, name, name):

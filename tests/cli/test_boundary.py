@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -329,6 +330,16 @@ def test_findings_are_counted_when_there_are_many(capsys: pytest.CaptureFixture[
     assert text.count("warning[RAP001]") == 10
     assert text.endswith("RAP001: 5 more places\n")
     assert "MoveL [1] [mm]" in text
+
+
+def test_an_error_is_not_hidden_behind_a_warning_at_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    source = Source("t.csv", b"1,2\n")
+    odd = Diagnostic("DAT009", "warning", "12 mm off", source, (0, 3))
+    show([odd, replace(odd, message="13 mm off"), replace(odd, severity="error", message="turned by 61 deg")])
+    assert [line for line in capsys.readouterr().err.splitlines() if "DAT009" in line] == [
+        "warning[DAT009]: 12 mm off",
+        "error[DAT009]: turned by 61 deg",
+    ]
 
 
 def test_explain_prints_a_section(call: Call) -> None:

@@ -142,6 +142,16 @@ def test_too_few_rows_are_a_finding():
     assert caught.value.diagnostics[0].code == "DAT020"
 
 
+@pytest.mark.parametrize(("poses", "said"), [(1, "30 rows of 1 pose"), (3, "90 rows of 3 poses")])
+def test_repeats_alone_tell_nothing_of_the_arm(poses, said):
+    data, _ = cell(seed=11)
+    again = replace(data.rows(np.repeat(np.arange(poses), 30)), pose_id=tuple(map(str, range(30 * poses))))
+    noise = np.random.default_rng(1).normal(0, 1e-5, again.position.shape)
+    with pytest.raises(PostprocError) as caught:
+        base_fit(replace(again, position=again.position + noise))
+    assert caught.value.diagnostics[0].code == "DAT020" and said in caught.value.diagnostics[0].message
+
+
 def test_a_session_is_known_by_its_name_in_other_tables():
     """The step that was fitted to `tuesday` belongs to `tuesday`, first, last or alone in another table."""
     q = poses(40)

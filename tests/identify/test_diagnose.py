@@ -284,7 +284,14 @@ def test_adding_prints_the_ladder_down_to_the_floor():
     assert true_error(added.fit, true) < 0.6 * NOISE
     j = json.loads(json.dumps(added.as_json(), allow_nan=False))
     assert j["schema"] == "postproc/fit/1" and [s["step"] for s in j["ladder"]] == ["base", "+ backlash", "+ arm_load"]
-    assert "leave one out" in added.text()
+    assert "leave one out" in added.text() and f"the noise is {1e3 * added.floor:.3f} mm" in added.text()
+
+
+def test_where_no_noise_is_known_a_bound_is_called_one():
+    data, _ = cell(kinds.backlash, seed=222, poses=60)
+    single = data.rows(np.unique(data.repeats, return_index=True)[1])
+    text = add_effects(base_fit(single).model, single, ["backlash"]).text()
+    assert "any smooth function of the channels would leave" in text and "floor" not in text
 
 
 def test_comparing_shows_where_the_residual_lives():

@@ -10,7 +10,7 @@ from postproc.diagnostics import PostprocError
 from postproc.measure.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
-from tests.measure.tables import HEADER, column_map, poses, source, table
+from tests.measure.tables import HEADER, column_map, edited, poses, source, table
 
 ARM = load_robot("irb4600_60_205")
 N = 40
@@ -62,11 +62,14 @@ def said(lines, severity: str, **more) -> str:
         (beside("temperature_C", np.linspace(293, 297, N)), "warning", "`temperature_C` is 293"),
         (beside("temperature_C", [9999.0, *np.linspace(20, 25, N - 1)]), "warning", "`9999` in column `temperature_C`"),
         (beside(",".join(f"mq{j}_deg" for j in range(1, 7)), *np.radians(poses(N)).T), "error", "`mq1_deg` is 64 deg from `q1_deg`"),
+        (beside("q7_deg", np.arange(N)), "warning", "`q7_deg` is a channel like others: an arm has six joints"),
+        (edited(table(N), [7, 8, 9], lambda x: 1e-3 * x)[:6] + table(N)[6:], "error", "5 of 40 rows look like metres"),
+        ([table(N)[0], *(",".join([*line.split(",")[:7], "NaN", "", "-"]) for line in table(N)[1:])], "error", "no row can be used"),
         ([f"{table(N)[0]},dir1", *(f"{line},up" for line in table(N)[1:])], "error", "(and 39 more) in column `dir1`"),
     ],
     ids=[
         "sides", "twice", "grams", "pounds", "negative", "centre in m", "no mass", "1e300", "sigma in um", "sigma in m", "sigma 0", "kelvin", "9999",
-        "mq in rad", "words",
+        "mq in rad", "seven joints", "some in m", "nothing seen", "words",
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_said(lines, severity, says):
@@ -178,3 +181,14 @@ def test_commanded_poses_that_no_arm_reaches_are_one_error():
     rows = [",".join(f"{x:.6f}" for x in (*T[i, :3, 3], *turn[i], 1.0, 2.0, i)) for i in range(N)]
     with pytest.raises(PostprocError, match="of 40 commanded poses cannot be reached"):
         read([names, *rows])
+
+
+def test_lines_of_separators_alone_are_no_rows():
+    data = read([*table(N)[:20], ",,,,,,,,,", *table(N)[20:], ";;;", " , ,"])
+    assert len(data) == N and data.diagnostics == ()
+
+
+def test_one_pose_measured_often_is_no_wrong_arm():
+    lines = table(N)
+    body = [",".join([*lines[1].split(",")[:7], f"{100 + 0.01 * i:.3f},{200 - 0.01 * i:.3f},300"]) for i in range(30)]
+    assert read([lines[0], *body]).diagnostics == ()
