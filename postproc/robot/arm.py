@@ -19,7 +19,7 @@ class Opw:
     c2: float
     c3: float
     c4: float
-    offsets: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    offsets: tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,18 +27,12 @@ class Failure:
         index: which pose.
         reason: ``unreachable``, ``configuration`` (no solution has it) or ``limit``.
         message: one sentence; help: one action.
-        nearest: the nearest confdata that exists (``configuration``).
-        joint: 1..6, value and limit [rad] (``limit``).
     """
 
     index: int
     reason: Literal["unreachable", "configuration", "limit"]
     message: str
     help: str
-    nearest: tuple[int, int, int, int] | None = None
-    joint: int | None = None
-    value: float | None = None
-    limit: float | None = None
 
     def diagnostic(self, source: Source | None = None, span: Span | None = None) -> Diagnostic:
         code = {"unreachable": "KIN001", "configuration": "KIN002", "limit": "KIN003"}[self.reason]
@@ -50,7 +44,7 @@ class JointSolution:
     """Joint angles (n, 6) [rad], NaN where a failure says why."""
 
     q: Array
-    failures: tuple[Failure, ...] = ()
+    failures: tuple[Failure, ...]
 
 
 def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] | Array) -> JointSolution:
@@ -160,13 +154,11 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
     # A branch that differs costs more than any turn; one beyond the limits is only named when nothing else exists.
     distance = np.abs(confs[:, :3] - wanted[:3]).sum(axis=1) + 100 * (confs[:, 3] != wanted[3]) + 1000 * ~inside
     nearest = confs[int(np.argmin(distance))]
-    named: tuple[int, int, int, int] = (int(nearest[0]), int(nearest[1]), int(nearest[2]), int(nearest[3]))
     return Failure(
         index,
         "configuration",
-        f"no joint solution of the target has the configuration {[int(c) for c in wanted]}",
-        f"the nearest configuration that exists is {list(named)}",
-        nearest=named,
+        f"no joint solution of the target has the configuration {wanted.tolist()}",
+        f"the nearest configuration that exists is {nearest.tolist()}",
     )
 
 
@@ -179,7 +171,4 @@ def _beyond(robot: Robot, index: int, q: Array) -> Failure:
         "limit",
         f"joint {joint + 1} reaches {np.degrees(value):.1f} deg, limit {np.degrees(limit):.0f} deg",
         "move or turn the target, or give it another configuration",
-        joint=joint + 1,
-        value=value,
-        limit=limit,
     )

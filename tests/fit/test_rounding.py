@@ -36,7 +36,7 @@ def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
     data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
     problem, noise = base_fit(data).problem, 2e-5
     weights = make_weights(data, estimate_noise(data, noise))
-    seen, _ = blurred(Problem(problem.model, data, weights), Noise(noise, np.inf, None, 0.0, "user"))
+    seen, _ = blurred(Problem(problem.model, data, weights), Noise(noise, np.inf, None, "user"))
     J = seen.sensitivity.matrix[:, :3, :6]
     g = np.random.default_rng(7)
     each = np.bincount(data.repeats)[data.repeats]
@@ -54,7 +54,7 @@ def test_rounded_angles_are_an_error_that_coordinates_and_repeats_share():
 def test_orientations_share_the_error_of_rounded_angles_with_their_positions():
     data = rounded(cell(seed=5160, noise=0.02, poses=40)[0])
     problem, noise, turning = base_fit(data).problem, 2e-5, 2.5e-5
-    figures = Noise(noise, np.inf, turning, np.inf, "user")
+    figures = Noise(noise, np.inf, turning, "user")
     data = replace(data, rotation=problem.rest.T_base_tcp[:, :3, :3])
     seen, _ = blurred(Problem(problem.model, data, make_weights(data, figures)), figures)
     g = np.random.default_rng(8)

@@ -109,7 +109,7 @@ def test_every_pattern_has_the_values_of_its_text() -> None:
     for pattern in told:
         said = [np.asarray(eval(code, {"np": np, "state": state}), dtype=float) for code in pattern.codes]
         values = pattern.values if pattern.wide else pattern.values[:, None]
-        assert np.stack(said, axis=1) == pytest.approx(values, abs=2e-3), pattern.text
+        np.testing.assert_allclose(np.stack(said, axis=1), values, rtol=0, atol=2e-3, err_msg=pattern.text)
     gate = next(p for p in every if p.kind == "window" and p.channels == ("q2",))
     side = next(p for p in every if p.kind == "line" and p.channels == ("dir3",))
     there = side.values * (gate.values > 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -142,7 +143,8 @@ def test_impossible_configuration_names_the_nearest() -> None:
     assert np.abs(solution.q[0] - q[0]).max() < 1e-9
     assert np.isnan(solution.q[1]).all()
     (failure,) = solution.failures
-    assert (failure.index, failure.reason, failure.nearest) == (1, "configuration", (0, 0, 0, 0))
+    assert (failure.index, failure.reason) == (1, "configuration")
+    assert failure.help == "the nearest configuration that exists is [0, 0, 0, 0]"
     assert "[1, 0, 0, 0]" in failure.diagnostic().render()
 
 
@@ -159,8 +161,9 @@ def test_the_nearest_configuration_is_one_of_the_same_branch_within_the_limits(
     robot = load_robot("irb4600_60_205")
     T = forward(robot, np.radians([degrees]))
     (failure,) = joint_solution(robot, T, np.array([wanted])).failures
-    assert failure.nearest is not None and failure.nearest[3] == branch_named
-    again = joint_solution(robot, T, np.array([failure.nearest]))
+    nearest = np.array([json.loads(failure.help[failure.help.index("[") :])])
+    assert nearest[0, 3] == branch_named
+    again = joint_solution(robot, T, nearest)
     assert not again.failures and np.allclose(forward(robot, again.q), T)
 
 
@@ -172,9 +175,7 @@ def test_unreachable_and_limits_are_told_apart() -> None:
     solution = joint_solution(robot, np.stack([far, forward(robot, beyond)[0]]), np.array([[0, 0, 0, 0], [0, 0, 0, 0]]))
     first, second = solution.failures
     assert (first.reason, first.index) == ("unreachable", 0)
-    assert (second.reason, second.joint) == ("limit", 5)
-    assert second.value == pytest.approx(np.radians(125))
-    assert second.limit == pytest.approx(np.radians(120))
+    assert second.reason == "limit"
     assert second.message == "joint 5 reaches 125.0 deg, limit 120 deg"
     assert np.isnan(solution.q).all()
 
