@@ -19,7 +19,7 @@ done = compensate_program(Source("long.mod", program(int(sys.argv[1]))), default
 assert done.exit_code == 0, done.diagnostics
 print(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
-MOST = 12_500  # bytes a target, of a program this short a little more than of a longer one; 18,500 with all states held at once
+MOST = 12_500  # bytes a target; 14,000 with the states, legs and parts of a whole program held at once
 
 
 def peak(targets: int) -> int:

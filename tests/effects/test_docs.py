@@ -1,20 +1,21 @@
 """The pages about effects say what the code does."""
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
 
 from postproc.effects import registry
 from postproc.effects.loading import load_effect_file
-from postproc.effects.page import with_library
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_page_of_the_library_is_up_to_date():
     page = (ROOT / "docs/effects.md").read_text(encoding="utf-8")
-    assert with_library(page) == page, "run: python -m postproc.effects.page docs/effects.md"
+    script = runpy.run_path(str(ROOT / "docs/write_effects.py"))
+    assert script["with_library"](page) == page, "run: python docs/write_effects.py"
 
 
 @pytest.mark.parametrize(

@@ -1,18 +1,15 @@
-"""The generated part of docs/effects.md; ``python -m postproc.effects.page docs/effects.md`` writes it anew."""
+"""The generated part of docs/effects.md; ``python docs/write_effects.py`` writes it anew."""
 
 from __future__ import annotations
 
 import inspect
-import sys
 from pathlib import Path
 
 from postproc.effects.base import Effect
 from postproc.effects.registry import BUILT_IN
 
-BEGIN, END = (
-    "<!-- generated from the classes: python -m postproc.effects.page docs/effects.md -->\n",
-    "<!-- end of the generated part -->\n",
-)
+BEGIN = "<!-- generated from the classes: python docs/write_effects.py -->\n"
+END = "<!-- end of the generated part -->\n"
 
 
 def library_page() -> str:
@@ -58,5 +55,5 @@ def _parameters(cls: type[Effect]) -> str:
 
 
 if __name__ == "__main__":
-    file = Path(sys.argv[1])
+    file = Path(__file__).with_name("effects.md")
     file.write_text(with_library(file.read_text(encoding="utf-8")), encoding="utf-8")
