@@ -60,11 +60,7 @@ def plan_changes(model: Model, motion: Motion, events: Sequence[MotionEvent], pr
     t = motion.timeline.at(motion.timeline.t, motion.place)
     settled = motion.steady()
     exact = invert_model(model, motion)
-    lengths = samples.curves.length.tolist()
-    asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(moves))
-    indivisible = {i: why for i, why in asked if why is not None}
-    astray = runs_astray(events, (move.row for move in moves if not move.first))
-    indivisible |= {i: ASTRAY for i, move in enumerate(moves) if move.event.statement.key in astray}
+    indivisible = _indivisible(motion, events)
     refused = behind_the_unknown(motion)
     # Moves whose targets are not where the correction wants them, and where they are.
     left = {i: np.zeros(6) for i, move in enumerate(moves) if move.event.statement.key in refused}
@@ -109,17 +105,18 @@ def plan_changes(model: Model, motion: Motion, events: Sequence[MotionEvent], pr
         indivisible.update(clashing)
     # What has a text of its own by now, having followed in an earlier round, has the displacement in that.
     displaced = {key: way for key, way in farther.items() if key in decisions.following}
-    return Plan(
-        motion,
-        written,
-        replace(decisions, refused=refused, changes=decisions.changes + displaced_on(motion, displaced)),
-        tuple(insertions),
-        tuple(pieces),
-        tuple(transitions),
-        indivisible,
-        frozenset(shared),
-        curve,
-    )
+    decisions = replace(decisions, refused=refused, changes=decisions.changes + displaced_on(motion, displaced))
+    parts = tuple(insertions), tuple(pieces), tuple(transitions)
+    return Plan(motion, written, decisions, *parts, indivisible, frozenset(shared), curve)
+
+
+def _indivisible(motion: Motion, events: Sequence[MotionEvent]) -> dict[int, str]:
+    """Moves before which nothing can be added, whatever they need, and why."""
+    moves, lengths = motion.moves, motion.samples.curves.length.tolist()
+    asked = ((i, why_indivisible(m.event, lengths[i])) for i, m in enumerate(moves))
+    found = {i: why for i, why in asked if why is not None}
+    astray = runs_astray(events, (move.row for move in moves if not move.first))
+    return found | {i: ASTRAY for i, move in enumerate(moves) if move.event.statement.key in astray}
 
 
 def _sharing(motion: Motion, decisions: Decisions, whole: Set[int]) -> list[tuple[list[int], bool]]:
