@@ -89,7 +89,7 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 def larger_noise(fit: Fit) -> Noise:
     """The noise of a fit, or that of the repeats where these scatter more than was stated."""
     own = estimate_noise(fit.data, error=fit.problem.error[:, :3])
-    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.scatter
+    return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
 
 
 def _ratio(own: Noise, stated: Noise) -> float:

@@ -17,14 +17,11 @@ from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem
 from postproc.fit.step import Masks
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise, estimate_noise
+from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 
 if TYPE_CHECKING:
     from postproc.fit.leftover import Leftover
-
-QUIETER = 0.8
-"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 
 
 @dataclass(frozen=True)
@@ -194,15 +191,6 @@ class Fit:
         return rms(self.held_out_error)
 
     @cached_property
-    def scatter(self) -> Noise:
-        """The noise by what the model leaves: repeats of another time or temperature differ by what it tells."""
-        left = estimate_noise(self.data, error=self.problem.error[:, :3])
-        known, quiet = self.noise.position, left.position
-        if self.noise.origin != "repeats" or self.noise.rounding or not (known and quiet) or quiet > QUIETER * known:
-            return self.noise
-        return left
-
-    @cached_property
     def leftover(self) -> Leftover:
         """How much of the residual is noise, and how far free functions of the channels would bring it."""
         from postproc.fit.leftover import leftover
@@ -216,12 +204,12 @@ class Fit:
         The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
         follows no channel where the noise is not known.
         """
-        own, noise = self.surer * self._square, self.scatter.position
+        own, noise = self.surer * self._square, self.noise.position
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc
 
-        dof = self.scatter.dof if np.isfinite(self.scatter.dof) else 1e6
+        dof = self.noise.dof if np.isfinite(self.noise.dof) else 1e6
         if own <= noise**2 or fdtrc(max(self.freedom, 1.0), dof, own / noise**2) > 0.01:
             return 0.0
         return float(np.sqrt(own - noise**2))

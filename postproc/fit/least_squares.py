@@ -19,13 +19,15 @@ from postproc.fit.smooth import choose_smoothness
 from postproc.fit.solve import ROUGHLY, Terms, solve
 from postproc.fit.start import start_frames
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import estimate_noise
+from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
 PLAIN = Terms()
+QUIETER = 0.8
+"""Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 
 
 def fit_model(
@@ -59,13 +61,32 @@ def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: 
     new = {e.key: e for e in effects}
     every = [new.pop(e.key, e) for e in model.effects] + list(new.values())
     every.sort(key=_place)
-    figures = estimate_noise(data, noise)
+    fit = _solved(model, every, data, estimate_noise(data, noise), frozenset(e.key for e in effects), terms)
+    figures = _quieter(fit)
+    if figures is None:
+        return fit
+    problem = fit.problem.weighted(make_weights(fit.data, figures))
+    return solve(problem, figures, replace(terms, free=fit.free, strength=fit.strength))
+
+
+def _quieter(fit: Fit) -> Noise | None:
+    """The noise by what the model leaves, where that is clearly less than the scatter of repeats; None elsewhere.
+
+    Repeats of another time, temperature or force differ by what the model tells.
+    """
+    left, known = estimate_noise(fit.data, error=fit.problem.error[:, :3]), fit.noise
+    told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
+    return left if told and left.position and left.position < QUIETER * (known.position or 0.0) else None
+
+
+def _solved(
+    model: Model, every: list[Effect], data: Measurements, figures: Noise, fresh: frozenset[str], terms: Terms
+) -> Fit:
     problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
     problem, figures = blurred(problem, figures)
     every = list(problem.model.effects)  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}
     terms = replace(terms, free=masks)
-    fresh = frozenset(e.key for e in effects)
     rough = [e.key for e in every if e.roughness() is not None and e.key not in terms.strength]
     if not rough:
         return solve(problem, figures, terms, fresh)

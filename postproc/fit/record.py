@@ -32,9 +32,9 @@ def recorded_model(fit: Fit) -> Model:
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
-    if fit.scatter.position is not None:
-        table["noise_mm"] = mm(fit.scatter.position)
-        table["noise_from"] = fit.scatter.origin
+    if fit.noise.position is not None:
+        table["noise_mm"] = mm(fit.noise.position)
+        table["noise_from"] = fit.noise.origin
     if data.sources:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
@@ -104,7 +104,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "rms_mm": mm(fit.rms),
         "rms_3d_mm": mm(fit.rms * np.sqrt(3)),
         "held_out_rms_mm": mm(fit.held_out_rms),
-        "noise_mm": None if fit.scatter.position is None else mm(fit.scatter.position),
+        "noise_mm": None if fit.noise.position is None else mm(fit.noise.position),
         "noise_from": fit.noise.origin,
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],

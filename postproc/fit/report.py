@@ -21,7 +21,7 @@ def set_aside_lines(fit: Fit) -> list[str]:
 
 def fit_text(fit: Fit) -> str:
     """A fit in sentences, then its parameters with their standard deviations."""
-    noise = "unknown" if fit.scatter.position is None else f"{1e3 * fit.scatter.position:.3f} mm ({fit.noise.origin})"
+    noise = "unknown" if fit.noise.position is None else f"{1e3 * fit.noise.position:.3f} mm ({fit.noise.origin})"
     lines = [
         f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit "
         f"has not seen; the noise is {noise}.",

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights
+from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 
 WHOLE, FEWEST = 0.97, 3
 """Cosine that each of so many poses must reach: errors without a reason do so for one of six joints once in 6000."""
+
+
+def beside(fit: Fit, columns: Array) -> Fit:
+    """The same fit where (N, k) whitened columns stand beside it: orientations weigh by what these leave."""
+    data, old = fit.data, fit.problem.weights
+    if not columns.shape[1] or (data.joint is None and (data.rotation is None or fit.noise.rotation is not None)):
+        return fit
+    left = old.measured(fit.linear.extended(columns).rest)
+    new = Weights(_balanced(old, data, left, fit.noise), old.turn)
+    by = (new.values[new.used] / old.values[old.used])[:, None]
+    return replace(fit, problem=fit.problem.weighted(new), columns=fit.columns * by)
 
 
 def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
@@ -20,7 +35,7 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
         base: weights by the instrument's noise alone. robust: Huber weights for all rows.
     """
     aside = far_off(problem, base)
-    values = _balanced(base, problem, figures)
+    values = _balanced(base, problem.data, problem.error, figures)
     if robust:
         values = values * _huber(problem, values)[:, None]
     values[list(aside)] = 0.0
@@ -56,27 +71,30 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
     return bool((cosine.min(axis=0) > WHOLE).any())
 
 
-def _balanced(weights: Weights, problem: Problem, figures: Noise) -> Array:
+def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
     """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise.
 
     The sigma that a table states for a row is that of its position. What else was measured there may scatter with it or
     be as good as everywhere: whichever makes the residuals likelier.
+
+    Args:
+        every: (n, r) what is left of each number.
     """
     values = weights.values.copy()
     scale = values[:, :3].max(axis=1)
     typical = np.sqrt(np.mean(scale[scale > 0] ** -2.0)) if scale.any() else 1.0
     share = np.where(scale > 0, scale * typical, 1.0)[:, None]
-    position = weights.whiten(np.nan_to_num(problem.error)[:, :, None])[:, :3, 0]
+    position = weights.whiten(np.nan_to_num(every)[:, :, None])[:, :3, 0]
     reference = robust_rms(position[values[:, :3] > 0])
     start = 3
     for measured, known in (
-        (problem.data.rotation is not None, figures.rotation),
-        (problem.data.joint is not None, None),
+        (data.rotation is not None, figures.rotation),
+        (data.joint is not None, None),
     ):
         if not measured:
             continue
-        stop = start + (3 if start == 3 and problem.data.rotation is not None else 6)
-        error = problem.error[:, start:stop]
+        stop = start + (3 if start == 3 and data.rotation is not None else 6)
+        error = every[:, start:stop]
         seen = np.isfinite(error).all(axis=1)
         with_it = _surprise(error * share) - np.mean(np.log(share[seen])) < _surprise(error)
         form = share if with_it else np.ones_like(share)

@@ -15,26 +15,18 @@ from postproc.identify.search import patterns_left
 from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 
-MENDS = 0.1
-"""A named effect beside a pattern must explain at least this share of all that stands above the noise.
-
-A pattern that is a third off the law in places leaves a tenth of its square, which anything smooth can take up.
-"""
-
 
 def contested(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
     """The named effects that do more than mend a pattern; the search is left with them and the patterns beside them.
 
     A law that nobody knows is never met exactly, and what is left of it looks like one effect or another. So each
     effect is taken out in turn and the patterns are found anew: it goes where as many of them, of the same channels at
-    the same places, tell nearly as much, and the first of them more than the effect would in its place.
+    the same places, leave nothing for it that a smooth function of the same channels there does not tell as well, and
+    the first of them tells more than the effect would in its place.
     """
     if not missing:
         return missing
     search.outside = patterns_left(search)
-    square, fit = search.linear().square, search.fit
-    silent = square if fit.noise.position is None else min(square, float(len(fit.linear.residual)))
-    near = MENDS * (base.linear.square - silent)
     while search.outside:
         rivals = []
         for one in (m for m in missing if base.model.effect(m.candidate.key) is None):
@@ -42,21 +34,33 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
             rival = replace(search, fit=refit_all(base, search.fit, [m.candidate for m in others], noise))
             if rival.fit.set_aside == search.fit.set_aside:
                 rival.outside = patterns_left(rival, len(search.outside))
-                if alike(search.outside, rival.outside) and rival.outside[0].evidence > _worth(one, search, rival):
-                    rivals.append((rival.linear().square, rival, others))
-        best = min(rivals, key=lambda r: r[0], default=None)
-        if best is None or best[0] > search.linear().square + near:
+                stands_for = alike(search.outside, rival.outside)
+                if stands_for and rival.outside[0].evidence > _worth(one, search, rival, []):
+                    rivals.append((_worth(one, search, rival, rival.outside), rival, others))
+        least = min(rivals, key=lambda r: r[0], default=None)
+        if least is None or least[0] > 0:
             break
-        search.fit, missing = best[1].fit, best[2]
+        search.fit, missing = least[1].fit, least[2]
         search.outside = patterns_left(search)
     return missing
 
 
-def _worth(one: Missing, search: Search, without: Search) -> float:
-    """What a name is worth in the place of the patterns, at the price of its own search."""
-    key, linear = one.candidate.key, without.fit.linear
-    after = linear.extended(search.fit.columns[:, [k == key for k, _ in search.fit.parameters]])
-    fall, count = linear.square - after.square, after.parameters - linear.parameters
+def _worth(one: Missing, search: Search, without: Search, beside: Sequence[Suspect]) -> float:
+    """What a name is worth on the fit without it, at the price of its own search.
+
+    Args:
+        beside: patterns that may be of any smooth shape.
+    """
+    seen = without.seen if beside else without.fit
+    key, linear, problem = one.candidate.key, seen.linear, seen.problem
+    for suspect in beside:
+        linear = linear.extended(suspect.freely(problem))
+    effect = search.fit.model.effect(key) or one.candidate.effect
+    fitted = np.isin(np.arange(len(effect.vector())), [i for k, i in search.fit.parameters if k == key])
+    after = linear.extended(problem.columns(effect, fitted))
+    # What holds a free function lets it have fewer parameters than it has coefficients.
+    own = max(search.fit.linear.parameters - without.fit.linear.parameters, 1)
+    fall, count = linear.square - after.square, min(after.parameters - linear.parameters, own)
     return schwarz(linear.square, fall, count, linear.freedom, np.exp(one.candidate.searched / 2))
 
 

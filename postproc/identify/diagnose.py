@@ -171,7 +171,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=tuple(search.outside[1:]) if suspects else (),
-        floor=final.scatter.position,
+        floor=final.noise.position,
         bound=search.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
@@ -197,7 +197,7 @@ def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
     first = clear(bare)
     if not (search.outside or lacking or first):
         return ()
-    others = [s for s in search.suspects(search.fit, search.fit.linear) if not any(s is one for one in first)]
+    others = [s for s in bare.suspects(bare.linear()) if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], search.outside[1:]))
 
 

@@ -196,9 +196,8 @@ def _by_block(fit: Fit, beside: Sequence[Suspect]) -> Array:
     linear = fit.linear
     for suspect in beside:
         linear = linear.extended(suspect.columns(fit.problem))
-    at = blocks[linear.row]
-    out = hold_out(linear.residual, linear.nuisance, at)
-    return np.asarray(np.bincount(at, out**2, minlength=int(blocks.max()) + 1), dtype=float)
+    out = fit.problem.weights.measured(hold_out(linear.residual, linear.nuisance, blocks[linear.row]))
+    return np.asarray(np.bincount(blocks, np.nansum(out[:, :3] ** 2, axis=1)), dtype=float)
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

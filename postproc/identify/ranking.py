@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
+from postproc.fit.reweight import beside
 from postproc.fit.solve import ROUGHLY
 from postproc.identify.candidate import Candidate, Screen, Stock
 from postproc.identify.judgement import fitted_best
@@ -31,26 +33,40 @@ class Search:
     patterns: Patterns
     outside: list[Suspect]
     cache: dict[bytes, Stock] = field(default_factory=dict)
-    seen: dict[Hashable, list[Suspect]] = field(default_factory=dict)
+    followed: dict[Hashable, list[Suspect]] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
+    looks: dict[Hashable, tuple[Any, ...]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        weights = self.fit.problem.weights
-        used = weights.used.tobytes()
-        self.cache[used] = self.cache.get(used, Stock()).at(weights)
-        return Screen(self.fit.problem, self.classes, self.fit.free, self.cache[used])
+        problem = self.seen.problem
+        used = problem.weights.used.tobytes()
+        self.cache[used] = self.cache.get(used, Stock()).at(problem.weights)
+        return Screen(problem, self.classes, self.fit.free, self.cache[used])
 
-    def suspects(self, fit: Fit, linear: Linear) -> list[Suspect]:
+    def suspects(self, linear: Linear) -> list[Suspect]:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
         like = f"{linear.square:.5g}", linear.parameters, linear.freedom
-        if like not in self.seen:
-            self.seen[like] = find_suspects(fit.problem, linear, self.patterns)
-        return self.seen[like]
+        if like not in self.followed:
+            self.followed[like] = find_suspects(self.seen.problem, linear, self.patterns)
+        return self.followed[like]
+
+    @property
+    def seen(self) -> Fit:
+        """The fit as it is seen beside the patterns."""
+        if not self.outside:
+            return self.fit
+        known = id(self.fit), *map(id, self.outside)
+        if known not in self.looks:
+            columns = np.hstack([suspect.columns(self.fit.problem) for suspect in self.outside])
+            self.looks[known] = beside(self.fit, columns), self.fit, *self.outside
+        found: Fit = self.looks[known][0]
+        return found
 
     def linear(self) -> Linear:
-        linear = self.fit.linear
+        fit = self.seen
+        linear = fit.linear
         for suspect in self.outside:
-            linear = linear.extended(suspect.columns(self.fit.problem))
+            linear = linear.extended(suspect.columns(fit.problem))
         return linear
 
 

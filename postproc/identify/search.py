@@ -38,7 +38,7 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     named, missing = _plainer(search, first, named, missing)
     if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
         other, _ = _select(fork.search, search.fit, ranking(fork.search), fork.missing, False)
-        if worth(search.fit.linear, fork.search, other) > worth(search.fit.linear, named, missing) + CLOSE:
+        if worth(search.fit, fork.search, other) > worth(search.fit, named, missing) + CLOSE:
             named, missing = fork.search, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
@@ -59,7 +59,7 @@ def _plainer(
         return named, missing
     rest = replace(search, outside=[], classes={k: c for k, c in search.classes.items() if k != key})
     plain, _ = _select(rest, search.fit, others, [], True)
-    before = search.fit.linear
+    before = search.fit
     if len(plain) < 2 or worth(before, rest, plain) <= worth(before, named, missing):
         return named, missing
     rest.classes = named.classes
@@ -138,7 +138,7 @@ def _one_or_more(search: Search, best: Candidate) -> Candidate:
     """
     if best.first is None:
         return best
-    after = refit(search.fit, search.linear(), best.first)
+    after = refit(search.seen, search.linear(), best.first)
     if after is None:
         return best
     beside = ranking(replace(search, fit=after))
@@ -156,7 +156,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     if _lives_on_a_row(search, best):
         return None
     before = search.fit
-    after = refit(before, search.linear(), best)
+    after = refit(search.seen, search.linear(), best)
     if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0, search.outside):
         return None
     taken = judged(before, after, best)
@@ -170,7 +170,7 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
 
 def _lives_on_a_row(search: Search, best: Candidate) -> bool:
     """Whether an effect is worth nothing without the row that gains most by it."""
-    linear, columns = search.linear(), columns_of(search.fit.problem, best.effect, best.free)
+    linear, columns = search.linear(), columns_of(search.seen.problem, best.effect, best.free)
     both = with_and_without_a_row(linear, columns)
     whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
     return best.evidence + min(0.0, less - whole) < 0
@@ -204,4 +204,4 @@ def clear(search: Search) -> list[Suspect]:
         slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
         return suspect.fall > (3 if known or slow else 15) * MATERIAL * linear.square
 
-    return [s for s in search.suspects(fit, linear) if s.evidence > 0 and enough(s)]
+    return [s for s in search.suspects(linear) if s.evidence > 0 and enough(s)]

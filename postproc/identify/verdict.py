@@ -22,7 +22,8 @@ LITTLE = 0.02
 
 def headline(d: Diagnosis) -> str:
     """The verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
-    before, after = 1e3 * d.base.held_out_rms, 1e3 * d.final.held_out_rms
+    rest = d.unnamed if d.verdict == "unknown" and d.missing and not d.misleading else None
+    before, after = 1e3 * d.base.held_out_rms, 1e3 * (d.final.held_out_rms if rest is None else rest)
     noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm per axis." if d.floor else ""
     if d.verdict == "complete" and too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
@@ -35,7 +36,7 @@ def headline(d: Diagnosis) -> str:
         return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
     every = [_named(m) for m in d.missing]
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
-    them = "them" if len(d.missing) > 1 else "it"
+    them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm per axis."
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     fell += noise + (f" Significant, but worth next to nothing: {little}." if little else "")
@@ -85,7 +86,9 @@ def suspect_size(fit: Fit, suspect: Suspect) -> Array:
 
 
 def of_little_worth(d: Diagnosis) -> list[str]:
-    """Keys of effects that are significant, and lower the error by next to nothing."""
+    """Keys of effects that are significant, and lower the error by next to nothing; not known beside what remains."""
+    if d.verdict == "unknown":
+        return []
     before = [d.base.held_out_rms, *(m.held_out_after for m in d.missing)]
     pairs = zip(d.missing, before, strict=False)
     return [m.candidate.key for m, error in pairs if m.held_out_after > (1 - LITTLE) * error]

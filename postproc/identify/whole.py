@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import fitted_best
@@ -41,15 +42,19 @@ class Missing:
         return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
 
 
-def worth(before: Linear, search: Search, missing: Sequence[Missing]) -> float:
+def worth(before: Fit, search: Search, missing: Sequence[Missing]) -> float:
     """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
 
     A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in
-    for one smooth pattern lose against it.
+    for one smooth pattern lose against it. Numbers whose scatter a fit tells by what it leaves count by their
+    likelihood, that is at weights of the same geometric mean.
     """
-    after = search.linear()
-    added = max(after.parameters - before.parameters, 1)
-    gained = schwarz(before.square, before.square - after.square, added, before.freedom, 1.0)
+    first, after = before.linear, search.linear()
+    weights, others = before.problem.weights, search.seen.problem.weights
+    both = weights.used & others.used
+    left = after.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))
+    added = max(after.parameters - first.parameters, 1)
+    gained = schwarz(first.square, first.square - left, added, first.freedom, 1.0)
     return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
 
 
@@ -77,11 +82,11 @@ def anew(search: Search, base: Fit, missing: list[Missing], at: int, without: Se
     before = missing[at].candidate.label
     if mine.effect.roughness() is not None or mine.label == before:
         return missing
-    found = fitted_best(without.fit, without.screen(), without.linear(), mine)
+    found = fitted_best(without.seen, without.screen(), without.linear(), mine)
     if found is None or found[0].label == before:
         return missing
     candidate, fit = found
-    if worth(base.linear, replace(search, fit=fit), missing) <= worth(base.linear, search, missing):
+    if worth(base, replace(search, fit=fit), missing) <= worth(base, search, missing):
         return missing
     search.fit = fit
     return [*missing[:at], replace(missing[at], candidate=candidate), *missing[at + 1 :]]

@@ -118,20 +118,26 @@ def _bent(x: Any, knot: Any) -> Any:
 
 
 def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
-    """What grows from a knot on, or with the square: a rubber stop."""
+    """What grows from a knot on, or with the square: a rubber stop; with the square to either side (0): a bow."""
 
     def finer() -> Family:
-        near = product(knots(signal.values), (1, 2))
-        return family((signal,), growing, lambda k, n: _ramp(signal, k, side, int(n)), near).settled()
+        def close(side: int, powers: tuple[int, ...]) -> Family:
+            near = product(knots(signal.values), powers)
+            law = partial(growing, side)
+            return family((signal,), law, lambda k, n: _ramp(signal, k, side, int(n)), near).settled()
 
-    def growing(x: Any, knot: Any, power: Any) -> Any:
-        grown = np.maximum(x - knot if side > 0 else knot - x, 0.0)
+        return together([close(side, (1, 2)), close(0, (2,))])
+
+    def growing(side: int, x: Any, knot: Any, power: Any) -> Any:
+        grown = (x - knot) * (side or 1)
+        grown = np.maximum(grown, 0.0) if side else grown
         return grown if np.ndim(power) == 0 and power == 1 else grown**power
 
-    over = ("above {}" if side > 0 else "below {}") + (", with the square" if power > 1 else "")
+    over = ("below {}", "to either side of {}", "above {}")[side + 1] + (", with the square" if power > 1 else "")
     gate = only(f"{over}, growing", signal)[:1]
     form, at = f"growing {over}{signal.of}", ((knot, knot),)
-    return Pattern((signal,), form, lambda x: growing(x, knot, power), "ramp", at, None, finer, gate)
+    law = partial(growing, side)
+    return Pattern((signal,), form, lambda x: law(x, knot, power), "ramp", at, None, finer, gate)
 
 
 def nearest(places: list[Edge], edge: Edge) -> list[Edge]:

@@ -27,15 +27,15 @@ from postproc.patterns.signals import added, channel_signal, place_code
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""
-PLACES = 29
-"""Joints, base, tool, instrument, what it reads, four bodies that turn or shift, and what carries a weight."""
+PLACES = 31
+"""Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
 FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
 """What stands somewhere else, or leans about a point that nobody knows."""
 LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
 """What carries a weight that nobody modelled: a tank on the arm, a drum, a tool."""
 SEATED = "tool, shifted and turned"
 """What a flange or a changer does that gives way, where orientations are measured."""
-APART = frozenset([*FRAMES, SEATED, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
+APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
 """Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
 ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
 """How many places there are of each sort, of any other one."""

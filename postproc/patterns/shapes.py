@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial, reduce
 from itertools import combinations, product
@@ -61,6 +61,10 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
                 yield _window(signal, low, high)
 
 
+def _fading(since: Any) -> Any:
+    return np.exp(-since)
+
+
 def levels(signal: Signal) -> Iterator[Pattern]:
     """Every way to split three or four values in two; of four, the halves as well."""
     distinct = np.unique(signal.values)
@@ -109,18 +113,22 @@ def _level(signal: Signal, some: Array, near: float) -> Pattern:
     return Pattern((signal,), f"{form}{signal.of}", law, "level", gate=only(form, signal))
 
 
-def _settling(signal: Signal, within_: float) -> Pattern:
+def _settling(signal: Signal, within_: float, law: Callable[[Any], Any] = _fading) -> Pattern:
+    """What settles, or goes on ever more slowly."""
     start, whole = float(signal.values.min()), float(np.ptp(signal.values))
 
+    def after(law: Callable[[Any], Any], x: Any, time: Any) -> Any:
+        return law((x - start) / time)
+
     def finer() -> Family:
-        near = ((share * whole,) for share in np.geomspace(0.01, 3.0, 60))
-        return family((signal,), law, partial(_settling, signal), near).settled()
+        near = [(share * whole,) for share in np.geomspace(0.01, 3.0, 60)]
+        laws = (_fading, np.log1p)
+        every = (family((signal,), partial(after, one), partial(_settling, signal, law=one), near) for one in laws)
+        return together([some.settled() for some in every])
 
-    def law(x: Any, time: Any) -> Any:
-        return np.exp((start - x) / time)
-
-    form, at = f"settling within {{}}{signal.of}", ((within_, within_),)
-    return Pattern((signal,), form, lambda x: law(x, within_), "settling", at, None, finer)
+    said = "settling within" if law is _fading else "growing with the logarithm, bent at"
+    form, at = f"{said} {{}}{signal.of}", ((within_, within_),)
+    return Pattern((signal,), form, lambda x: after(law, x, within_), "settling", at, None, finer)
 
 
 def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Pattern:

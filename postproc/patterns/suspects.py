@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from postproc.arrays import Array
 from postproc.effects.arm_load import ArmLoad
@@ -23,6 +24,8 @@ from postproc.patterns.tried import ODDS, Tried, above
 
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
+SMOOTH = 3
+"""Order of what a law may be off by, that a pattern stands for."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class Suspect:
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
         channels: all that the pattern follows, this one among them.
         codes: what gives the values, as expressions of a state; empty where a state does not tell them.
+        given: (n,) of each signal that it is a function of.
     """
 
     channel: str
@@ -48,6 +52,7 @@ class Suspect:
     values: Array
     channels: tuple[str, ...] = ()
     codes: tuple[str, ...] = ()
+    given: tuple[Array, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
         """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside.
@@ -56,6 +61,15 @@ class Suspect:
         """
         moved = problem.whiten(spread(self.place, self.values))
         return np.hstack([moved, problem.whiten(self.place)]) if off_everywhere(self.where) else moved
+
+    def freely(self, problem: Problem) -> Array:
+        """(N, m) the same, and whatever is smooth in what the pattern follows, alone and times the pattern."""
+        values, smooth = self.values.reshape(len(self.values), -1), list[Array]()
+        for given in self.given:
+            low, high = given.min(), given.max()
+            smooth.append(legvander(2 * (given - low) / max(high - low, 1e-300) - 1, SMOOTH)[:, 1:])
+        every = [values, *smooth, *((values[:, :, None] * p[:, None]).reshape(len(p), -1) for p in smooth)]
+        return replace(self, values=np.hstack(every)).columns(problem)
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -66,8 +80,7 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
 
     Joints and base (turn), instrument (translation, turn about the base, or what it reads), the frames of both (as they
     may move, or the base as it leans), tool (translation, with a turn where that is measured), the far end of each arm
-    body (turn or shift), and what carries a weight (mass and moment). The last two bodies are a few centimetres long:
-    the tool and the joints beside them do what they do.
+    body but the last (turn or shift), and what carries a weight (mass and moment). Body 6 is the tool.
 
     Args:
         weighed: whether anything that is tried may be a weight.
@@ -94,7 +107,7 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     for name, b in LOADED.items() if weighed else ():
         weight = ArmLoad(body=(b,))
         found[name] = springs.by_parameter(weight, weight.amplitudes())
-    for b in range(1, 5):
+    for b in range(1, 6):
         found[f"body {b}"] = J[:, :, BODY + 6 * b + 3 : BODY + 6 * b + 6]
         found[f"body {b}, shifted"] = J[:, :, BODY + 6 * b : BODY + 6 * b + 3]
     return {name: columns for name, columns in found.items() if columns.any()}
@@ -130,6 +143,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
             one.values,
             one.channels,
             smooth[found.where].codes if found.where in smooth else one.codes,
+            tuple(s.values for s in one.signals),
         )
         result += [replace(first, channel=c) for c in one.channels]
     return [*result[:1], *_together(result[:1], every), *result[1:]]

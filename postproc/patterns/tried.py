@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.patterns.chains import chains
-from postproc.patterns.every import Patterns, grown, odds, off_everywhere, switched
+from postproc.patterns.every import SEATED, Patterns, grown, odds, off_everywhere, switched
 from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
@@ -67,8 +67,8 @@ class Tried:
         for group in self.every.groups(where):
             if group is not self.every.anywhere:
                 self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
-            elif where.startswith("body"):
-                # What moves a casting is seen at the joints beside it.
+            elif where.startswith("body") or where == SEATED:
+                # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
                 use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
                 falls = self._seen(where).falls(group.values[:, use])
                 self._ranked(where, falls, group.odds[use], group.some.among(use).__getitem__, MOST)

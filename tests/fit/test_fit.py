@@ -16,6 +16,7 @@ from postproc.fit.determined import slope
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
+from postproc.fit.reweight import beside
 from postproc.fit.solve import _held_at_prior
 from postproc.identify.add import add_effects
 from postproc.measure.repeat import estimate_noise
@@ -24,6 +25,7 @@ from postproc.measure.together import read_tables
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
+from postproc.model.places import TOOL
 from postproc.model.rewrite import render_model
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
@@ -271,6 +273,23 @@ def test_orientations_weigh_by_their_own_scatter_where_rows_state_that_of_positi
     position = T[:, :3, 3] + g.normal(0, 3e-5, (n, 3)) * own[:, None]
     fit = base_fit(replace(data, position=position, rotation=rotation, sigma=3e-5 * own))
     np.testing.assert_allclose(fit.problem.weights.values[:, 3:6] * turn[:, None], 1.0, rtol=0.15)
+
+
+def test_orientations_weigh_by_what_is_left_beside_a_pattern():
+    """The reflector sits elsewhere in half of the rows: positions are off by many times their noise, axes are not."""
+    data, _ = cell(seed=408, noise=0.02, poses=60)
+    data = data.rows(np.isin(np.arange(len(data)), np.unique(data.repeats, return_index=True)[1]))
+    T, half = predict(base_fit(data).model, data.state), (np.arange(len(data)) % 2)[:, None]
+    turned = Rotation.from_rotvec(np.random.default_rng(8).normal(0, 1e-4, (len(data), 3))).as_matrix()
+    position = data.position + half * (T[:, :3, :3] @ [1e-3, -1e-3, 5e-4])
+    fit = fit_model(base_fit(data).model, replace(data, position=position, rotation=turned @ T[:, :3, :3]), noise=2e-5)
+    moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 3] * half[:, :, None])
+    seen = beside(fit, moved)
+    assert fit.problem.weights.values[0, 3] > 3e4
+    np.testing.assert_allclose(seen.problem.weights.values[:, 3:], 1e4, rtol=0.25)
+    scale = (seen.problem.weights.values / fit.problem.weights.values).ravel()
+    np.testing.assert_allclose(seen.columns, fit.columns * scale[:, None])
+    assert beside(fit, moved[:, :0]) is fit
 
 
 def test_a_bad_position_is_set_aside_beside_coarse_orientations():

@@ -266,14 +266,14 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
     one = Suspect("q3", "joint 3", "wave", 1.0, 0.0, 0.0, moves, wave, ("q3",))
     columns = np.hstack([fit.columns, one.columns(fit.problem)])
     blocks = contiguous_blocks(data.repeats)
-    at, y = blocks[fit.problem.row], fit.problem.residual
+    at, y, weights = blocks[fit.problem.row], fit.problem.residual, fit.problem.weights
     wanted = []
     for block in range(blocks.max() + 1):
         own = at == block
         x = np.linalg.lstsq(columns[~own], y[~own], rcond=None)[0]
-        wanted.append(np.sum((y[own] - columns[own] @ x) ** 2))
+        wanted.append(np.sum(((y[own] - columns[own] @ x) / weights.values[weights.used][own]) ** 2))
     assert _by_block(fit, [one]) == pytest.approx(np.array(wanted), rel=1e-3)
-    assert _by_block(fit, [one]).sum() < 0.5 * np.nansum((fit.held_out_error * fit.problem.weights.values) ** 2)
+    assert _by_block(fit, [one]).sum() < 0.5 * np.nansum(fit.held_out_error**2)
 
 
 def test_growth_at_the_reference_counts_once_growth_with_temperature_is_seen():

@@ -29,7 +29,7 @@ class Table(Search):
     def linear(self):
         return SimpleNamespace(square=1.0)
 
-    def suspects(self, fit, linear):
+    def suspects(self, linear):
         some = self.worth.get(self.now(), {})
         found = [(v, k) for k, v in some.items() if k.startswith("joint")]
         return [Suspect("q1", k, "", 1.0, v, v, np.zeros((1, 1, 1)), np.zeros(1)) for v, k in sorted(found)[::-1]]
@@ -62,9 +62,7 @@ def begin(monkeypatch):
     monkeypatch.setattr(
         module,
         "clear",
-        lambda search: [
-            s for s in search.suspects(search.fit, search.linear()) if s.evidence > 0 and s.where != "joint total"
-        ],
+        lambda search: [s for s in search.suspects(search.linear()) if s.evidence > 0 and s.where != "joint total"],
     )
 
     def begin(table):
@@ -153,7 +151,7 @@ def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
     fall = float((column[:, 0] @ residual) ** 2 / (column[:, 0] @ column[:, 0]))
     worth = schwarz(linear.square, fall, 1, linear.freedom, 1.0)
     assert worth > 5.0
-    search = SimpleNamespace(linear=lambda: linear, fit=SimpleNamespace(problem=None))
+    search = SimpleNamespace(linear=lambda: linear, seen=SimpleNamespace(problem=None))
     monkeypatch.setattr(module, "columns_of", lambda problem, effect, free: column)
     best = SimpleNamespace(effect=None, free=None, evidence=worth, fall=fall, count=1)
     assert module._lives_on_a_row(search, best) is alone
@@ -203,7 +201,7 @@ def test_without_repeats_little_is_told_of_the_arm_and_more_of_what_drifts(chann
     ninth = Suspect(channel, "tool", "", 0.09, 0.09, 50.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
 
     class One(Table):
-        def suspects(self, fit, linear):
+        def suspects(self, linear):
             return [ninth]
 
     assert module.clear(One(fit, {}, None, [])) == ([ninth] if told else [])

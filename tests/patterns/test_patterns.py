@@ -314,6 +314,8 @@ def test_what_comes_again_is_told_with_its_period(law, said):
     ("law", "said"),
     [
         (lambda x: np.exp(-x / 400), "settling within 4"),
+        (lambda x: np.log1p(x / 60), "growing with the logarithm, bent at "),
+        (lambda x: (x - 700) ** 2, "growing to either side of "),
         (lambda x: np.sqrt(x), "growing with the root of picks"),
         (lambda x: 1.0 * (np.abs(x - 700) < 25), "only between "),
         (lambda x: np.exp(-0.5 * ((x - 700) / 30) ** 2), "bump near "),
@@ -382,6 +384,19 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
 
+def test_a_tool_that_turns_follows_the_arm_as_well():
+    """A changer with play turns by the side from which the last joint came."""
+    data, _ = cell(kinds.elbow_wave, seed=314, noise=0.02, poses=60)
+    fit = base_fit(replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3]))
+    side, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, -1.0), fit.problem.row
+    moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
+    y = fit.problem.whiten((moved * side[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
+    left = replace(fit.linear, residual=y)
+    found = find_suspects(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side))))
+    assert (found[0].where, found[0].channel) == ("tool, shifted and turned", "dir6")
+    assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
+
+
 def test_what_is_in_a_tank_weighs_as_much_as_there_is_of_it():
     """A column of the table may be a mass, counted from zero; a temperature is none."""
     g = np.random.default_rng(4)
@@ -431,11 +446,12 @@ def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
     assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
 
 
-def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere():
-    """The end of body 4 sits elsewhere by the side of a load, and by as much everywhere: the constant tells nothing."""
+@pytest.mark.parametrize("body", [4, 5])
+def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere(body):
+    """The end of a body sits elsewhere by the side of a load, and by as much everywhere: the constant tells nothing."""
     data, _ = cell(kinds.elbow_wave, seed=312, noise=0.02, poses=60)
     fit = base_fit(data)
-    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, BODY + 24 : BODY + 27])
+    J = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, BODY + 6 * body : BODY + 6 * body + 3])
     side = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0)
     row = fit.problem.row
     y = (
@@ -444,7 +460,7 @@ def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere():
         + np.random.default_rng(1).normal(size=len(row))
     )
     found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")]))
-    assert found[0].where == "body 4, shifted"
+    assert found[0].where == f"body {body}, shifted"
     after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
     assert after.square < 1.3 * len(y)
 
