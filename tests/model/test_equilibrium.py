@@ -14,6 +14,7 @@ from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
+from postproc.model.deflection import Deflection, moved_by, moves
 from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
 from postproc.robot.catalogue import load_robot
@@ -239,6 +240,18 @@ def test_an_arm_of_rubber_is_a_finding() -> None:
     with pytest.raises(PostprocError) as error:
         equilibrium(default_model(), model.state(np.array([[0.0] * 6, [np.nan] * 6])))
     assert "pose 1" in error.value.diagnostics[0].message
+
+
+def test_parts_of_the_way_from_one_deflection_to_another() -> None:
+    g = np.random.default_rng(4)
+    draw = (g.normal(size=(5, 6)) for _ in range(6))
+    old = Deflection(next(draw), {2: next(draw)}, None, None)
+    new = Deflection(next(draw), {2: next(draw), 4: next(draw)}, next(draw), None)
+    way = moves(new, old)
+    half, whole = moved_by(old, new, way / 2), moved_by(old, new, way)
+    np.testing.assert_allclose(moves(new, half), way / 2, atol=1e-14)
+    np.testing.assert_allclose(moves(new, whole), 0.0, atol=1e-14)
+    assert whole.body.keys() == {2, 4} and whole.tool is new.tool
 
 
 @pytest.mark.parametrize("turn", [0.0, 1e-3])
