@@ -8,7 +8,6 @@ from postproc.arrays import Array
 from postproc.motion.grid import Grid
 from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Runs
-from postproc.motion.values import Path
 from postproc.robot.arm import Robot
 
 UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
@@ -18,7 +17,7 @@ _NEGLIGIBLE = 1e-6  # share of a joint's acceleration limit
 _SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try where rounding stopped the first
 
 
-def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
     """Fastest path speeds (g,) [m/s] at the grid points, all runs in one pass of toppra.
 
     Stops are grid points with speed zero, so one call serves the whole program and its cost is linear.
@@ -50,7 +49,7 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
         limits = [JointVelocityConstraint(robot.speed), acceleration, bounds]
         if robot.torque is not None:
             # M q' u + (M q'' + C(q') q') x + g
-            limits.append(JointLimits(_torque_terms(robot, path, runs, grid, values, gravity), robot.torque))
+            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque))
         solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
                         parametrizer="ParametrizeConstAccel")  # fmt: skip
         _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
@@ -62,11 +61,10 @@ def fastest(robot: Robot, path: Path, runs: Runs, grid: Grid, gravity: Array) ->
 
 
 def _torque_terms(
-    robot: Robot, path: Path, runs: Runs, grid: Grid, values: list[Array], gravity: Array
+    robot: Robot, runs: Runs, grid: Grid, values: list[Array], gravity: Array
 ) -> tuple[Array, Array, Array]:
     """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
-    knot = np.minimum(np.searchsorted(runs.s, grid.s), len(runs.s) - 1)
-    held = [path.moves[i] for i in path.move[runs.sample[knot]]]
+    held = runs.moves_at(grid.s)
     mass, center = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
     q, q1, q2 = values
     still = np.zeros_like(q)

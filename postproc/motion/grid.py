@@ -8,7 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.motion.spline import Runs
-from postproc.motion.values import Flags, Index, Path
+from postproc.motion.values import Flags, Index
 from postproc.robot.arm import Robot
 
 FASTEST = 20.0  # [m/s] stands for no limit
@@ -37,13 +37,12 @@ class Grid:
         return Grid(self.s[rows], self.run[rows], self.cap[rows], self.floor[rows], self.ease[rows])
 
 
-def programmed_speed(path: Path, runs: Runs) -> Array:
+def programmed_speed(runs: Runs) -> Array:
     """Highest path speeds (k - 1,) [m/s] of the intervals that the program permits; zero between runs.
 
     TCP speed and reorientation speed of each move; with ``\\T`` the length of the move over its duration.
     """
-    moves = path.moves
-    index = path.move[runs.sample[1:]]
+    moves, index = runs.path.moves, runs.path.move[runs.sample[1:]]
     h = np.diff(runs.s)
     inside = runs.inside
     speed = np.array([m.speed for m in moves])[index]
@@ -56,10 +55,10 @@ def programmed_speed(path: Path, runs: Runs) -> Array:
     return np.where(inside, np.minimum(cap, FASTEST), 0.0)
 
 
-def programmed_ease(path: Path, runs: Runs) -> Array:
+def programmed_ease(runs: Runs) -> Array:
     """Share (k - 1,) of the joints' acceleration limits that AccSet leaves in each interval."""
-    ease = np.array([m.ease for m in path.moves])
-    return np.where(runs.inside, ease[path.move[runs.sample[1:]]], 1.0)
+    ease = np.array([m.ease for m in runs.path.moves])
+    return np.where(runs.inside, ease[runs.path.move[runs.sample[1:]]], 1.0)
 
 
 def smooth_speed(robot: Robot, runs: Runs) -> Array:

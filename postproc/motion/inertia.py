@@ -33,19 +33,12 @@ def inertial_torque(
     result = np.empty((len(q), 6))
     for start in range(0, len(q), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        result[rows] = _torque(robot, arm, q[rows], v[rows], a[rows], mass[rows], center[rows], gravity)
+        T = body_poses(robot, q[rows])
+        flange = T[:, 6] @ robot.link[6]
+        point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]
+        force = mass[rows, None] * (point_acceleration(robot, T, v[rows], a[rows], 6, point) - gravity)
+        axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
+        # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
+        moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])
+        result[rows] = arm.rnea(q[rows], v[rows], a[rows]) + np.sum(axes * moment, axis=2)
     return result
-
-
-def _torque(
-    robot: Robot, arm: Multibody, q: Array, v: Array, a: Array, mass: Array, center: Array, gravity: Array
-) -> Array:
-    links = arm.rnea(q, v, a)
-    T = body_poses(robot, q)
-    flange = T[:, 6] @ robot.link[6]
-    point = (flange[:, :3, :3] @ center[:, :, None])[..., 0] + flange[:, :3, 3]
-    force = mass[:, None] * (point_acceleration(robot, T, v, a, 6, point) - gravity)
-    axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
-    # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
-    moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])
-    return links + np.sum(axes * moment, axis=2)

@@ -10,7 +10,7 @@ from scipy.linalg import solve_banded
 
 from postproc.arrays import Array
 from postproc.motion.path import starts_chain
-from postproc.motion.values import Flags, Index, Path
+from postproc.motion.values import Flags, Index, Move, Path
 
 TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
 JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
@@ -50,13 +50,20 @@ class Runs(Knots):
     """A path in runs from rest to rest.
 
     Args:
+        path: that is cut.
         travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
         curve: q(s) [rad].
     """
 
+    path: Path
     travel: Array
     turn: Array
     curve: PPoly
+
+    def moves_at(self, s: Array) -> list[Move]:
+        """The move behind each path parameter (n,)."""
+        knot = np.minimum(np.searchsorted(self.s, s), len(self.s) - 1)
+        return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
 
 
 def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
@@ -99,7 +106,7 @@ def cut_runs(path: Path) -> Runs:
     steps, travels, turns = np.full(max(k - 1, 0), GAP), np.zeros(max(k - 1, 0)), np.zeros(max(k - 1, 0))
     steps[at], travels[at], turns[at] = step[left], travel[left], turn[left]
     s = np.concatenate([[0.0], np.cumsum(steps)])[:k]
-    return Runs(sample, run, count, s, travels, turns, fit_spline(s, path.q[sample], run))
+    return Runs(sample, run, count, s, path, travels, turns, fit_spline(s, path.q[sample], run))
 
 
 def rotation_angle(R: Array) -> Array:

@@ -16,7 +16,7 @@ from postproc.motion.grid import Grid, lay_grid, programmed_ease, programmed_spe
 from postproc.motion.inertia import inertial_torque
 from postproc.motion.spline import Knots, Runs, derivatives
 from postproc.motion.timelaw import TimeLaw, evaluate, time_law, times_at
-from postproc.motion.values import Flags, Index, Path
+from postproc.motion.values import Flags, Index
 from postproc.robot.arm import Robot
 
 _ROUNDS = 6
@@ -95,7 +95,7 @@ def _place(runs: Knots, run: Index, s: Array) -> Array:
     return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
 
 
-def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw:
+def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
     """The jerk-limited time law of all runs; where averaging passes a limit, that stretch is slowed and solved again.
 
     Raises:
@@ -104,11 +104,11 @@ def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw
     window = np.full(runs.count, float((robot.acceleration / robot.jerk).max()))
     if runs.count == 0:
         return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
-    program, ease = programmed_speed(path, runs), programmed_ease(path, runs)
+    program, ease = programmed_speed(runs), programmed_ease(runs)
     grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), ease, window)
-    speed, blocked = fastest(robot, path, runs, grid, gravity)
+    speed, blocked = fastest(robot, runs, grid, gravity)
     if blocked is not None:
-        raise PostprocError(_blocked(robot, path, runs, grid, blocked, gravity), exit_code=1)
+        raise PostprocError(_blocked(robot, runs, grid.s[blocked], gravity), exit_code=1)
     changed = np.ones(len(grid.s), dtype=bool)
     excess = np.zeros(len(program))
     for attempt in range(_ROUNDS + 1):
@@ -120,7 +120,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw
         if not (excess > _KEPT).any():
             return law
         if attempt < _ROUNDS:
-            grid, speed, changed = _slowed(robot, path, runs, grid, speed, excess, allowed, gravity)
+            grid, speed, changed = _slowed(robot, runs, grid, speed, excess, allowed, gravity)
     # What is still above a limit is a matter of per cents: the whole run takes that much longer.
     stretch = np.ones(runs.count)
     np.maximum.at(stretch, runs.run[:-1], excess)
@@ -128,7 +128,7 @@ def limited_law(robot: Robot, path: Path, runs: Runs, gravity: Array) -> TimeLaw
 
 
 def _slowed(
-    robot: Robot, path: Path, runs: Runs, grid: Grid, speed: Array, excess: Array, allowed: Array, gravity: Array
+    robot: Robot, runs: Runs, grid: Grid, speed: Array, excess: Array, allowed: Array, gravity: Array
 ) -> tuple[Grid, Array, Flags]:
     """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around there.
 
@@ -146,10 +146,10 @@ def _slowed(
     edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
     grid = replace(grid, cap=cap)
     part = replace(grid, cap=np.where(edge, speed, cap), floor=np.where(edge, speed, 0.0)).only(rows)
-    solved, blocked = fastest(robot, path, runs, part, gravity)
+    solved, blocked = fastest(robot, runs, part, gravity)
     if blocked is not None:
         # The stretch is too short to slow down in: solve everything.
-        again, blocked = fastest(robot, path, runs, grid, gravity)
+        again, blocked = fastest(robot, runs, grid, gravity)
         return grid, speed if blocked is not None else again, np.ones_like(rows)
     result = speed.copy()
     result[rows] = solved
@@ -206,10 +206,9 @@ def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array
     return allowed
 
 
-def _blocked(robot: Robot, path: Path, runs: Runs, grid: Grid, point: int, gravity: Array) -> Diagnostic:
-    knot = min(int(np.searchsorted(runs.s, grid.s[point])), len(runs.s) - 1)
-    move = path.moves[path.move[runs.sample[knot]]]
-    place = np.array([min(grid.s[point], np.nextafter(runs.s[-1], 0.0))])
+def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
+    (move,) = runs.moves_at(np.array([s]))
+    place = np.array([min(s, np.nextafter(runs.s[-1], 0.0))])
     if robot.torque is None:
         share = np.abs(runs.curve(place, 2)[0]) / robot.acceleration
     else:

@@ -37,7 +37,7 @@ def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array
     """
     n = len(path.q)
     runs = cut_runs(path)
-    law = limited_law(robot, path, runs, gravity)
+    law = limited_law(robot, runs, gravity)
     start = np.concatenate([[0.0], np.cumsum(law.duration)])
     profile = Profile(runs, law, start)
 
