@@ -4,8 +4,10 @@ What is off between the corrected ends of a line grows with the square of its le
 
     P = E + s (S - E) + k |S - E|^2
 
-serves all runs, with s the share of the way that is left and one k. It is written with what the program itself calls
-the start S and the end E: ``Offs(pE{i},0.5*(pS{i}.trans.x-pE{i}.trans.x)+0.21*Pow(Distance(..)/1000,2),..)``.
+serves all runs, with s the share of the way that is left and one k; where they run in unlike directions, in which the
+correction bends differently, with squares of (S - E) along the axes beside that. It is written with what the program
+itself calls the start S and the end E, in a loop along an array the element before:
+``Offs(pE{i},0.5*(pS{i}.trans.x-pE{i}.trans.x)+0.21*Pow(Distance(..)/1000,2),..)``.
 """
 
 from __future__ import annotations
@@ -13,12 +15,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.sharing import APART, CANCELLING
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import Displacement, Insertion, Place, TargetValue
+from postproc.compensate.values import UNCHANGED_MM, Displacement, Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
@@ -28,9 +32,11 @@ FUNCTIONS = ("pow", "distance")  # of RAPID, by which it is written
 TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is
 NAMED = frozenset({"declaration", "element", "call"})  # what the program calls the target then holds the corrected one
 SHARE_DECIMALS, BEND_DECIMALS = 3, 4
+PAIRS = tuple(combinations_with_replacement("xyz", 2))
 
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 _NO_CODE = re.compile(rb"(?:\s|![^\n]*)*")
+_COMMA = re.compile(_NO_CODE.pattern + b"," + _NO_CODE.pattern)
 
 
 def between(
@@ -47,13 +53,12 @@ def between(
         parts: how the runs are divided; runs: what each would add alone; edited: where targets are written.
         gaps: what stays off without them in each run; least: what always may [mm].
     """
-    names = {_names(wishes, part.move, edited) for part in parts}
-    named = names.pop() if len(names) == 1 else None
+    names = [_names(wishes, part.move, edited) for part in parts]
+    named = min(names[0].intersection(*names[1:]), default=None)
     if named is None:
         return None
     ends = [_ends(wishes, part.move) for part in parts]
     ways = np.array([np.subtract(start.pose.trans, end.pose.trans) for start, end in ends])
-    squares = 1e-6 * np.sum(ways**2, axis=1)
     found = []
     for insertions in zip(*runs, strict=True):
         # Where the runs are in different configurations there is none: the others keep most of what is off.
@@ -61,44 +66,85 @@ def between(
         if base is None:
             continue
         on = np.array([np.subtract(i.to.pose.trans, e[1].pose.trans) for i, e in zip(insertions, ends, strict=True)])
-        shares = 1e-6 * np.sum(on * ways, axis=1) / squares
+        shares = np.sum(on * ways, axis=1) / np.sum(ways**2, axis=1)
         bent = on - shares[:, None] * ways  # across the way; along it nothing is off
-        bend = np.round(squares @ bent / (squares @ squares), BEND_DECIMALS)
-        lacks = np.linalg.norm(bent - squares[:, None] * bend, axis=1)
+        bends, rest = _bent(ways, bent, least)
+        lacks = np.linalg.norm(rest, axis=1)
         if lacks.max() > max(gaps) / 2 or any(lack > max(gap, least) for lack, gap in zip(lacks, gaps, strict=True)):
             return None
         share = round(float(np.median(shares)), SHARE_DECIMALS)
-        to = replace(insertions[0].to, way=_way(*named, share - (not base), bend))
+        to = replace(insertions[0].to, way=_way(*named, share - (not base), bends))
         found.append(replace(insertions[0], to=to, base=named[base]))
     return found or None
 
 
-def _way(start: str, end: str, share: float, bend: Array) -> Displacement:
+def _bent(ways: Array, bent: Array, least: float) -> tuple[dict[str, Array], Array]:
+    """What is off aside (n, 3) [mm] by squares of the ways (n, 3), and what is left of it.
+
+    The length does for ways in like directions; a square of axes has to take half of what is left.
+    """
+    along = dict(zip("xyz", 1e-3 * ways.T, strict=True))
+    squares: dict[str, Array] = {"": 1e-6 * np.sum(ways**2, axis=1)} | {a + b: along[a] * along[b] for a, b in PAIRS}
+
+    def fitted(names: Sequence[str]) -> tuple[dict[str, Array], Array]:
+        matrix = np.stack([squares[name] for name in names], axis=1)
+        bends = np.round(np.linalg.lstsq(matrix, bent, rcond=APART)[0], BEND_DECIMALS)
+        most = np.abs(matrix).max(axis=0)[:, None] * np.abs(bends)
+        bends[most < UNCHANGED_MM] = 0.0
+        steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
+        return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
+
+    best = fitted([""])
+    while np.abs(best[1]).max() > least and len(best[0]) < len(ways):
+        more = [fitted([*best[0], name]) for name in squares.keys() - best[0].keys()]
+        more.sort(key=lambda found: (float(np.abs(found[1]).max()), *found[0]))
+        if np.abs(more[0][1]).max() > np.abs(best[1]).max() / 2:
+            break
+        best = more[0]
+    return best
+
+
+def _way(start: str, end: str, share: float, bends: Mapping[str, Array]) -> Displacement:
     """A share of the way from end to start, and aside."""
-    along = [
-        (f"({start}.trans.{axis}-{end}.trans.{axis})", k) for axis, k in zip("xyz", share * np.eye(3), strict=True)
-    ]
-    terms = [*along, (f"Pow(Distance({start}.trans,{end}.trans)/1000,2)", bend)]
+    way = {axis: f"{start}.trans.{axis}-{end}.trans.{axis}" for axis in "xyz"}
+    terms = [(f"({way[axis]})", k) for axis, k in zip("xyz", share * np.eye(3), strict=True)]
+    for name, bend in bends.items():
+        if not name:
+            term = f"Pow(Distance({start}.trans,{end}.trans)/1000,2)"
+        elif name[0] == name[1]:
+            term = f"Pow(({way[name[0]]})/1000,2)"
+        else:
+            term = f"({way[name[0]]})*({way[name[1]]})/1000000"
+        terms.append((term, bend))
     return Displacement((0.0, 0.0, 0.0), tuple((name, (float(x), float(y), float(z))) for name, (x, y, z) in terms))
 
 
-def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> tuple[str, str] | None:
-    """What the program calls the start and the end of a line, where both texts hold the corrected targets there."""
+def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[tuple[str, str]]:
+    """What the program may call the start and the end of a line, where both texts hold the corrected targets there."""
     if i == 0 or wishes.motion.samples.curves.arc[i]:
-        return None
+        return set()
     before, move = wishes.motion.moves[i - 1], wishes.motion.moves[i]
     events = before.event, move.event
     statements = [event.statement for event in events]
-    texts = [_text(statement) for statement in statements]
+    start, end = (_text(statement) for statement in statements)
     one_frame = len({(e.tool, e.wobj, e.displacement) for e in events}) == 1
-    if (
-        move.first
-        or before.again is not None
-        or not one_frame
-        or any(edited.get(s.key) not in NAMED for s in statements)
-    ):
+    held = all(edited.get(s.key) in NAMED for s in statements)
+    if end is None or move.first or before.again is not None or not one_frame or not held:
+        return set()
+    starts = {start if _adjoining(*statements) else None, _neighbour(end, *events)} - {None}
+    return {(name, end) for name in starts if name is not None}
+
+
+def _neighbour(text: str, before: MotionEvent, event: MotionEvent) -> str | None:
+    """What the target before is called if it is the next element of the same array, where an index runs over it."""
+    there, here = before.target_origin, event.target_origin
+    if not text.endswith("}") or here.kind != "element" or here.declaration != there.declaration:
         return None
-    return (texts[0], texts[1]) if texts[0] and texts[1] and _adjoining(*statements) else None
+    if here.spans is None or there.spans is None:
+        return None
+    (_, first), (second, _) = sorted([there.spans.whole, here.spans.whole])
+    step = "-1" if second == here.spans.whole[0] else "+1"
+    return f"{text[:-1]}{step}}}" if _COMMA.fullmatch(here.spans.source.data, first, second) else None
 
 
 def _text(statement: MotionStatement) -> str | None:

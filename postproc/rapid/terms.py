@@ -20,13 +20,18 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
 
     They are variables, parameters and loop indices of type num at hand, what the statement's ``Offs`` or ``RelTool``
     displaces by, the coordinates of the variable that is its target or is displaced, of its work object and of the
-    program displacement. There are none where one execution goes where the other does.
+    program displacement. There are none where one execution goes where the other does; of an element of an array its
+    coordinates alone tell that.
     """
     data, frames = statement.source.data, [*_frames(statement, memory)]
     argument = statement.argument("to")
-    if argument is None or (origin.kind != "expression" and origin.handed is None and not frames):
+    if argument is None:
         return ()
-    terms = [*_words(statement, memory)]
+    terms: list[Term] = []
+    if origin.kind == "expression" or origin.handed is not None or frames:
+        terms += _words(statement, memory)
+    elif origin.kind != "element":
+        return ()
     for written in (data[slice(*argument.span)], *frames):
         try:
             terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)

@@ -22,8 +22,9 @@ _COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
 _DIGITS = rb"(?<![\w\x80-\xff])(?:" + NUMBER + rb")"
 _WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)?(" + IDENTIFIER + rb")"]))
 # After a name: the index of an element, then components.
-_COMPONENTS = re.compile(rb"\s*(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
-_PLAIN = re.compile(rb"[\w\x80-\xff]+\s*(?:\{[^{}]*\}\s*)?(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
+_INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
+_COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
+_PLAIN = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
 _NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
 
 MOST_LEVELS = 10  # of records inside one another; deeper ones may hold anything

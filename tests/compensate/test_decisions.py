@@ -182,8 +182,8 @@ def test_loop_over_ways_that_need_different_insertions() -> None:
     """Nothing can be added before a statement that runs on different ways: its targets are corrected, and a warning says so."""
     far = target(1350, -20)
     text = module(
-        f"CONST robtarget p{{3}}:=[{A},\n{far},\n{target(1150, -500, 850)}];\nVAR num i;",
-        "MoveJ p{1},v200,fine,tT;\nFOR i FROM 2 TO 3 DO\nMoveL p{i},v50,fine,tT;\nENDFOR",
+        f"CONST robtarget p{{5}}:=[{A},\n{A},\n{far},\n{A},\n{target(1150, -500, 850)}];\nVAR num i;",
+        "MoveJ p{1},v200,fine,tT;\nFOR i FROM 3 TO 5 STEP 2 DO\nMoveL p{i},v50,fine,tT;\nENDFOR",
     )
     found = convert(text)
     assert found.report["added_targets"] == 0

@@ -478,3 +478,44 @@ def test_elements_of_which_some_serve_plainly_stay_where_a_loop_displaces_all_of
     goals = [o.residual_mm for o in found.outcomes]
     assert max(goals) < 0.05, goals
     assert independent(text, found).after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+CORNERS = [(50, -900, 500), (450, -880, 500), (430, -200, 510), (60, -180, 500)]
+
+
+@pytest.mark.parametrize(("loop", "at"), [("FROM 2 TO 4", "-1"), ("FROM 3 TO 1", "+1")])
+def test_lines_along_an_array_share_targets_between_its_elements(loop: str, at: str) -> None:
+    """They run in unlike directions, in which the correction bends differently; the start is the element beside."""
+    data = f"CONST robtarget pth{{4}}:=[{','.join(target(*place) for place in CORNERS)}];"
+    first = "pth{1}" if at == "-1" else "pth{4}"
+    body = f"MoveJ {first},v300,fine,tT\\WObj:=wT;\nFOR i {loop} DO\nMoveL pth{{i}},v100,z1,tT\\WObj:=wT;\nENDFOR"
+    found = convert(module(data, body))
+    assert found.report["max_error_before_mm"] > 1.0
+    assert found.report["max_error_after_mm"] <= 0.01  # 0.13 mm where nothing can be added
+    added = [line for line in lines_of(written(found)) if line.startswith("MoveL Offs(pth{i},")]
+    assert added and all(f"pth{{i{at}}}.trans.x-pth{{i}}.trans.x" in line and "Pow(" in line for line in added)
+    again = independent(module(data, body), found)
+    assert again.violations == []
+    assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+def test_elements_that_calls_choose_by_another_array_are_edited_where_they_stand() -> None:
+    data = f"CONST robtarget pT{{3}}:=[{A},{B},{C}];\nCONST num seq{{3}}:=[3,1,2];"
+    body = "FOR k FROM 1 TO 3 DO\ntack pT{seq{k}};\nENDFOR\nFOR k FROM 1 TO 3 DO\nMoveL pT{k},v100,fine,tT;\nENDFOR"
+    tack = "  PROC tack(robtarget p)\n    MoveJ p,v100,fine,tT;\n    MoveL RelTool(p,10,0,0),v100,fine,tT;\n  ENDPROC\n"
+    found = convert(module(data, body, tack))
+    assert found.outcomes[0].edited == "element"
+    assert "MoveL pT{k},v100" in written(found) and "tack pT{seq{k}};" in written(found)
+    assert found.report["max_error_after_mm"] <= 0.01
+
+
+def test_elements_that_serve_otherwise_too_are_displaced_from_run_to_run() -> None:
+    """What the program measures between them is as it was; the middle of the runs alone stays 0.1 mm off."""
+    data = f"CONST robtarget pT{{3}}:=[{A},{B},{C}];\nVAR num d;"
+    body = "d:=Distance(pT{1}.trans,pT{3}.trans);\nFOR k FROM 1 TO 3 DO\nMoveL pT{k},v100,fine,tT;\nENDFOR"
+    text = module(data, body)
+    found = convert(text)
+    assert A in written(found)
+    assert re.search(r"MoveL Offs\(pT\{k\},.*\*", written(found))
+    assert found.report["max_error_after_mm"] <= 0.01
+    assert independent(text, found).after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
