@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from postproc.compensate.values import OUT_OF_REACH
-from tests.compensate.build import convert, independent, module, outcome, target, written
+from postproc.rapid.units import matrix_pose
+from postproc.robot.configuration import confdata
+from postproc.robot.kinematics import forward
+from postproc.robot.pose import transform
+from tests.compensate.build import AXES, arm, convert, independent, module, outcome, target, written
 
 A, B, C = target(1350, -500), target(1330, -470), target(1350, -420)
 ACROSS = target(1350, 100)  # joint 1 on the other side, against its confdata
@@ -38,6 +43,28 @@ def test_a_program_that_the_arm_cannot_run_is_refused(body: str) -> None:
     found = convert(module("", body))
     assert (found.exit_code, found.output) == (1, None)
     assert "error" in {d.severity for d in found.diagnostics if d.code == "KIN002"}
+
+
+def _taught(*degrees: float) -> str:
+    """The target at which the arm stands with these joint angles."""
+    q, T_flange_tcp = np.radians([degrees]), transform(np.array([0.0, 0.0, 0.35]))
+    pose, conf = matrix_pose(forward(arm().robot, q)[0] @ T_flange_tcp), confdata(arm().robot, q)[0]
+    parts = [",".join(f"{v:.7f}" for v in part) for part in (pose.trans, pose.rot)]
+    return f"[[{parts[0]}],[{parts[1]}],[{','.join(map(str, conf))}],{AXES}]"
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (f"MoveJ {A},v200,fine,tT;\nMoveC {target(1350, -460)},{C},v50,fine,tT;", "MOT001"),  # on one line
+        (f"MoveJ {_taught(-85, -20, 60, 0, 50, 0)},v200,fine,tT;\n"
+         f"MoveL {_taught(85, -20, 60, 0, 50, 0)},v50,fine,tT;", "MOT002"),  # joint 3 bends too far in between
+    ],
+)  # fmt: skip
+def test_a_way_that_the_arm_cannot_go_is_refused(body: str, code: str) -> None:
+    found = convert(module("", body))
+    assert (found.exit_code, found.output) == (1, None)
+    assert [d.code for d in found.diagnostics if d.severity == "error"] == [code]
 
 
 def test_runs_that_the_arm_cannot_make_do_not_keep_the_others_from_their_correction() -> None:
