@@ -10,6 +10,7 @@ from postproc.diagnostics import Span
 from postproc.rapid.assign import forget
 from postproc.rapid.evaluate import names_in
 from postproc.rapid.execution import Execution
+from postproc.rapid.jumps import UNTIL
 from postproc.rapid.memory import Binding, Memory, Reference
 from postproc.rapid.syntax import Statement
 from postproc.rapid.values import NotKnown, PartlyKnown, Value
@@ -54,7 +55,7 @@ class Loops(Execution):
     def while_loop(self, loop: Statement, memory: Memory) -> bool:
         condition = loop.parts[0] if loop.parts else (0, 0)
         words = memory.frame.routine.source.data[condition[0] : condition[1]]
-        if words.strip(b"() \t\r\n").lower() in (b"true", b""):
+        if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
             self.unknown_turns(loop, memory, {}, certain=True)
             return False
         keys = self.changes.of_one(loop, memory.frame.routine)
@@ -63,7 +64,7 @@ class Loops(Execution):
             turns = 1
         for _ in range(turns):
             verdict = self.truth(condition, memory)
-            if verdict is False:
+            if verdict is (loop.word == UNTIL):
                 return True
             if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
                 break

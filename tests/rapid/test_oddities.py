@@ -269,6 +269,12 @@ STEP = "MoveL Offs(p,n,0,0),v5,z0,tool0; n:=n+1;"
         (f"again: {STEP} IF di1=1 GOTO again;", f"{STEP} WHILE di1=1 DO {STEP} ENDWHILE"),
         (f"again: {STEP} n:=0; GOTO again;", f"WHILE TRUE DO {STEP} n:=0; ENDWHILE"),
         (f"IF di1=1 GOTO past; {STEP} past:", f"IF di1=1 THEN ELSE {STEP} ENDIF"),
+        (f"again: IF n>=3 GOTO past; {STEP} GOTO again; past:", f"WHILE n<3 DO {STEP} ENDWHILE"),
+        (
+            f"again: {STEP} IF n>2 THEN n:=9; GOTO past; ENDIF n:=n+0.5; GOTO again; past:",
+            f"{STEP} WHILE n<=2 DO n:=n+0.5; {STEP} ENDWHILE n:=9;",
+        ),
+        (f"again: IF di1=1 GOTO past; {STEP} GOTO again; past:", f"WHILE di1=0 DO {STEP} ENDWHILE"),
         (f"a: b: {STEP} IF n<2 GOTO b; IF n<4 GOTO a;", f"{STEP} {STEP} {STEP} {STEP}"),
     ],
 )
@@ -277,6 +283,12 @@ def test_jumps_are_followed_as_the_loops_and_branches_that_they_are(jumps: str, 
     assert places(found) == places(wanted)
     told = [[(e.conditional, e.detached, e.first, e.again, e.way) for e in each] for each in (found, wanted)]
     assert told[0] == told[1]
+
+
+def test_a_jump_out_of_a_loop_without_end_leaves_it() -> None:
+    body = f"n:=0; again: {STEP} IF di1=1 GOTO past; GOTO again; MoveL p,v9,z0,tool0; past: MoveL p,v5,z0,tool0;"
+    last = events(body, P + "VAR num n;")[-1]
+    assert last.target is not None and last.detached
 
 
 def test_what_several_jumps_lead_to_is_not_known() -> None:
