@@ -49,6 +49,7 @@ def place(label: str) -> str:
 
     ``joint 2; joint 3`` is ``joints 2 and 3``; ``joint 2, order 6; joint 2, order 7`` is ``joint 2, orders 6 and 7``.
     """
+    label = label.replace("joints 1, 2, 3, 4, 5 and 6", "all joints")
     parts = [re.fullmatch(r"(joint|body) (\d(?: and \d)*)(?:, order (\d+))?", part) for part in label.split("; ")]
     found = [m for m in parts if m]
     if len(found) < len(parts) or len({(m[1], m[3] is None) for m in found}) > 1:

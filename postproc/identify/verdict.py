@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from postproc.identify.whole import Missing
     from postproc.patterns.suspects import Suspect
 
+NAMED = 3
+"""So many rivals of an effect stand in the headline; where there are more, a line below it has them."""
 LITTLE = 0.02
 """Share of the error by which a significant effect lowers it, and no user will notice."""
 
@@ -65,8 +67,10 @@ def headline(d: Diagnosis) -> str:
 
 
 def doubts(d: Diagnosis) -> Iterator[str]:
-    """What this data would not show beside what was found."""
+    """What else explains this data as well, where the headline has no room, and what it would not show beside it."""
     for m in d.missing:
+        if m.alike[NAMED:]:
+            yield f"As far as this data can tell, `{m.candidate.key}` may be {_any_of(m.alike)} as well."
         if m.unseen:
             yield f"Beside `{m.candidate.key}` this data would not show {_any_of(m.unseen)}."
 
@@ -102,7 +106,8 @@ def too_few(fit: Fit) -> bool:
 def _named(m: Missing) -> str:
     """An effect with its place, and what explains this data as well."""
     where = place(m.candidate.label)
-    rivals = f" or, as far as this data can tell, {_any_of(m.alike)}" if m.alike else ""
+    others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
+    rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
     return f"`{m.candidate.key}`" + (f" ({where})" if where else "") + rivals
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from postproc.fit.wording import FREE, p_text, place
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import UNNAMED
-from postproc.identify.verdict import doubts, headline
+from postproc.identify.verdict import NAMED, doubts, headline
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
@@ -73,7 +73,9 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
 
 
 def _verdict(document: dict[str, Any]) -> dict[str, object]:
-    missing = ", ".join(" or ".join([m["effect"], *_alike(m)]) for m in document["missing"])
+    each = [(m["effect"], _alike(m)) for m in document["missing"]]
+    several = ((name, alike if len(alike) <= NAMED else ["others"]) for name, alike in each)
+    missing = ", ".join(" or ".join([name, *alike]) for name, alike in several)
     if document["verdict"] == "missing":
         return {"missing": missing}
     return {"verdict": document["verdict"], "found": missing or None}

@@ -80,7 +80,9 @@ def channel_section(
         joint = int(trend.where[-1]) - 1 if trend.where.startswith("joint") else None
         gain = 1e3 if joint is None else at_joint[joint]
         charts.append(_chart(fit, trend, named[trend.channel], worst, None if noise is None else 2 * noise * gain))
-    direction = next((f" ({', '.join(f'{x:.1f}' for x in t.direction)})" for t in trends if t.where == "space"), "")
+    direction = next(
+        (f" ({', '.join(f'{round(x, 1) + 0.0:.1f}' for x in t.direction)})" for t in trends if t.where == "space"), ""
+    )
     note = HOW.format(direction=direction) + (" The grey band is twice the noise." if noise is not None else "")
     return Section(title, grid(charts, 330), note)
 

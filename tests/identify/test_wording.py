@@ -147,6 +147,22 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     assert _verdict({"verdict": "missing", "missing": [told]}) == {"missing": "arm_load or payload_error or dress_pack"}
 
 
+def test_many_rivals_stand_below_the_headline():
+    rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
+    map_ = Missing(SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals)
+    fit = SimpleNamespace(held_out_rms=1e-4)
+    found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
+    assert headline(found).startswith(
+        "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"
+    )
+    assert next(doubts(found)) == (
+        "As far as this data can tell, `joint_error_map` may be `payload_error`, `dress_pack`, `backlash` or "
+        "`bearing_tilt` as well."
+    )
+    told = {"effect": "joint_error_map", "not_separable_from": rivals, "not_seen_beside": []}
+    assert _verdict({"verdict": "missing", "missing": [told]}) == {"missing": "joint_error_map or others"}
+
+
 def test_channels_that_show_the_same_pattern_stand_in_one_line():
     told = [("q2", "joint 2", 0.6), ("load2", "joint 2", 0.5), ("load3", "joint 2", 0.6)]
     suspects = [SimpleNamespace(channel=c, where=w, pattern="step", share=s) for c, w, s in told]
