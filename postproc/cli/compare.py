@@ -5,7 +5,7 @@ from __future__ import annotations
 from postproc.cli.inputs import load_model, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say_next
+from postproc.cli.report import print_json, say_next, show
 
 
 def run(
@@ -29,6 +29,7 @@ def run(
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
     found = compare(arm, measured, noise=table.sigma)
+    show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found).encode())
     if json:

@@ -36,5 +36,5 @@ def run(
     if output is not None:
         known = found.sigma[np.isfinite(found.sigma)]
         sure = f"; standard deviation {1e3 * known.max():.3f} mm per axis at most" if len(known) else ""
-        say(f"{len(found.sigma)} positions in the instrument's frame{sure}")
+        say(f"{len(found.sigma)} position{'s' * (len(found.sigma) != 1)} in the instrument's frame{sure}")
     return 0

@@ -17,7 +17,7 @@ from postproc.fit.reweight import far_off
 from postproc.fit.rounding import blurred, rounded
 from postproc.fit.smooth import choose_smoothness
 from postproc.fit.solve import ROUGHLY, Terms, solve
-from postproc.fit.start import start_frames
+from postproc.fit.start import elsewhere, seen_from, start_frames
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
@@ -109,7 +109,7 @@ def _place(effect: Effect) -> int:
 def evaluate(model: Model, data: Measurements, *, noise: float | None = None) -> Fit:
     """A model beside measurements with nothing fitted but frames that the model lacks.
 
-    An instrument frame or a tool of the model's own is kept as it is.
+    An instrument frame or a tool of the model's own is kept as it is, but for an instrument that was set up elsewhere.
     """
     data = data.rows(data.usable)
     figures = estimate_noise(data, noise)
@@ -121,6 +121,11 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     whole, session = problem.model, problem.model.effect("session")
     if session is not None and session is not model.effect("session"):
         lacking.append(session)
+    frame = model.effect("instrument_frame")
+    place = None if frame is None else elsewhere(problem, np.asarray(np.isfinite(data.position).all(axis=1)))
+    if frame is not None and place is not None:
+        problem = seen_from(problem, place)
+        lacking.append(frame)
     nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:

@@ -142,11 +142,11 @@ def _processes(fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Ite
             yield _unit(
                 np.sum([_moved(turn[:, :, j : j + 1]) * _alike(square, width) for j, square in own], axis=0), used
             )
-    angles = np.sum([near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near], axis=0)
+    angles = [near[f"q{j + 1}"] for j in range(6) if f"q{j + 1}" in near]
     slow = [near[name] for name in SLOW if name in near]
-    for width in WIDTHS[2:]:
+    for width in WIDTHS[2:] if angles else ():
         yield _unit(anywhere * np.mean([_alike(square, width) for square in near.values()], axis=0), used)
-        yield _unit(anywhere * _alike(angles, width), used)
+        yield _unit(anywhere * _alike(np.sum(angles, axis=0), width), used)
     if slow:
         yield _unit(anywhere * np.mean([_alike(square, WIDTHS[2]) for square in slow], axis=0), used)
 

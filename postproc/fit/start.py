@@ -52,16 +52,23 @@ def start_frames(problem: Problem) -> Problem:
 
 def _moved(begun: Problem, session: NDArray[np.str_], rows: NDArray[np.bool_]) -> dict[str, Alignment]:
     """Sessions whose points are far from where the arm is and near it from another place."""
-    error = np.linalg.norm(begun.error[:, :3], axis=1)
-    found = {}
-    for name in dict.fromkeys(session.tolist()):
-        own = rows & (session == name)
-        if own.sum() < FEWEST or np.median(error[own]) < SUSPICIOUS_M:
-            continue
-        place = align(begun.rest.T_base_tcp[own], begun.data.position[own], tool=False)
-        if place.typical < np.median(error[own]) / CLEARER:
-            found[name] = place
-    return found
+    places = {name: elsewhere(begun, rows & (session == name)) for name in dict.fromkeys(session.tolist())}
+    return {name: place for name, place in places.items() if place is not None}
+
+
+def elsewhere(begun: Problem, rows: NDArray[np.bool_]) -> Alignment | None:
+    """From where the instrument saw some rows, if that is far from where the model has it, and fits far better."""
+    error = np.linalg.norm(begun.error[rows, :3], axis=1)
+    if rows.sum() < FEWEST or np.median(error) < SUSPICIOUS_M:
+        return None
+    place = align(begun.rest.T_base_tcp[rows], begun.data.position[rows], tool=False)
+    return place if place.typical < np.median(error) / CLEARER else None
+
+
+def seen_from(problem: Problem, place: Alignment) -> Problem:
+    """The problem with its instrument there."""
+    every = problem.model.effects
+    return problem.at([e.with_vector(_vector(place)) if e.key == "instrument_frame" else e for e in every])
 
 
 def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
 from postproc.fit.fitted import Fit, distances, rms
 from postproc.fit.least_squares import evaluate
 from postproc.fit.record import mm
@@ -29,6 +30,7 @@ class Comparison:
         fit: the model beside the data (nothing fitted).
         error: (n, 3) measured minus predicted [m], instrument axes; NaN in rows that stand out by themselves.
         bound: held-out rms per axis that a free function of the channels reaches on this residual [m].
+        before: (6,) the model's own instrument frame, None where it has none.
     """
 
     fit: Fit
@@ -37,6 +39,7 @@ class Comparison:
     iso: Iso9283
     trends: tuple[Trend, ...]
     bound: float
+    before: Array | None = None
 
     def as_json(self) -> dict[str, Any]:
         """``postproc/compare/1``."""
@@ -86,8 +89,20 @@ class Comparison:
                 for i in worst
             ],
             "channels": [t.as_json() for t in self.trends],
-            "diagnostics": [d.as_json() for d in data.diagnostics],
+            "diagnostics": [d.as_json() for d in (*data.diagnostics, *self.moved)],
         }
+
+    @property
+    def moved(self) -> list[Diagnostic]:
+        """DAT031 where the instrument stood elsewhere than for the model: the figures are those from there."""
+        if self.before is None or not self.fit.free["instrument_frame"].any():
+            return []
+        now = self.fit.model.effect("instrument_frame")
+        assert now is not None
+        far = 1e3 * float(np.linalg.norm((now.vector() - self.before)[:3]))
+        message = f"the instrument stood {far:.1f} mm from where the model has it, or turned: these points place it"
+        help_ = "nothing, if it was set up anew; else look for what moved"
+        return [Diagnostic("DAT031", "info", message, self.fit.data.source, help=help_)]
 
     def text(self) -> str:
         """The figures in a sentence, then tables."""
@@ -139,10 +154,13 @@ def compare(model: Model, data: Measurements, *, noise: float | None = None) -> 
     """Compare a model, as it is, with measurements.
 
     Where the model has no instrument frame, or no tool, of its own, the ones that bring the points nearest are used,
-    so that the figures speak of the arm.
+    so that the figures speak of the arm. So is the place of an instrument that was set up elsewhere.
     """
+    frame = model.effect("instrument_frame")
     fit = evaluate(model, data, noise=noise)
     figures = estimate_noise(fit.data, noise)
     error = fit.position_error
     iso = iso9283(error[:, np.isfinite(error).any(axis=0)], fit.data.repeats)
-    return Comparison(fit, error, figures, iso, residual_trends(fit), fit.leftover.held_out)
+    return Comparison(
+        fit, error, figures, iso, residual_trends(fit), fit.leftover.held_out, None if frame is None else frame.vector()
+    )

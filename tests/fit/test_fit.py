@@ -13,12 +13,14 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.registry import effect_library
 from postproc.fit.determined import slope
+from postproc.fit.fitted import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
 from postproc.fit.reweight import beside
 from postproc.fit.solve import _held_at_prior
 from postproc.identify.add import add_effects
+from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
 from postproc.measure.together import read_tables
@@ -214,6 +216,17 @@ def test_an_instrument_that_was_set_up_anew_gets_a_frame_of_its_own():
     assert beside.rms == pytest.approx(2e-6, rel=0.3)
     assert (beside.model.effect("joint_offset").vector() == alone.effect("joint_offset").vector()).all()
     assert evaluate(beside.model, read_tables([first, far], arm)).parameters == ()
+    later = compare(alone, read_tables([far], arm))
+    assert rms(later.error) == pytest.approx(2e-6, rel=0.3) and "these points place it" in later.moved[0].message
+    assert compare(alone, read_tables([first], arm)).moved == []
+
+
+def test_one_pose_measured_often_can_be_compared():
+    data, _ = cell(seed=11)
+    again = data.rows(np.zeros(30, dtype=int))
+    noise = np.random.default_rng(1).normal(0, 1e-5, again.position.shape)
+    found = compare(base_fit(data).recorded(), replace(again, position=again.position + noise))
+    assert found.iso.poses == 1 and 5e-6 < found.noise.position < 2e-5
 
 
 def test_a_joint_that_yields_against_its_load_is_named():
