@@ -122,14 +122,24 @@ class Fit:
         What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
         them count as m / (1 + (m - 1) s).
         """
+        return np.asarray(self.scatter_of_parameters * self.inverse)
+
+    @cached_property
+    def scatter_of_parameters(self) -> float:
+        """How many times larger the covariance of the parameters is than (A^T A + penalty)^-1."""
         each = np.bincount(self.data.repeats)
         share = self.unexplained**2 / max(self._square, 1e-300) if each.max() > 1 else 0.0
         apart = float(np.sum(each / (1 + (each - 1) * share))) / len(self.data)
+        return self.surer * self.variance / (self.serial * apart)
+
+    @cached_property
+    def inverse(self) -> Array:
+        """(p, p) (A^T A + penalty)^-1."""
         length = np.sqrt(np.sum(self.columns**2, axis=0) + self.penalty**2)
         scale = np.where(length > 0, length, 1.0)
         A = self.columns / scale
         inverse = np.linalg.pinv(A.T @ A + np.diag((self.penalty / scale) ** 2), rcond=1e-14, hermitian=True)
-        return np.asarray(self.surer * self.variance / (self.serial * apart) * inverse / np.outer(scale, scale))
+        return np.asarray(inverse / np.outer(scale, scale))
 
     @cached_property
     def surer(self) -> float:

@@ -12,6 +12,7 @@ from postproc import __version__
 from postproc.diagnostics import Diagnostic
 from postproc.fit.findings import one_path, too_loud
 from postproc.fit.fitted import Fit
+from postproc.fit.unseen import unseen
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
@@ -22,12 +23,11 @@ SCARCE = 3.0
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
-    known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained)
+    known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained, fit.held, unseen(fit))
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         "rms_mm": mm(fit.rms),
         "held_out_rms_mm": mm(fit.held_out_rms),
-        "not_identifiable": not_identifiable(fit),
         "version": __version__,
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),

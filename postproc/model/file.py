@@ -60,6 +60,7 @@ class _Fit(_Table):
     data_sha256: str | list[str] = ""
     parameters: list[str] = []
     covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
+    unseen: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
     unexplained_mm: float = 0.0
     range: dict[Channel, Span] = {}
 
@@ -73,6 +74,15 @@ class _Fit(_Table):
         if short is not None:
             text = f"row {short + 1} has {len(rows[short])} numbers, not {short + 1}"
             raise PydanticCustomError("row", text, AGAIN)
+        return rows
+
+    @field_validator("unseen")
+    @classmethod
+    def _a_number_for_each_parameter(cls, rows: list[list[float]], found: ValidationInfo) -> list[list[float]]:
+        count = len(found.data.get("parameters", [])) + len(found.data.get("not_identifiable", []))
+        odd = next((i for i, row in enumerate(rows) if len(row) != count), None)
+        if odd is not None:
+            raise PydanticCustomError("row", f"row {odd + 1} has {len(rows[odd])} numbers, not {count}", AGAIN)
         return rows
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,23 +29,31 @@ class Uncertainty:
         covariance: (p, p) in the units of the parameters.
         unexplained: standard deviation per axis [m] of what the model leaves of the true pose (not the noise of the
             instrument).
+        held: parameters that the data did not determine.
+        unseen: (r, p + h) directions in which the fitted and the held ones may be off unseen, each by one standard
+            deviation.
     """
 
     parameters: tuple[tuple[str, int], ...]
     covariance: Array
     unexplained: float = 0.0
+    held: tuple[tuple[str, int], ...] = ()
+    unseen: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def uncertainty_table(model: Model, known: Uncertainty) -> dict[str, Any]:
-    """Keys of the table [fit] of a model file: ``parameters`` by name, ``covariance``, ``unexplained_mm``.
+    """Keys of the table [fit] of a model file.
 
-    Of the covariance the lower triangle is written, a line of numbers for each row: lists of a million numbers would
-    cost minutes.
+    ``parameters`` by name, ``covariance``, ``not_identifiable``, which are those held, ``unseen`` directions over both,
+    ``unexplained_mm``. Of the covariance the lower triangle is written, a line of numbers for each row: lists of a
+    million numbers would cost minutes.
     """
     names = {e.key: e.names() for e in model.effects}
     return {
         "parameters": [f"{key}.{names[key][i]}" for key, i in known.parameters],
         "covariance": [" ".join(f"{x:.9g}" for x in row[: i + 1]) for i, row in enumerate(known.covariance)],
+        "not_identifiable": [f"{key}.{names[key][i]}" for key, i in known.held],
+        "unseen": [" ".join(f"{x:.9g}" for x in row) for row in known.unseen],
         "unexplained_mm": float(known.unexplained * 1e3),
     }
 
@@ -54,6 +62,7 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     """What the model's table [fit] says about its errors, None where nothing; parameters gone since are left out."""
     rows = [row.split() if isinstance(row, str) else row for row in model.fit.get("covariance", [])]
     listed = list(model.fit.get("parameters", []))
+    left = list(model.fit.get("not_identifiable", []))
     if not rows:
         return None
     covariance = np.zeros((len(rows), len(rows)))
@@ -62,11 +71,21 @@ def read_uncertainty(model: Model) -> Uncertainty | None:
     place = {f"{e.key}.{name}": (e.key, i) for e in model.effects for i, name in enumerate(e.names())}
     kept = [k for k, name in enumerate(listed) if name in place]
     parameters = tuple(place[listed[k]] for k in kept)
-    return Uncertainty(parameters, covariance[np.ix_(kept, kept)], float(model.fit.get("unexplained_mm", 0.0)) * 1e-3)
+    unexplained = float(model.fit.get("unexplained_mm", 0.0)) * 1e-3
+    directions = [row.split() if isinstance(row, str) else row for row in model.fit.get("unseen", [])]
+    if not directions:
+        return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained)
+    open_ = [k for k, name in enumerate(left) if name in place]
+    held = tuple(place[left[k]] for k in open_)
+    unseen = np.array(directions, dtype=float)[:, [*kept, *(len(listed) + k for k in open_)]]
+    return Uncertainty(parameters, covariance[np.ix_(kept, kept)], unexplained, held, unseen)
 
 
 def position_covariance(model: Model, state: State, known: Uncertainty, instrument: bool = True) -> Array:
-    """Covariance of the predicted TCP position, D P D^T + u^2 I + m m^T with D the pose derivatives, (n, 3, 3) [m^2].
+    """Covariance of the predicted TCP position, D P D^T + u^2 I + D B B^T D^T + m m^T, (n, 3, 3) [m^2].
+
+    D are the pose derivatives, B the directions in which parameters may be off unseen: there the instrument's frame
+    counts, too, since what it took on is what they may be off.
 
     Beyond what a free function has learned, D is that of the function without that limit: there P holds what it may
     be by its prior. The prediction keeps the value at the limit, and m is how far that is from the function's own.
@@ -77,27 +96,37 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
     result = np.empty((len(state), 3, 3))
     for start in range(0, len(state), BATCH):
         rows = slice(start, start + BATCH)
-        D, missed = _derivatives(model, state.rows(rows), known, instrument)
+        D, missed, own = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument)
+        off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
+        D = D[:, :, : len(known.parameters)] * own[: len(known.parameters)]
         result[rows] = D @ known.covariance @ np.swapaxes(D, 1, 2) + known.unexplained**2 * np.eye(3)
+        result[rows] += off @ np.swapaxes(off, 1, 2)
         result[rows] += missed[:, :, None] * missed[:, None, :]
     return result
 
 
-def _derivatives(model: Model, state: State, known: Uncertainty, instrument: bool) -> tuple[Array, Array]:
-    """(n, 3, p) of the position by the fitted parameters, and (n, 3) what functions beyond their limits are off [m]."""
+def derivatives(
+    model: Model, state: State, parameters: Sequence[tuple[str, int]], instrument: bool = True
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """(n, 3, p) of the position by some parameters, what functions beyond their limits are off (n, 3) [m], which count.
+
+    Which (p,): without the instrument its frame's do not.
+    """
     at = grown_sensitivity(model, state)
-    columns = np.zeros((len(state), 3, len(known.parameters)))
-    missed = np.zeros((len(state), 3))
+    columns = np.zeros((len(state), 3, len(parameters)))
+    missed, own = np.zeros((len(state), 3)), np.ones(len(parameters), dtype=bool)
     for effect in model.effects:
-        wanted = {i: k for k, (key, i) in enumerate(known.parameters) if key == effect.key}
-        if wanted and (instrument or displacement_of(effect, at.state).instrument is None):
+        wanted = {i: k for k, (key, i) in enumerate(parameters) if key == effect.key}
+        if wanted:
+            counts = instrument or displacement_of(effect, at.state).instrument is None
+            own[list(wanted.values())] = counts
             free = np.isin(np.arange(len(effect.vector())), list(wanted))
             whole = effect.unlimited()
             columns[:, :, [wanted[i] for i in np.flatnonzero(free).tolist()]] = at.by_parameter(whole, free)[:, :3]
-            if whole is not effect:
+            if whole is not effect and counts:
                 moved = (flat(placed(displacement_of(e, at.state)), len(state), PLACES) for e in (whole, effect))
                 missed += (at.matrix[:, :3] @ np.subtract(*moved)[:, :, None])[:, :, 0]
-    return columns, missed
+    return columns, missed, own
 
 
 def predict_sigma(model: Model, state: State, instrument: bool = True) -> Array:

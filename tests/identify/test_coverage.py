@@ -12,12 +12,15 @@ from postproc.effects.joint_error_map import JointErrorMap
 from postproc.fit.least_squares import fit_model
 from postproc.fit.record import cautions, fit_json
 from postproc.fit.solve import Terms
+from postproc.fit.step import sizes
 from postproc.measure.measurements import Measurements
+from postproc.model.equilibrium import predict
+from postproc.model.uncertainty import predict_sigma
 from tests.bench.coverage import ARMS, compliances, predictions, single
 from tests.identify.cells import base_fit, cell, true_compliance, true_error
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS as ARMS_BY_NAME
-from tests.independent.cells import Hidden, States, draw_cell, draw_states, measure
+from tests.independent.cells import STEPS, Hidden, States, base_slope, draw_cell, draw_states, measure
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -86,6 +89,54 @@ def test_too_few_poses_are_said():
     few = data.rows(np.isin(data.repeats, data.repeats[:8]))
     assert "DAT016" in [d.code for d in cautions(base_fit(few))]
     assert cautions(base_fit(data)) == []
+
+
+def with_still_wrist(seed: int, rows: int = 60):
+    """A cell measured with a wrist that stands still, and poses where it moves: rows, States and the true places."""
+    g = np.random.default_rng(seed)
+    arm = ARMS_BY_NAME["irb4600_60_205"]()
+    cell_ = draw_cell(g, arm, ())
+    s = draw_states(g, rows + 40, arm, False, False)
+    q = s.q.copy()
+    q[:rows, 3:] = np.radians([0.0, 30.0, 0.0])
+    s = replace(s, q=q)
+    places = measure(cell_, s)
+    seen = places + g.normal(0, 2e-5, places.shape) * (np.arange(len(places)) < rows)[:, None]
+    state = State(s.q, approach=s.approach, payload_mass=s.mass, payload_center=s.center)
+    whole = Measurements(state, seen, pose_id=tuple(map(str, range(len(places)))), row=tuple(range(1, len(places) + 1)))
+    return whole.rows(np.arange(rows)), whole.rows(np.arange(rows, len(places))), cell_, s
+
+
+def test_what_was_held_is_not_known():
+    """Poses that the wrist never took: each offset held may be off by its ordinary size, and predictions say so."""
+    inside, sigma, off = [], [], []
+    for seed in range(6):
+        few, others, *_ = with_still_wrist(7900 + seed)
+        fit = base_fit(few)
+        assert {("joint_offset", 4), ("joint_offset", 5)} <= set(fit.held)
+        model = fit.recorded()
+        sigma.append(predict_sigma(model, others.state))
+        off.append(predict(model, others.state)[:, :3, 3] - others.position)
+        inside.append(np.abs(off[-1]) < 1.96 * sigma[-1][:, None])
+        assert np.median(predict_sigma(model, few.state)) < 2e-5
+    assert np.mean(inside) > 0.9 and np.sqrt(np.mean(np.square(sigma))) < 4 * np.sqrt(np.mean(np.square(off)))
+
+
+def test_how_far_what_was_held_may_be_off_is_bayes_rule():
+    """D (A^T A / s^2 + P)^-1 D^T with slopes of the independent arm, and P for what was held alone."""
+    few, others, cell_, s = with_still_wrist(7910)
+    fit = base_fit(few)
+    slope = base_slope(cell_, s) / STEPS
+    A, D = slope[:180], slope[180:]
+    keys = [*[("instrument_frame", i) for i in range(6)], *[("tool_frame", i) for i in range(3)]]
+    keys += [("joint_offset", i) for i in range(6)] + [("joint_compliance", i) for i in range(6)]
+    ordinary = {e.key: sizes(fit.problem, e) for e in fit.model.effects}
+    prior = np.array([1 / ordinary[key][i] ** 2 if (key, i) in fit.held else 0.0 for key, i in keys])
+    prior[15:] *= cell_.compliance**2  # its slopes are those of a share
+    scale = np.linalg.norm(A, axis=0) / 2e-5 + np.sqrt(prior)
+    inverse = np.linalg.inv((A.T @ A / 4e-10 + np.diag(prior)) / np.outer(scale, scale)) / np.outer(scale, scale)
+    expected = np.sqrt(np.einsum("np,pq,nq->n", D, inverse, D).reshape(-1, 3).mean(axis=1))
+    np.testing.assert_allclose(predict_sigma(fit.recorded(), others.state), expected, rtol=0.05)
 
 
 def warm_rounds(seed: int, noise: float):
