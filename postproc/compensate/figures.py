@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
 from postproc.compensate.transitions import in_transition, own_moves
@@ -16,11 +18,13 @@ class Figures:
 
     Args:
         before, after: along lines and arcs, at steady speed; transient: while the speed changes.
+        arc: after, of those along which the arc burns; None where it never does.
         transition: where the correction jumps; joint_move: of joint moves.
     """
 
     before: float
     after: float
+    arc: float | None
     transient: float
     transition: float
     joint_move: float
@@ -31,9 +35,12 @@ def figures_of(plan: Plan, before: Deviation, after: Deviation) -> Figures:
     own = own_moves(plan)
     mine = own[after.owner]
     passing = in_transition(plan, after)
+    settled = _counted(after.space & mine & ~passing, after.steady)
+    burning = np.array([move.welding for move in plan.motion.moves])[after.owner] & after.space & mine
     return Figures(
         before.largest(_counted(before.space & own[before.owner], before.steady)),
-        after.largest(_counted(after.space & mine & ~passing, after.steady)),
+        after.largest(settled),
+        after.largest(burning & settled) if burning.any() else None,
         after.largest(after.space & mine & ~after.steady & ~passing),
         after.largest(passing & mine),
         after.largest(~after.space & mine),

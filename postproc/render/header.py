@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from postproc.compensate.document import arc_alone
 from postproc.compensate.options import Options
 from postproc.model.arm import Model
 
@@ -22,6 +23,7 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "wrench": _wrench_text(options),
         "before_mm": f"{document['max_error_before_mm']:.3f}",
         "after_mm": f"{document['max_error_after_mm']:.3f}",
+        "arc_mm": arc_alone(document),
         **beyond,
         "added": document["added_targets"],
         "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),

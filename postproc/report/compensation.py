@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from postproc.arrays import Array
+from postproc.compensate.document import arc_alone
 from postproc.compensate.proof import Deviation
 from postproc.convert import Conversion
 from postproc.report.charts import course
@@ -56,7 +57,8 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "The program is not safe to compensate; no program was written."
     if not any(row["status"] == "compensated" for row in document["statements"]):
         return "Nothing was corrected."
-    fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm"
+    burning = f" ({arc} mm while the arc burns)" if (arc := arc_alone(document)) else ""
+    fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm{burning}"
     beside = [
         f"{document[key]:.3f} mm {where}"
         for key, where in (

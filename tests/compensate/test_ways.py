@@ -212,3 +212,19 @@ def test_a_run_that_a_search_displaces_is_not_corrected_in_silence(set_by: str, 
         assert most > 0.5 and f"`seam` is corrected, by up to {most:.3f} mm" in told[0].message
     else:
         assert [o.status for o in found.outcomes[-2:]] == ["skipped"] * 2
+
+
+def test_what_is_left_while_the_arc_burns_stands_beside_the_ways_in_the_air() -> None:
+    """The arm comes to the approach from home, which stays where it is, or from a corrected target: nothing is added."""
+    home = f"CONST jointtarget home:=[[-20,0,10,0,60,0],{AXES}];"
+    lift = f"MoveL {target(1330, -470, 800)},v300,fine,tT;"
+    seam = f"ArcLStart {target(1330, -470)},v100,sm,wd,fine,tT;\nArcLEnd {target(1330, -370)},v100,sm,wd,fine,tT;"
+    text = module(home, f"MoveAbsJ home,v500,fine,tT;\nIF di1=1 THEN\n{lift}\nENDIF\n{lift}\n{seam}")
+    found = convert(text)
+    after, arc = found.report["max_error_after_mm"], found.report["max_arc_error_after_mm"]
+    assert after > 0.1 and arc <= 0.01
+    told = f"{after:.3f} mm along lines and arcs ({arc:.3f} mm while the arc burns)"
+    assert told in found.summary and f"{after:.3f} mm after ({arc:.3f} mm while the arc burns)" in written(found)
+    plain = convert(module("", f"{lift}\n{seam}"))
+    assert plain.report["max_arc_error_after_mm"] <= 0.01 and "burns" not in plain.summary + written(plain)
+    assert convert(module("", f"{lift}\n{lift}")).report["max_arc_error_after_mm"] is None
