@@ -39,8 +39,6 @@ def columns_of(channel: str) -> str:
 
 def unit_of(column: str) -> str:
     """The unit that a standard column's name ends in, ``1`` where it has none."""
-    if column in TEXT or column in APPROACH:
-        return "1"
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
 
 
