@@ -66,6 +66,7 @@ class Effect:
         key: canonical name; the class name in lower case with underscores where none is given.
         confused_with: key of another effect to the measurement that tells the two apart.
         about_data: a finding about the measurements, not a property of the arm.
+        drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
 
     What is not given is taken from the class it derives from.
@@ -77,6 +78,7 @@ class Effect:
     linear: ClassVar[bool] = True
     confused_with: ClassVar[Mapping[str, str]] = {}
     about_data: ClassVar[bool] = False
+    drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
     _parameters: ClassVar[dict[str, Parameter]] = {}
     _structures: ClassVar[dict[str, Structure]] = {}
@@ -89,6 +91,7 @@ class Effect:
         key: str = "",
         confused_with: Mapping[str, str] | None = None,
         about_data: bool | None = None,
+        drafted: bool | None = None,
         beside: str | None = None,
     ) -> None:
         super().__init_subclass__()
@@ -99,6 +102,7 @@ class Effect:
         cls.reads = cls.reads if reads is None else (reads,) if isinstance(reads, str) else tuple(reads)
         cls.linear = cls.linear if linear is None else linear
         cls.about_data = cls.about_data if about_data is None else about_data
+        cls.drafted = cls.drafted if drafted is None else drafted
         cls.beside = cls.beside if beside is None else beside
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)

@@ -23,7 +23,7 @@ SCARCE = 3.0
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
-    known = Uncertainty(fit.parameters, fit.covariance, fit.unexplained, fit.held, unseen(fit))
+    known = Uncertainty(fit.parameters, fit.covariance, _left(fit), fit.held, unseen(fit))
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         "rms_mm": mm(fit.rms),
@@ -40,6 +40,11 @@ def recorded_model(fit: Fit) -> Model:
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
         table["data"], table["data_sha256"] = (names, hashes) if names[1:] else (names[0], hashes[0])
     return replace(fit.model, fit=table)
+
+
+def _left(fit: Fit) -> float:
+    """What the model leaves of the true pose, per axis [m]: seen in the residual, and what drafted laws may hide."""
+    return float(np.hypot(fit.unexplained, fit.undecided))
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
@@ -118,7 +123,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "structure": {e.key: structure_json(fit, e.key) for e in fit.model.effects if e.structures()},
         "not_identifiable": not_identifiable(fit),
         "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
-        "unexplained_mm": mm(fit.unexplained),
+        "unexplained_mm": mm(_left(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
     }
 

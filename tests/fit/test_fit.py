@@ -346,3 +346,29 @@ def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is()
     null = {e.key: e.null_vector() for e in warm.effects}
     shift = [_held_at_prior(problem, at, null, new).model.effect("seat").shift_m[0] for new in ({"seat"}, set())]
     assert shift == [1e-3, 0.0]
+
+
+class Guess(Effect, reads=("q",), drafted=True):
+    """A law that was drafted. Source: none."""
+
+    size_rad: float = param(unit="rad", low=-1e-2, high=1e-2, typical=1e-4)
+
+    def displacement(self, state):
+        return np.outer(self.size_rad * np.sin(state.q[:, 1]), np.eye(6)[3])
+
+
+class Known(Guess, drafted=False):
+    """The same, known. Source: none."""
+
+
+def test_a_drafted_law_is_less_sure_than_a_known_one():
+    """Beside equal parameters, by a chi-square of 2 ln 50 over the numbers that were measured."""
+    data, _ = cell(seed=11)
+    base = base_fit(data)
+    drafted, known = (fit_model(base.model, data, [kind(size_rad=1e-4)], noise=3e-5) for kind in (Guess, Known))
+    np.testing.assert_allclose(drafted.covariance, known.covariance, rtol=1e-3)
+    assert known.undecided == 0.0
+    per_axis = np.sqrt(2 * np.log(50) / (3 * len(data))) * 3e-5
+    assert drafted.undecided == pytest.approx(per_axis, rel=0.15)
+    told = [fit.recorded().fit["unexplained_mm"] for fit in (known, drafted)]
+    assert told[1] == pytest.approx(1e3 * np.hypot(1e-3 * told[0], drafted.undecided), rel=1e-3) and told[1] > told[0]
