@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.effects.registry import effect_library
+from postproc.fit.problem import Weights
 from postproc.identify.judgement import judged, refit
 from postproc.identify.ranking import Search
 from postproc.identify.selection import compose
-from postproc.identify.whole import Missing, formed_anew
+from postproc.identify.whole import Missing, formed_anew, worth
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -47,3 +48,15 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
     assert [m.candidate.effect.law for m in anew[:1]] == ["piecewise"] and len(anew) == 2
     assert search.fit.linear.square < early - 20
     assert formed_anew(search, base, anew) is anew
+
+
+def test_a_whole_is_worth_the_same_however_large_the_noise_was_said_to_be():
+    """A fit that tells a smaller noise has larger squares, and explains no less for that."""
+    data, _ = cell(two_rates, seed=7)
+    base = base_fit(data)
+    quiet = replace(
+        base, problem=base.problem.weighted(Weights(3.0 * base.problem.weights.values)), columns=3.0 * base.columns
+    )
+    assert quiet.linear.square > 8.0 * base.linear.square
+    found = [worth(base, Search(fit, {}, None, []), []) for fit in (base, quiet)]
+    np.testing.assert_allclose(found[1], found[0], atol=1e-6)

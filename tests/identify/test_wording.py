@@ -23,7 +23,7 @@ from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_te
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed
-from postproc.identify.verdict import doubts, headline
+from postproc.identify.verdict import doubts, headline, of_little_worth
 from postproc.identify.whole import Missing
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
@@ -188,6 +188,27 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
     )
     text = headline(said_of)
     assert ("predicted worse" in text, "can be added" in text) == (said, not said)
+
+
+def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
+    """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
+    line = Missing(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
+    suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
+    found = SimpleNamespace(
+        verdict="unknown",
+        missing=[line],
+        suspects=[suspect],
+        floor=None,
+        final=SimpleNamespace(held_out_rms=4.91e-4),
+        base=SimpleNamespace(held_out_rms=4.88e-4, data=SimpleNamespace(state=SimpleNamespace(channels={}))),
+        unnamed=5.7e-5,
+        misleading=False,
+    )
+    text = headline(found)
+    assert "With it and the pattern that remains, the error" in text and "from 0.488 to 0.057 mm" in text
+    assert "worth next to nothing" not in text
+    found.verdict = "missing"
+    assert of_little_worth(found) == ["transmission_error"]
 
 
 def test_a_mean_of_nothing_has_no_sign():
