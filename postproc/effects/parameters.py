@@ -106,7 +106,7 @@ def unit_suffix(unit: str) -> str:
 def broadcast(value: Number, shape: tuple[int, ...]) -> Array:
     """Spread one number, or numbers along the last axis, over a parameter's shape."""
     array = np.asarray(value, dtype=float)
-    return array if array.shape == shape else np.broadcast_to(array, shape)
+    return array if array.shape == shape else np.full(shape, array)
 
 
 @cache

@@ -39,7 +39,7 @@ class TransmissionError(
     def basis(self, state: State) -> JointBasis:
         joint = np.array(self.joint, dtype=int) - 1
         angle = state.q[:, joint] * np.array(self.order)
-        return JointBasis(np.tile(joint, 2), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))
+        return JointBasis(np.concatenate([joint, joint]), np.concatenate([np.sin(angle), np.cos(angle)], axis=1))
 
     def plus(self, term: Self) -> Self:
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
@@ -71,5 +71,5 @@ def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Va
     """One more term, which alone is screened."""
     term = TransmissionError(joint=(joint,), order=(order,))
     new = old.plus(term) if old.joint else term
-    last = np.tile(np.arange(len(new.order)) == len(old.order), 2)
+    last = np.array(2 * [*[False] * len(old.order), True])
     return variant(new, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)

@@ -143,7 +143,7 @@ class Problem:
         matrix[:, :pose] = found.matrix[:, :pose]
         if self.data.joint is not None:
             matrix[:, pose:, :6] = np.eye(6)
-        return Sensitivity(matrix, found.state, found.along, found.column, found.springs)
+        return replace(found, matrix=matrix)
 
     @cached_property
     def whitened(self) -> Sensitivity:

@@ -10,17 +10,16 @@ from postproc.fit.fitted import Fit
 from postproc.identify.alike import confusable
 from postproc.identify.judgement import MATERIAL, convincing, judged, refit
 from postproc.identify.ranking import Search, ranking
-from postproc.identify.refits import refit_all
 from postproc.identify.whole import Missing, anew
 
 
-def check_backward(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
+def check_backward(search: Search, base: Fit, missing: list[Missing]) -> list[Missing]:
     """Each effect that was added must still be needed beside the others, and be the best for its part."""
     at = 0
     while len(missing) > 1 and at < len(missing):
         one = missing[at].candidate
         others = [m.candidate for m in missing if m.candidate.key != one.key]
-        without = refit_all(base, search.fit, others, noise)
+        without = search.only(base, others)
         trial = replace(search, fit=without)
         ranked = ranking(trial)
         mine = next((c for c in ranked if c.key == one.key), None)

@@ -10,13 +10,12 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
-from postproc.identify.refits import refit_all
 from postproc.identify.search import patterns_left
 from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 
 
-def contested(search: Search, base: Fit, missing: list[Missing], noise: float | None) -> list[Missing]:
+def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing]:
     """The named effects that do more than mend a pattern; the search is left with them and the patterns beside them.
 
     A law that nobody knows is never met exactly, and what is left of it looks like one effect or another. So each
@@ -31,7 +30,7 @@ def contested(search: Search, base: Fit, missing: list[Missing], noise: float | 
         rivals = []
         for one in (m for m in missing if base.model.effect(m.candidate.key) is None):
             others = [m for m in missing if m is not one]
-            rival = replace(search, fit=refit_all(base, search.fit, [m.candidate for m in others], noise))
+            rival = replace(search, fit=search.only(base, [m.candidate for m in others]))
             if rival.fit.set_aside == search.fit.set_aside:
                 rival.outside = patterns_left(rival, len(search.outside))
                 stands_for = alike(search.outside, rival.outside)

@@ -26,7 +26,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
-from postproc.identify.refits import final_fit, refit_all, thinned
+from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import clear, select_forward
 from postproc.identify.whole import Missing, formed_anew
 from postproc.measure.columns import columns_of
@@ -149,11 +149,11 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     search = Search(start, classes, patterns(named, state, position, Sight.of(start.problem.rest)), [])
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
-    missing = contested(search, start, check_backward(search, start, missing, noise), noise)
+    missing = contested(search, start, check_backward(search, start, missing))
     missing = formed_anew(search, start, missing) if search.outside else missing
     missing = perhaps_a_map(search, missing, noise)
     final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
-    missing = _steps(start, search.fit, missing, final)
+    missing = _steps(search, start, missing, final)
     lacking = _lack_of_fit(final)
     suspects = _suspects(search, final, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
@@ -177,12 +177,12 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     )
 
 
-def _steps(start: Fit, fitted: Fit, missing: list[Missing], final: Fit) -> list[Missing]:
+def _steps(search: Search, start: Fit, missing: list[Missing], final: Fit) -> list[Missing]:
     """What is missing with the held-out error of each step on the way; a map is called what it is in the end."""
     some = [m.candidate for m in missing]
     last = [(final.model.effect(c.key), c) for c in some]
     told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
-    fits = [refit_all(start, fitted, some[: k + 1], start.noise.stated) for k in range(len(some) - 1)]
+    fits = [search.only(start, some[: k + 1]) for k in range(len(some) - 1)]
     steps = zip(missing, told, [*fits, final], strict=False)
     return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -191,19 +191,40 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
             others as it does alone.
     """
     found: list[Form] = []
-    state = problem.sensitivity.state
+    state, columns = problem.sensitivity.state, _Columns(problem)
     small = current is not None and current.is_null and bool(current.amplitudes().all())
     known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
         if same is None or same.width != v.free.sum():
-            form = make_form(problem, v, current is None)
+            form = make_form(problem, v, current is None, columns)
         else:
             along = same.along if current is None else None
             form = replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along)
         if form is not None:
             found.append(form)
     return Forms(found)
+
+
+class _Columns:
+    """Columns of effects by parameter, each worked out once: forms of the same law have many in common."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.known = problem, dict[Hashable, Array]()
+
+    def __call__(self, effect: Effect, mask: NDArray[np.bool_]) -> Array:
+        """(N, m) `Problem.columns` of an effect."""
+        same = (*(getattr(effect, name) for name in effect.structures()), effect.vector().tobytes())
+        index = np.flatnonzero(mask).tolist()
+        new = np.zeros(len(mask), dtype=bool)
+        new[[i for i in index if (same, i) not in self.known]] = True
+        if new.any():
+            some = zip(np.flatnonzero(new).tolist(), self.problem.columns(effect, new).T, strict=True)
+            self.known.update(((same, i), column) for i, column in some)
+        found = np.empty((len(self.problem.row), len(index)))
+        for k, i in enumerate(index):
+            found[:, k] = self.known[same, i]
+        return found
 
 
 def forms_nearby(problem: Problem, effect: Effect) -> Forms:
@@ -217,17 +238,21 @@ def is_sum(cls: type[Effect]) -> bool:
     return cls.plus is not Effect.plus
 
 
-def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
+def make_form(
+    problem: Problem, v: Variant, fresh: bool, columns: Callable[[Effect, NDArray[np.bool_]], Array] | None = None
+) -> Form | None:
     """The whitened columns of a variant, None where they vanish on this data.
 
     Args:
         fresh: the model holds nothing of this effect (terms that it holds are free in its fit already).
+        columns: as `Problem.columns`, which is asked else.
     """
+    columns = problem.columns if columns is None else columns
     size = ordinary(problem.model, v.effect, v.free)
     state = problem.sensitivity.state
     basis = None if v.effect.missing(state) else v.effect.basis(state)
     if basis is None:
-        seen: Array | Turned = problem.columns(v.effect, v.free) * size
+        seen: Array | Turned = columns(v.effect, v.free) * size
     else:
         seen = Turned(problem.turns, problem.row, basis.joint[v.free], basis.values[:, v.free] * size)
     values = seen.values if isinstance(seen, Turned) else seen
@@ -235,7 +260,7 @@ def make_form(problem: Problem, v: Variant, fresh: bool) -> Form | None:
         return None
     forming = int((v.refit & ~v.effect.amplitudes()).sum())
     extra = v.refit & v.effect.amplitudes() & ~v.free
-    along = problem.columns(v.effect, extra) if fresh and extra.any() else None
+    along = columns(v.effect, extra) if fresh and extra.any() else None
     sign = int(v.free.sum() == 1 and (v.effect.bounds()[0] == v.effect.null_vector())[v.free].all())
     key = type(v.effect).key
     return Form(key, v.label, v.effect, v.refit, seen, v.free, forming, along, v.odds, sign)

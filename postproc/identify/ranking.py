@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from postproc.fit.reweight import beside
 from postproc.fit.solve import ROUGHLY
 from postproc.identify.candidate import Candidate, Screen, Stock
 from postproc.identify.judgement import fitted_best
+from postproc.identify.refits import refit_all
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
 from postproc.patterns.every import Patterns
@@ -36,6 +37,7 @@ class Search:
     followed: dict[Hashable, list[Suspect]] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
     looks: dict[Hashable, tuple[Any, ...]] = field(default_factory=dict)
+    apart: dict[Hashable, tuple[Fit, Fit]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
         problem = self.seen.problem
@@ -61,6 +63,13 @@ class Search:
             self.looks[known] = beside(self.fit, columns), self.fit, *self.outside
         found: Fit = self.looks[known][0]
         return found
+
+    def only(self, base: Fit, some: Sequence[Candidate]) -> Fit:
+        """The base with some of the effects that were found (`refit_all`); fitted once for each fit of the whole."""
+        like = id(self.fit), frozenset(c.key for c in some)
+        if like not in self.apart:
+            self.apart[like] = self.fit, refit_all(base, self.fit, some, base.noise.stated)
+        return self.apart[like][1]
 
     def linear(self) -> Linear:
         fit = self.seen

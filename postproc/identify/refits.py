@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from postproc.fit.fitted import Fit
@@ -15,7 +17,7 @@ ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
 
 
-def refit_all(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:
+def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: float | None) -> Fit:
     """The base with some of the effects that a fit has found, all from where that fit has them.
 
     The springs too: those that the base has found without a load do not suit it, down to their sign.

@@ -12,7 +12,6 @@ from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import fitted_best
 from postproc.identify.ranking import Search
-from postproc.identify.refits import refit_all
 from postproc.identify.selection import compose
 from postproc.patterns.tried import ODDS
 
@@ -63,7 +62,7 @@ def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missi
     for at, one in enumerate(missing):
         key, others = one.candidate.key, [m.candidate for m in missing if m is not one]
         if (others or search.outside) and base.model.effect(key) is None:
-            without = replace(search, fit=refit_all(base, search.fit, others, base.noise.stated))
+            without = replace(search, fit=search.only(base, others))
             mine = compose(without.screen(), without.linear(), key)
             missing = missing if mine is None else anew(search, base, missing, at, without, mine)
     return missing

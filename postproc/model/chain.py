@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
@@ -82,6 +83,11 @@ class Directions:
     spin: Array
     origin: Array
     carried: tuple[int, ...]
+
+    def some(self, index: NDArray[np.int_]) -> Directions:
+        """Those of some coordinates, in chain order."""
+        carried = tuple(self.carried[k] for k in index)
+        return Directions(self.slide[:, index], self.spin[:, index], self.origin[:, index], carried)
 
     @cached_property
     def line(self) -> Array:

@@ -34,7 +34,7 @@ class Sensitivity:
     Args:
         matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, by place [rad or m].
         state: the states with poses and loads filled in.
-        along: directions of all coordinates, to spread loads on the springs; column: (48,) place of each coordinate.
+        along: directions of the coordinates whose loads the springs follow; column: (m,) place of each of them.
         springs: effects whose displacement follows the load.
     """
 
@@ -149,7 +149,8 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, :3, INSTRUMENT + 3 :] = -skew((R @ rest.T_base_tcp[:, :3, 3:])[:, :, 0]) @ left
     J[:, 3:, INSTRUMENT + 3 :] = left
     springs = tuple(e for e in model.effects if "load" in e.reads)
-    return Sensitivity(J, state, along, column, springs)
+    read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, rest.bodies))
+    return Sensitivity(J, state, along.some(read), column[read], springs)
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:

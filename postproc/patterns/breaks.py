@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import product
 from typing import Any
@@ -31,8 +31,7 @@ def breaks(signal: Signal) -> Iterator[Pattern]:
     values = signal.values
     distinct = np.unique(values)
     across = [0.0] if values.min() < 0 < values.max() else []
-    for place in [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across]:
-        edge = gap(distinct, place)
+    for edge in gaps(distinct, [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across]):
         if _measured(distinct, edge):
             yield step(signal, edge)
     for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
@@ -48,10 +47,10 @@ def edges(values: Array, most: int = FINE) -> list[Edge]:
     return [e for e in between[:: max(1, -(-len(between) // most))] if _measured(distinct, e)]
 
 
-def gap(distinct: Array, place: float) -> Edge:
-    """The neighbouring measured values between which a place lies."""
-    at = min(max(int(np.searchsorted(distinct, place)), 1), len(distinct) - 1)
-    return float(distinct[at - 1]), float(distinct[at])
+def gaps(distinct: Array, places: Sequence[float] | Array) -> list[Edge]:
+    """The neighbouring measured values between which each of some places lies."""
+    at = np.clip(np.searchsorted(distinct, places), 1, len(distinct) - 1)
+    return list(zip(distinct[at - 1].tolist(), distinct[at].tolist(), strict=True))
 
 
 def knots(values: Array, most: int = KNOTS) -> list[float]:

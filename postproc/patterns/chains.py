@@ -58,7 +58,7 @@ def chains(
     for start in starts:
         most = OWN if own and len(start) == len(kinds) else MOST
         among = np.flatnonzero(np.isin(some.kinds, start))
-        inside = gram[among][:, :, among], along[among], tries[among]
+        inside = gram.take(among, 0).take(among, 2), along[among], tries[among]
         grown = [_settled(*inside, worth, _pair(*inside, worth)[:1])]
         while len(grown[-1][0]) < most:
             longer = _settled(*inside, worth, grown[-1][0])

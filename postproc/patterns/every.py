@@ -64,6 +64,11 @@ class Group:
         return values_of(self.some)
 
     @cached_property
+    def squares(self) -> Single:
+        """(n, P) of the values."""
+        return self.values**2
+
+    @cached_property
     def odds(self) -> Array:
         """(P,) how many patterns at places stand beside each."""
         every = [members(part) for part in self.parts]
@@ -181,10 +186,11 @@ class Patterns:
         return [p for p in self.parts if isinstance(p, Pattern) and p.wide]
 
     @cached_property
-    def switches(self) -> list[tuple[Pattern, int, Array]]:
-        """Gates, what they do there, and (n,) values."""
-        gates = [self.gates[k] for k in _open_and_shut(self.gates)] if self.gates else []
-        return [(g, side, SIDES[side](g.values)) for g in gates for side in range(len(g.gate))]
+    def switches(self) -> list[tuple[Pattern, int, Single]]:
+        """Gates that are open in some rows and shut in others, what they do there, and (n,) values."""
+        values = values_of(self.gates) if self.gates else np.zeros((0, 0), dtype=np.float32)
+        every = ((self.gates[k], values[:, k]) for k in _open_and_shut(values))
+        return [(gate, side, SIDES[side](x)) for gate, x in every for side in range(len(gate.gate))]
 
     @cached_property
     def switching(self) -> NDArray[np.str_]:
@@ -193,8 +199,8 @@ class Patterns:
 
     @cached_property
     def switched(self) -> Single:
-        """(n, G) values of the switches."""
-        return np.array([values for _, _, values in self.switches], dtype=np.float32).T
+        """(G, n) values of the switches."""
+        return np.array([values for _, _, values in self.switches])
 
 
 def patterns(channels: Mapping[str, Array], state: State, position: Array, sight: Sight | None = None) -> Patterns:
@@ -249,9 +255,9 @@ def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern
     for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
         use = np.flatnonzero(np.isin(every.switching, list(names)))
-        values.append(every.switched[:, use] * np.asarray(factor.values, dtype=np.float32)[:, None])
+        values.append(every.switched[use] * factor.values.astype(np.float32))
         some += [(factor, int(k)) for k in use]
-    return np.hstack(values), some
+    return np.vstack(values).T, some
 
 
 def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
@@ -270,7 +276,7 @@ def switched(pattern: Pattern, gate: Pattern, side: int) -> Pattern:
 
     def every_through(gates: Sequence[Pattern]) -> Family:
         """The same for all of some gates, which are said alike."""
-        use = _open_and_shut(gates) if len(gates[0].gate) > side else np.zeros(0, dtype=int)
+        use = _open_and_shut(values_of(gates)) if len(gates[0].gate) > side else np.zeros(0, dtype=int)
 
         def raw() -> Array:
             return np.asarray(raw_of([pattern]) * SIDES[side](raw_of(gates)))
@@ -284,8 +290,7 @@ def _first(part: Part) -> Pattern:
     return members(part)[0]
 
 
-def _open_and_shut(gates: Sequence[Pattern]) -> NDArray[np.intp]:
-    """Those that more than a few rows have open, and more than a few have shut: chance makes one of any few."""
-    values = values_of(gates)
+def _open_and_shut(values: Single) -> NDArray[np.intp]:
+    """Gates (n, G) that more than a few rows have open, and more than a few have shut: chance makes one of any few."""
     few = max(FEW, FEW_SHARE * len(values))
     return np.flatnonzero(np.minimum((values > 0.5).sum(axis=0), (values < 0.5).sum(axis=0)) >= few)

@@ -134,9 +134,9 @@ class Family(Sequence[Pattern]):
             self.made[at] = self.make(at)
         return self.made[at]
 
-    def times(self, change: Callable[[Pattern], Pattern], values: Array | float = 1.0) -> Family:
+    def times(self, change: Callable[[Pattern], Pattern], values: Array | None = None) -> Family:
         """The same after a change of each, their values as many times as large."""
-        return Family(self.many, lambda k: change(self[k]), lambda: self.raw() * values)
+        return Family(self.many, lambda k: change(self[k]), self.raw if values is None else lambda: self.raw() * values)
 
     def among(self, use: NDArray[np.intp]) -> Family:
         """Some of them."""
@@ -192,9 +192,9 @@ def raw_of(some: Sequence[Pattern]) -> Array:
 
 def values_of(some: Sequence[Pattern]) -> Single:
     """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
-    raw = raw_of(some).astype(np.float32)
-    raw /= np.maximum(np.abs(raw).max(axis=1, keepdims=True), 1e-30)
-    return raw.T
+    raw = raw_of(some)
+    most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True))
+    return np.divide(raw, np.maximum(most, 1e-30), dtype=np.float32).T
 
 
 def spread(moves: Array, values: Array) -> Array:

@@ -91,23 +91,25 @@ class Place:
                 gram[:, j, :, i] += both
         return gram, (self.rest @ b).T
 
-    def falls(self, values: Single) -> Array:
-        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values.
+    def falls(self, values: Single, squares: Single | None = None) -> Array:
+        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values (with their squares).
 
         It is b^T G^-1 b with G = C^T M C and b = C^T M y of the columns C of each.
         """
         P, m = values.shape[1], self.count
+        squares = values**2 if squares is None else squares
         falls = np.zeros(P)
         for at in range(0, P, CHUNK):
-            b = values[:, at : at + CHUNK]
-            b = b if len(self.pose) == len(values) else b[self.pose]
+            b, bb = values[:, at : at + CHUNK], squares[:, at : at + CHUNK]
+            if len(self.pose) < len(values):
+                b, bb = b[self.pose], bb[self.pose]
             found = self.straight @ b
             inside, along = found[:-m].reshape(m, -1, b.shape[1]), found[-m:].astype(float)
-            squares = (self.squared @ (b * b)).astype(float)
+            alone = (self.squared @ bb).astype(float)
             gram = np.zeros((m, m, b.shape[1]))
-            for (i, j), square in zip(self.pairs, squares, strict=True):
+            for (i, j), square in zip(self.pairs, alone, strict=True):
                 gram[i, j] = square - np.einsum("kc,kc->c", inside[i], inside[j])
-            scale = squares[[i == j for i, j in self.pairs]].sum(axis=0)
+            scale = alone[[i == j for i, j in self.pairs]].sum(axis=0)
             alive = np.einsum("iic->c", gram) > 1e-5 * scale
             fall = explained(gram, along, 1e-6 * np.where(scale > 0, scale, 1.0))
             falls[at : at + CHUNK] = np.where(alive, fall, 0.0)

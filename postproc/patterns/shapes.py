@@ -13,7 +13,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.breaks import FINEST, STEPS, above, around, breaks, edges, gap, knots, nearest, only, step
+from postproc.patterns.breaks import FINEST, STEPS, above, around, breaks, edges, gaps, knots, nearest, only, step
 from postproc.patterns.formula import Edge, Family, Pattern, family, sharper, together
 from postproc.patterns.signals import Signal
 
@@ -53,12 +53,11 @@ def of_signal(signal: Signal) -> Iterator[Pattern]:
     if signal.name == "time" or "channels[" in signal.code:
         for share in (0.05, 0.1, 0.2, 0.4):
             yield _settling(signal, share * 2 * half)
-    span = np.quantile(values, np.linspace(0.04, 0.96, STEPS))
+    span = gaps(distinct, np.quantile(values, np.linspace(0.04, 0.96, STEPS)))
     for k in range(1, STEPS - 2, 2):
         for width in (2, 4, 8, 14):
-            low, high = (gap(distinct, span[min(edge, STEPS - 1)]) for edge in (k, k + width))
-            if k + width < STEPS and low < high:
-                yield _window(signal, low, high)
+            if k + width < STEPS and span[k] < span[k + width]:
+                yield _window(signal, span[k], span[k + width])
 
 
 def _fading(since: Any) -> Any:

@@ -65,17 +65,16 @@ class Tried:
         """The best patterns at a place, each with the price of all that were tried."""
         self.screened.append(where)
         for group in self.every.groups(where):
-            if group is not self.every.anywhere:
-                self._best(where, group.values, group.odds, group.some.__getitem__, MOST)
-            elif where.startswith("body") or where == SEATED:
+            if group is self.every.anywhere and (where.startswith("body") or where == SEATED):
                 # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
                 use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
-                falls = self._seen(where).falls(group.values[:, use])
+                falls = self._seen(where).falls(group.values[:, use], group.squares[:, use])
                 self._ranked(where, falls, group.odds[use], group.some.among(use).__getitem__, MOST)
-            else:
-                falls = self._seen(where).falls(group.values)
+                continue
+            falls = self._seen(where).falls(group.values, group.squares)
+            if group is self.every.anywhere:
                 self.anywhere = np.maximum(self.anywhere, falls)
-                self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
+            self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
         for pattern in self.every.wide:
             if self.every.sensible(pattern, where):
                 self._wide(where, pattern)

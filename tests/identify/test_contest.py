@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.identify import contest
+from postproc.identify import contest, ranking
 from postproc.identify.ranking import Search
 from postproc.patterns.suspects import Suspect
 
@@ -19,7 +19,7 @@ def suspect(channel, where, evidence=10.0):
 
 def fit(names, outside, aside=()):
     model = SimpleNamespace(effect=lambda key: key if key in names else None)
-    return SimpleNamespace(outside=outside, set_aside=aside, model=model)
+    return SimpleNamespace(outside=outside, set_aside=aside, model=model, noise=SimpleNamespace(stated=None))
 
 
 @pytest.mark.parametrize(
@@ -42,12 +42,12 @@ def test_a_name_goes_where_what_it_tells_may_be_the_pattern_itself(monkeypatch, 
     """A second pattern may have stood beside it for what the name was off by."""
     base, whole = fit((), []), fit(("backlash",), [suspect("load3", "joint 3"), *second])
     bare = fit((), outside, aside)
-    monkeypatch.setattr(contest, "refit_all", lambda base, full, others, noise: bare if not others else None)
+    monkeypatch.setattr(ranking, "refit_all", lambda base, full, others, noise: bare if not others else None)
     monkeypatch.setattr(contest, "patterns_left", lambda search, most=3: search.fit.outside[:most])
     monkeypatch.setattr(contest, "_worth", lambda one, search, rival, beside: more if beside else 5.0)
     search = Search(whole, {}, None, [])
     told = SimpleNamespace(candidate=SimpleNamespace(key="backlash"))
-    kept = contest.contested(search, base, [told], None)
+    kept = contest.contested(search, base, [told])
     assert (kept == []) is goes
     assert search.fit is (bare if goes else whole) and search.outside == search.fit.outside
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.transmission_error import TransmissionError
-from postproc.identify.forms import Turned, forms_nearby, forms_of
+from postproc.identify.forms import Turned, forms_nearby, forms_of, ordinary
 from postproc.identify.gains import gain, gains
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
@@ -33,3 +34,18 @@ def test_lines_of_a_gear_gain_joint_by_joint_what_they_gain_by_their_columns(fit
         alone = gain(fit.linear, columns)
         assert found[i].count == alone.count == columns.shape[1]
         assert (found[i].fall, found[i].evidence) == pytest.approx((alone.fall, alone.evidence), rel=1e-9, abs=1e-9)
+
+
+def test_forms_of_one_law_share_columns_that_are_worked_out_once(fit, monkeypatch):
+    forms = forms_of(fit.problem, NonlinearCompliance)
+    for form in forms[::23]:
+        size = ordinary(fit.model, form.effect, form.screened)
+        expected = fit.problem.columns(form.effect, form.screened) * size
+        np.testing.assert_allclose(form.columns, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+    asked = []
+    columns = type(fit.problem).columns
+    monkeypatch.setattr(
+        type(fit.problem), "columns", lambda self, e, mask: (asked.append(mask.sum()), columns(self, e, mask))[1]
+    )
+    forms_of(fit.problem, NonlinearCompliance)
+    assert sum(asked) < 0.6 * sum(form.width for form in forms)

@@ -13,7 +13,7 @@ from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import waves
 from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
-from postproc.patterns.formula import Pattern, sharper
+from postproc.patterns.formula import Pattern, sharper, values_of
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
 from postproc.patterns.tried import Tried
@@ -495,3 +495,10 @@ def test_friction_grows_with_the_size_of_the_load_and_turns_with_the_side():
     found = {p.form: p.values for p in of_two(dir3=side, load3=load).every}
     values = found["side of dir3 times size of load3"]
     assert np.corrcoef(values, side * np.abs(load))[0, 1] > 0.999
+
+
+def test_many_waves_at_once_are_as_exact_as_single_precision_is():
+    every = waves(channel_signal("q2", np.linspace(-6.0, 3.0, 500), ""), range(1, 129))
+    together = values_of(every)
+    for k in range(0, len(every), 31):
+        np.testing.assert_allclose(together[:, k], every[k].values, atol=5e-7)
