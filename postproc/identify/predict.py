@@ -57,6 +57,15 @@ def predict_rows(model: Model, data: Measurements) -> Prediction:
             message = f"`{effect.key}` is left out: the table has no {' and no '.join(map(columns_of, unread))}"
             help_ = "record it, or fit a model without the effect"
             found.append(Diagnostic("DAT021", "warning", message, data.source, help=help_))
+        elif "row" in effect.reads and not effect.is_null:
+            first, last = (f"{state.channels['row'][at]:g}" for at in (0, -1))
+            message = (
+                f"`{effect.key}` follows `row`, which is {first} to {last} here, as the names in `pose_id` or `row` say"
+            )
+            help_ = (
+                "true of poses of the table that it was drafted from; for others give a column `row`, or leave it out"
+            )
+            found.append(Diagnostic("DAT021", "info", message, data.source, help=help_))
     for beyond in beyond_range(model, state):
         low, high, reached = (shown(beyond.channel, v) for v in (beyond.low, beyond.high, beyond.reached))
         message = (

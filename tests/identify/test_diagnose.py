@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.base import Effect, param
+from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
@@ -367,3 +367,22 @@ def test_what_drifts_from_one_moving_pose_to_the_next_is_no_noise(drift):
         "session" if drift is kinds.session_step else "frame_drift",
     }
     assert found.verdict == "missing"
+
+
+class Settling(Effect, reads=("row",)):
+    """The base settles. Source: none."""
+
+    size_m: float = param(unit="m", low=-1e-2, high=1e-2, typical=1e-4)
+
+    def displacement(self, state):
+        return Displacement(instrument=np.outer(self.size_m * np.exp(-state.channels["row"] / 50), np.eye(6)[0]))
+
+
+def test_a_prediction_by_the_row_says_where_it_has_it_from():
+    data, true = cell(seed=211)
+    model = base_fit(data).model.with_effects(Settling(size_m=1e-4))
+    numbered = true.state.with_(channels={**true.state.channels, "row": np.arange(7.0, 7 + len(true))})
+    [said] = [
+        d.message for d in predict_rows(model, replace(true, state=numbered)).diagnostics if "`settling`" in d.message
+    ]
+    assert said.startswith(f"`settling` follows `row`, which is 7 to {6 + len(true)} here")
