@@ -275,7 +275,7 @@ def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
     name = 'hose 5" \\ 7'
     own = Pattern((channel_signal(name, np.arange(9.0)),), "proportional", lambda x: x)
     size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, codes=own.codes)
-    text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a "b".csv')[1]
+    text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a """b""".csv')[1]
     assert text is not None
     path = tmp_path / "own.py"
     path.write_text(text, encoding="utf-8")

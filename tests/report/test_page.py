@@ -35,7 +35,7 @@ from postproc.report.diagnosis import diagnosis_page
 from postproc.report.figures import chosen, enlargement, plane_views, space_view
 from postproc.report.page import Section, grid, render_page, table
 from postproc.report.residuals import suspect_chart
-from postproc.report.svg import arrows
+from postproc.report.svg import arrows, ticks
 from postproc.resources import resource
 
 BASE = (InstrumentFrame, ToolFrame, JointOffset)
@@ -316,6 +316,12 @@ def test_charts_place_points_and_band() -> None:
     assert scatter(np.array([np.nan]), np.array([1.0]), "x", "y") == ""
     many = scatter(np.linspace(0, 1, 100_000), np.zeros(100_000), "x", "y")
     assert len(points(many)) < 1000  # what falls on the same half pixel is drawn once
+
+
+def test_round_values_run_from_limit_to_limit() -> None:
+    assert ticks(-1.0, 1.0).tolist() == [-1.0, -0.5, 0.0, 0.5, 1.0]
+    first = ticks(-0.1, 1.0)[0]
+    assert first == 0.0 and not np.signbit(first)
 
 
 def test_few_values_become_columns() -> None:

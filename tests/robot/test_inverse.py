@@ -125,7 +125,9 @@ def test_a_straight_wrist_is_solved_exactly(wrist: float) -> None:
         assert np.abs(solution.q - q).max() < 1e-9
 
 
-@pytest.mark.parametrize("conf", [(0, 0, 0, 0), (0, 1, -1, 0), (0, -1, 0, 0), (0, -1, 1, 0), (0, 2, -2, 0)])
+@pytest.mark.parametrize(
+    "conf", [(0, 0, 0, 0), (0, 0, -1, 0), (0, 1, -1, 0), (0, -1, 0, 0), (0, -1, 1, 0), (0, 2, -2, 0)]
+)
 def test_a_straight_wrist_taught_with_six_digits_takes_the_quadrants_of_its_confdata(conf: tuple[int, ...]) -> None:
     robot = load_robot("irb4600_60_205")
     q = np.radians([[10.0, 20, 10, 100, 0, -99.9]]) + np.array([0, 0, 0, 0, 4e-7, 0])
