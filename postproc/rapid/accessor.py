@@ -14,7 +14,7 @@ from postproc.rapid.motion import Piece
 from postproc.rapid.trees import Expression
 from postproc.rapid.values import Data, NotKnown
 
-MAX_TREES = 5_000  # expressions kept for the next time they are executed
+MAX_TREES = 20_000  # expressions kept for the next time they are executed
 
 
 class Accessor:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.render.numbers import rapid_number
 from postproc.render.templates import environment, fill, load_template
 from postproc.robot.arm import Robot
 
@@ -39,8 +38,6 @@ def measuring_module(
         {"name": f"j{i + 1:03d}", "label": labels[i], "joints": q[i], "approach": start[i], "payload_kg": load[i]}
         for i in order
     ]
-    env = environment()
-    env.filters["degrees"] = lambda angles: [rapid_number(x, 4) for x in np.degrees(angles)]
-    template = load_template(env, "measuring_module.j2")
+    template = load_template(environment(), "measuring_module.j2")
     values = {"module": "MeasurePoses", "table": table, "poses": poses, "wait_s": SETTLE_S}
     return (fill(template, values) + "\n").encode("latin-1", "replace")

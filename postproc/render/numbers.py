@@ -7,6 +7,7 @@ from __future__ import annotations
 
 MM_DECIMALS = 3
 QUATERNION_DECIMALS = 7
+DEGREES_DECIMALS = 4
 
 
 def rapid_number(value: float, decimals: int) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template, TemplateError
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.rapid.records import NO_AXIS
-from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
+from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
 from postproc.resources import resource
 
 
@@ -27,8 +29,13 @@ def axes(values: Sequence[float]) -> list[str]:
     return ["9E9" if v >= NO_AXIS else rapid_number(v, 6) for v in values]
 
 
+def degrees(values: Sequence[float]) -> list[str]:
+    """Angles [rad] as RAPID states joints."""
+    return [rapid_number(x, DEGREES_DECIMALS) for x in np.degrees(values)]
+
+
 def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
-    """Build the environment.
+    """The environment of a folder, or of the shipped templates alone.
 
     Raises:
         PostprocError: ``REN001`` where the user's template folder does not exist.
@@ -37,6 +44,13 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
         help_ = "give --template a folder with any of target.j2, displaced.j2, statement.j2, header.j2, module.j2"
         text = f"template folder `{template_dir}` does not exist"
         raise PostprocError.of("REN001", text, help=help_)
+    names = () if template_dir is None else tuple(sorted(file.name for file in template_dir.iterdir()))
+    return _environment(template_dir, names)
+
+
+@lru_cache(maxsize=4)  # reading the templates takes a tenth of the time for a small program
+def _environment(template_dir: Path | None, names: tuple[str, ...]) -> SandboxedEnvironment:
+    """One environment for all programs while the folder has these files; a file that is written anew is read again."""
     folders = [str(d) for d in (template_dir, resource("templates")) if d is not None]
     env = SandboxedEnvironment(
         loader=ChoiceLoader([FileSystemLoader(d) for d in folders]),
@@ -45,7 +59,7 @@ def environment(template_dir: Path | None = None) -> SandboxedEnvironment:
         lstrip_blocks=True,
         autoescape=False,  # RAPID text, not HTML
     )
-    env.filters.update(mm=mm, quaternion=quaternion, axes=axes)
+    env.filters.update(mm=mm, quaternion=quaternion, axes=axes, degrees=degrees)
     return env
 
 

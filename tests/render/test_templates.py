@@ -8,6 +8,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError, Source
 from postproc.rapid.program import read_program
+from postproc.render.templates import environment
 from tests.compensate.build import body_of, convert, module, target, written
 
 TEXT = module(
@@ -128,3 +129,13 @@ def test_letters_beyond_latin_1_in_an_added_statement(tmp_path: Path) -> None:
 def test_a_template_that_is_not_utf_8(tmp_path: Path) -> None:
     (tmp_path / "header.j2").write_bytes("! postproc {{ version }}: compensated für Blech".encode("latin-1"))
     assert fails(tmp_path).diagnostics[0].code == "REN002"
+
+
+def test_templates_are_read_once_while_the_folder_has_the_same_files(tmp_path: Path) -> None:
+    before = environment(tmp_path)
+    assert environment(tmp_path) is before
+    (tmp_path / "header.j2").write_text("{{ indent }}! mine\n")
+    assert environment(tmp_path) is not before
+    assert "! mine" in written(convert(TEXT, template_dir=tmp_path))
+    (tmp_path / "header.j2").write_text("{{ indent }}! mine again\n")
+    assert "! mine again" in written(convert(TEXT, template_dir=tmp_path))
