@@ -166,6 +166,15 @@ def test_a_coordinate_that_is_a_rounded_multiple_of_an_index_is_not_told_from_it
     assert straight(numbers[:2], asked[:2], 1.0).constant == pytest.approx(asked[:2].mean(axis=0))
 
 
+def test_numbers_that_go_nearly_together_are_not_set_against_each_other() -> None:
+    """By both of them every run would get what it asks for, and a hair beside them far more."""
+    jitter = np.array([1.0, -1.0, 0.0, 0.0, -1.0, 1.0])
+    numbers = [{"i": float(i), "j": float(i + 0.2 * d)} for i, d in enumerate(jitter)]
+    asked = np.outer(0.1 * np.arange(6.0) + 0.05 * jitter, [1.0, 0.0, 0.0])
+    ((name, slope),) = straight(numbers, asked, 0.001).slopes
+    assert name == "j" and slope == pytest.approx((0.1, 0.0, 0.0), abs=0.01)
+
+
 HOP = """  PROC hop(robtarget m,num up)
     MoveL RelTool(Offs(m,0,0,up),0,5,0),v100,fine,tT;
     MoveL m,v100,fine,tT;
