@@ -112,6 +112,11 @@ def _level(signal: Signal, some: Array, near: float) -> Pattern:
     return Pattern((signal,), f"{form}{signal.of}", law, "level", gate=only(form, signal))
 
 
+def _slowing(x: Any) -> Any:
+    """Begins at 0: a draft is asked for states before the first that was measured, too."""
+    return np.log1p(np.maximum(x, 0.0))
+
+
 def _settling(signal: Signal, within_: float, law: Callable[[Any], Any] = _fading) -> Pattern:
     """What settles, or goes on ever more slowly."""
     start, whole = float(signal.values.min()), float(np.ptp(signal.values))
@@ -121,7 +126,7 @@ def _settling(signal: Signal, within_: float, law: Callable[[Any], Any] = _fadin
 
     def finer() -> Family:
         near = [(share * whole,) for share in np.geomspace(0.01, 3.0, 60)]
-        laws = (_fading, np.log1p)
+        laws = (_fading, _slowing)
         every = (family((signal,), partial(after, one), partial(_settling, signal, law=one), near) for one in laws)
         return together([some.settled() for some in every])
 

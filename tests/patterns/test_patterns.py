@@ -14,6 +14,7 @@ from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import waves
 from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
 from postproc.patterns.formula import Pattern, sharper, values_of
+from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
 from postproc.patterns.tried import Tried
@@ -502,3 +503,10 @@ def test_many_waves_at_once_are_as_exact_as_single_precision_is():
     together = values_of(every)
     for k in range(0, len(every), 31):
         np.testing.assert_allclose(together[:, k], every[k].values, atol=5e-7)
+
+
+def test_a_law_that_begins_with_the_first_row_is_finite_before_it():
+    row = Signal(("row",), np.linspace(25.0, 90.0, 60), 'state.channels["row"]', "row", "row")
+    settling = next(p for p in of_signal(row) if p.kind == "settling")
+    logs = [p for p in sharper(settling) if "logarithm" in p.form]
+    assert logs and all(np.isfinite(p.law(np.linspace(-500.0, 500.0, 41))).all() for p in logs)
