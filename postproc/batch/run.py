@@ -11,6 +11,7 @@ from typing import Any
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_job, read_settings
 from postproc.batch.journal import Journal, open_journal
+from postproc.batch.nearby import LACKING, help_nearby
 from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Settings, Shard, Task, failed
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
@@ -40,7 +41,8 @@ def run_batch(plan: Plan, out: Path, pool: Pool, shard: Shard, tell: Callable[[O
 
         def note(line: Mapping[str, Any], cached: bool) -> None:
             task, first = stated[line["name"]]
-            outcomes.append(Outcome(task, line["status"], cached, line["figures"], (*first, *line["findings"])))
+            told = (*first, *(_named(plan.root, finding) for finding in line["findings"]))
+            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told))
             tell(outcomes[-1])
 
         def todo() -> Iterator[Job]:
@@ -81,6 +83,14 @@ def _stated(task: Task, converter: Converter) -> tuple[Mapping[str, Any], ...]:
         help_ = "give each arm's model to its tasks in a jobs file"
         found.append(Diagnostic("BAT012", "warning", text, help=help_))
     return tuple(d.as_json() for d in found)
+
+
+def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A finding; one about data that a file nearby declares names that file."""
+    told = None
+    if finding["code"] in LACKING and finding["path"] is not None:
+        told = help_nearby(finding["message"], root / finding["path"])
+    return finding if told is None else {**finding, "help": told}
 
 
 def _copy(root: Path, path: str, journal: Journal) -> Iterator[Mapping[str, Any]]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from postproc.batch.discover import MODULES, PARTS, SHARED
+from postproc.batch.nearby import LACKING, help_nearby
 from postproc.cli.inputs import read_source
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
@@ -32,40 +31,12 @@ def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
 
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """The findings; those about data that a file nearby declares (RAP020, RAP021) name that file."""
-    return [_named(d) if d.code in ("RAP020", "RAP021") else d for d in diagnostics]
+    """The findings; those about data that a file nearby declares name that file."""
+    return [_named(d) if d.code in LACKING else d for d in diagnostics]
 
 
 def _named(finding: Diagnostic) -> Diagnostic:
     if finding.source is None or finding.span is None:
         return finding
-    name = re.escape(
-        finding.message.split("`")[1].encode("latin-1")
-    )  # where it is used it may be part of something else
-    # LOCAL data serves its own module alone.
-    declares = re.compile(rb"(?im)^[ \t]*(?:TASK\s+)?(?:PERS|CONST|VAR)\s+\w+\s+" + name + rb"\s*(?:\{[^}]*\}\s*)?:=")
-    for path in _nearby(Path(finding.source.path)):
-        try:
-            found = declares.search(path.read_bytes())
-        except OSError:
-            continue
-        if found:
-            return replace(finding, help=f"`{path}` declares it: add `--with {path}`")
-    return finding
-
-
-def _nearby(module: Path) -> Iterator[Path]:
-    """Modules beside a file, in the other folders of its task, and in the other tasks of a backup (they share data)."""
-    if not module.is_file():
-        return
-    backup = module.parent.name.lower() in PARTS
-    task = module.parent.parent if backup else module.parent
-    places = [module.parent, *(p for p in _folders(task) if p.name.lower() in {*PARTS, SHARED})]
-    if backup:
-        places += [inner for other in _folders(task.parent) for inner in _folders(other)]
-    for place in dict.fromkeys(places):
-        yield from (p for p in sorted(place.iterdir()) if p.suffix.lower() in MODULES and p != module)
-
-
-def _folders(place: Path) -> list[Path]:
-    return sorted(p for p in place.iterdir() if p.is_dir())
+    told = help_nearby(finding.message, Path(finding.source.path))
+    return finding if told is None else replace(finding, help=told)

@@ -194,6 +194,14 @@ def test_side_files_lend_their_data(tmp_path: Path) -> None:
     assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
 
 
+def test_a_module_that_lacks_data_is_told_which_file_beside_it_declares_them(tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {"a.mod": program("A", tool=""), "Data.mod": f"MODULE D\n  {TOOL}\nENDMODULE\n"})
+    for _ in range(2):  # the second is taken over from the first
+        batch, _ = convert(source, tmp_path / "out")
+        lacking = next(f for o in batch.outcomes for f in o.findings if f["code"] == "RAP020")
+        assert lacking["help"] == f"`{source / 'Data.mod'}` declares it: add `--with {source / 'Data.mod'}`"
+
+
 def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> None:
     own = f"MODULE A\n  {TOOL}\n  PROC main()\n    MoveJ {target(1200)},v500,fine,tTorch;\n    MoveL pThere,v100,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
     side = write(tmp_path, {"points.mod": f"MODULE points\n  CONST robtarget pThere:={target(1250)};\nENDMODULE\n"})
