@@ -52,7 +52,7 @@ def added_statements(
         first, *others = (_added(wishes, i, divided.get(i), program) for i in group)
         # Functions of the program's own by these names may calculate something else.
         module = wishes.motion.moves[group[0]].event.statement.module
-        named = {} if any(program.routine(name, module) for name in FUNCTIONS) else edited
+        named = None if any(program.routine(name, module) for name in FUNCTIONS) else edited
         if all(_same_insertions(first, other, same) for other in others):
             found += first
         elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others], named, same / 2):
@@ -92,7 +92,7 @@ def _shared(
     wishes: Wishes,
     parts: Sequence[Pieces | None],
     runs: Sequence[Sequence[Insertion]],
-    edited: Mapping[StatementKey, Place],
+    edited: Mapping[StatementKey, Place] | None,
     least: float,
 ) -> list[Insertion] | None:
     """One set of statements for all runs of a statement, None where it would not halve what is off.
@@ -107,7 +107,7 @@ def _shared(
     events = [wishes.motion.moves[p.move].event for p in divided]
     ways, gaps = [_way(wishes, part) for part in divided], [_gap(wishes, part) for part in divided]
     if not all(same_value(a, b) for way in ways[1:] for a, b in zip(ways[0], way, strict=True)):
-        return between(wishes, divided, runs, edited, gaps, least)
+        return None if edited is None else between(wishes, divided, runs, edited, gaps, least)
     numbers = [dict(event.numbers) for event in events]
     if any(event.target != events[0].target for event in events):
         # Coordinates of targets are corrected themselves: what goes with them as a whole would be corrected twice.

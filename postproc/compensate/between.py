@@ -13,20 +13,20 @@ itself calls the start S and the end E, in a loop along an array the element bef
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations_with_replacement
 
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.sharing import APART, CANCELLING
+from postproc.compensate.sharing import APART, CANCELLING, straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import UNCHANGED_MM, Displacement, Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.records import RobTarget
+from postproc.rapid.records import Pose, RobTarget, Vec3
 
 FUNCTIONS = ("pow", "distance")  # of RAPID, by which it is written
 TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is
@@ -54,10 +54,12 @@ def between(
         gaps: what stays off without them in each run; least: what always may [mm].
     """
     names = [_names(wishes, part.move, edited) for part in parts]
-    named = min(names[0].intersection(*names[1:]), default=None)
-    if named is None:
+    common = min(names[0].intersection(*names[1:]), default=None)
+    if common is None:
         return None
-    ends = [_ends(wishes, part.move) for part in parts]
+    start, end, taught = common
+    events = [wishes.motion.moves[part.move].event for part in parts]
+    ends = [_ends(wishes, part.move, taught) for part in parts]
     ways = np.array([np.subtract(start.pose.trans, end.pose.trans) for start, end in ends])
     found = []
     for insertions in zip(*runs, strict=True):
@@ -67,24 +69,40 @@ def between(
             continue
         on = np.array([np.subtract(i.to.pose.trans, e[1].pose.trans) for i, e in zip(insertions, ends, strict=True)])
         shares = np.sum(on * ways, axis=1) / np.sum(ways**2, axis=1)
-        bent = on - shares[:, None] * ways  # across the way; along it nothing is off
-        bends, rest = _bent(ways, bent, least)
+        share = round(float(np.median(shares)), SHARE_DECIMALS)
+        squares = _squares(start, end, ways)
+        if taught:  # it lacks the whole correction
+            numbers = [{**dict(e.numbers), **{k: v[n] for k, v in squares.items()}} for n, e in enumerate(events)]
+            beside = straight(numbers, on - share * ways, least)
+            rest = on - share * ways - [beside.at(run) for run in numbers]
+        else:
+            bends, rest = _bent(squares, on - shares[:, None] * ways, least)  # across the way; along it nothing is off
+            beside = Displacement((0.0, 0.0, 0.0), bends)
         lacks = np.linalg.norm(rest, axis=1)
         if lacks.max() > max(gaps) / 2 or any(lack > max(gap, least) for lack, gap in zip(lacks, gaps, strict=True)):
             return None
-        share = round(float(np.median(shares)), SHARE_DECIMALS)
-        to = replace(insertions[0].to, way=_way(*named, share - (not base), bends))
-        found.append(replace(insertions[0], to=to, base=named[base]))
+        along = _along(start, end, share - (not base))
+        to = replace(insertions[0].to, way=replace(beside, slopes=(*along, *beside.slopes)))
+        found.append(replace(insertions[0], to=to, base=(start, end)[base]))
     return found or None
 
 
-def _bent(ways: Array, bent: Array, least: float) -> tuple[dict[str, Array], Array]:
-    """What is off aside (n, 3) [mm] by squares of the ways (n, 3), and what is left of it.
+def _squares(start: str, end: str, ways: Array) -> dict[str, Array]:
+    """Squares [m^2] of the ways (n, 3) [mm], as RAPID writes them: of the length, and of the parts along the axes."""
+    way = {axis: f"{start}.trans.{axis}-{end}.trans.{axis}" for axis in "xyz"}
+    part = dict(zip("xyz", 1e-3 * ways.T, strict=True))
+    found: dict[str, Array] = {f"Pow(Distance({start}.trans,{end}.trans)/1000,2)": 1e-6 * np.sum(ways**2, axis=1)}
+    for a, b in PAIRS:
+        term = f"Pow(({way[a]})/1000,2)" if a == b else f"({way[a]})*({way[b]})/1000000"
+        found[term] = part[a] * part[b]
+    return found
+
+
+def _bent(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[tuple[tuple[str, Vec3], ...], Array]:
+    """What is off aside (n, 3) [mm] by squares of the ways, and what is left of it.
 
     The length does for ways in like directions; a square of axes has to take half of what is left.
     """
-    along = dict(zip("xyz", 1e-3 * ways.T, strict=True))
-    squares: dict[str, Array] = {"": 1e-6 * np.sum(ways**2, axis=1)} | {a + b: along[a] * along[b] for a, b in PAIRS}
 
     def fitted(names: Sequence[str]) -> tuple[dict[str, Array], Array]:
         matrix = np.stack([squares[name] for name in names], axis=1)
@@ -94,33 +112,27 @@ def _bent(ways: Array, bent: Array, least: float) -> tuple[dict[str, Array], Arr
         steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
         return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
 
-    best = fitted([""])
-    while np.abs(best[1]).max() > least and len(best[0]) < len(ways):
-        more = [fitted([*best[0], name]) for name in squares.keys() - best[0].keys()]
-        more.sort(key=lambda found: (float(np.abs(found[1]).max()), *found[0]))
+    best = fitted([next(iter(squares))])
+    while np.abs(best[1]).max() > least and len(best[0]) < len(bent):
+        more = [fitted([*best[0], name]) for name in squares if name not in best[0]]
+        more.sort(key=lambda found: float(np.abs(found[1]).max()))
         if np.abs(more[0][1]).max() > np.abs(best[1]).max() / 2:
             break
         best = more[0]
-    return best
+    return tuple((name, (float(x), float(y), float(z))) for name, (x, y, z) in best[0].items()), best[1]
 
 
-def _way(start: str, end: str, share: float, bends: Mapping[str, Array]) -> Displacement:
-    """A share of the way from end to start, and aside."""
-    way = {axis: f"{start}.trans.{axis}-{end}.trans.{axis}" for axis in "xyz"}
-    terms = [(f"({way[axis]})", k) for axis, k in zip("xyz", share * np.eye(3), strict=True)]
-    for name, bend in bends.items():
-        if not name:
-            term = f"Pow(Distance({start}.trans,{end}.trans)/1000,2)"
-        elif name[0] == name[1]:
-            term = f"Pow(({way[name[0]]})/1000,2)"
-        else:
-            term = f"({way[name[0]]})*({way[name[1]]})/1000000"
-        terms.append((term, bend))
-    return Displacement((0.0, 0.0, 0.0), tuple((name, (float(x), float(y), float(z))) for name, (x, y, z) in terms))
+def _along(start: str, end: str, share: float) -> Iterator[tuple[str, Vec3]]:
+    """A share of the way from end to start."""
+    for axis, (x, y, z) in zip("xyz", (share * np.eye(3)).tolist(), strict=True):
+        yield f"({start}.trans.{axis}-{end}.trans.{axis})", (x, y, z)
 
 
-def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[tuple[str, str]]:
-    """What the program may call the start and the end of a line, where both texts hold the corrected targets there."""
+def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[tuple[str, str, bool]]:
+    """What the program may call the start and the end of a line, and whether these texts hold the targets as taught.
+
+    Both hold the corrected targets, or both, as variables that the program computes, are displaced where they are used.
+    """
     if i == 0 or wishes.motion.samples.curves.arc[i]:
         return set()
     before, move = wishes.motion.moves[i - 1], wishes.motion.moves[i]
@@ -129,10 +141,13 @@ def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[
     start, end = (_text(statement) for statement in statements)
     one_frame = len({(e.tool, e.wobj, e.displacement) for e in events}) == 1
     held = all(edited.get(s.key) in NAMED for s in statements)
-    if end is None or move.first or before.again is not None or not one_frame or not held:
+    # Before it is known what the runs share they have no text at all.
+    texts = [edited.get(s.key, "argument") for s in statements]
+    taught = all(t == "argument" and e.target_origin.kind == "expression" for t, e in zip(texts, events, strict=True))
+    if end is None or move.first or before.again is not None or not one_frame or not (held or taught):
         return set()
     starts = {start if _adjoining(*statements) else None, _neighbour(end, *events)} - {None}
-    return {(name, end) for name in starts if name is not None}
+    return {(name, end, taught) for name in starts if name is not None}
 
 
 def _neighbour(text: str, before: MotionEvent, event: MotionEvent) -> str | None:
@@ -160,9 +175,12 @@ def _adjoining(a: MotionStatement, b: MotionStatement) -> bool:
     return gap is not None and gap.end() == b.span[0]
 
 
-def _ends(wishes: Wishes, i: int) -> tuple[TargetValue, TargetValue]:
-    """Corrected start and end of a move, in its object frame."""
+def _ends(wishes: Wishes, i: int, taught: bool) -> tuple[TargetValue, TargetValue]:
+    """Start and end of a move in its object frame, as they are taught or corrected."""
     targets = [_target(wishes.motion.moves[k].event) for k in (i - 1, i)]
+    if taught:
+        start, end = (TargetValue(Pose(t.trans, t.rot), t.robconf, t.extax) for t in targets)
+        return start, end
     places = wishes.values([(i, wishes.T_goal[k], t.robconf) for k, t in zip((i - 1, i), targets, strict=True)])
     start, end = (replace(p, extax=t.extax) for p, t in zip(places, targets, strict=True))
     return start, end

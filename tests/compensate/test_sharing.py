@@ -528,3 +528,24 @@ def test_elements_that_serve_otherwise_too_are_displaced_from_run_to_run() -> No
     assert re.search(r"MoveL Offs\(pT\{k\},.*\*", written(found))
     assert found.report["max_error_after_mm"] <= 0.01
     assert independent(text, found).after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)
+
+
+@pytest.mark.parametrize("more", ["", "  FUNC num Pow(num a,num b)\n    RETURN 0;\n  ENDFUNC\n"])
+def test_seams_between_variables_share_targets_between_them(more: str) -> None:
+    """Back and forth between places that a loop computes: what is added is displaced by the whole correction there."""
+    data = f"CONST robtarget a:={target(50, -900, 500)};\nCONST robtarget b:={target(90, 100, 500)};\nVAR robtarget s;\nVAR robtarget e;"
+    body = """FOR i FROM 1 TO 4 DO
+    IF i MOD 2=1 THEN s:=Offs(a,0,0,8*i); e:=Offs(b,0,0,8*i); ELSE e:=Offs(a,0,0,8*i); s:=Offs(b,0,0,8*i); ENDIF
+    MoveJ Offs(s,0,0,60),v500,fine,tT\\WObj:=wT;
+    ArcLStart s,v100,sm,wd,fine,tT\\WObj:=wT;
+    ArcLEnd e,v100,sm,wd,fine,tT\\WObj:=wT;
+    MoveL Offs(e,0,0,60),v500,fine,tT\\WObj:=wT;
+    ENDFOR"""
+    text = module(data, body, more)
+    found = convert(text)
+    after = found.report["max_error_after_mm"]
+    assert after > 0.1 if more else after < 0.03
+    assert bool(re.search(r"ArcL Offs\(e,.*\(s\.trans\.x-e\.trans\.x\)", written(found))) == (not more)
+    again = independent(text, found)
+    assert again.violations == []
+    assert again.after == pytest.approx(after, abs=0.002)
