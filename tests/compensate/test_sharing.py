@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from postproc.compensate.between import _bent
 from postproc.compensate.outcomes import SHARED
 from postproc.compensate.sharing import straight
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
@@ -549,3 +550,15 @@ def test_seams_between_variables_share_targets_between_them(more: str) -> None:
     again = independent(text, found)
     assert again.violations == []
     assert again.after == pytest.approx(after, abs=0.002)
+
+
+def test_what_bends_a_target_by_less_than_is_written_has_no_term() -> None:
+    """0.2 mm a square metre along x stay, 0.0001 mm along z go; ways in two directions need a square of axes."""
+    length, across = np.array([0.5, 1.0, 2.0, 1.5]), np.array([0.0, 1.0, 0.0, 1.5])
+    ((_, bend),), rest = _bent({"length": length}, np.outer(length, [0.2, 0.0, 0.0001]), 0.005)
+    assert bend == (0.2, 0.0, 0.0) and np.abs(rest).max() < 0.0005
+    bends, rest = _bent(
+        {"length": length, "across": across}, np.outer(length, [0.2, 0, 0]) - np.outer(across, [0, 1, 0]), 0.005
+    )
+    np.testing.assert_allclose([bend for _, bend in bends], [[0.2, 0, 0], [0, -1, 0]])
+    np.testing.assert_allclose(rest, 0, atol=1e-9)
