@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic
 from postproc.fit.fitted import Fit
+from postproc.fit.unseen import anywhere
 from postproc.fit.wording import joined
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.measure.trajectory import is_record
@@ -72,10 +73,8 @@ def one_path(fit: Fit) -> list[Diagnostic]:
     state = fit.data.state
     if not is_record(state):
         return []
-    some = np.random.default_rng(0).integers(len(state), size=ELSEWHERE)
-    low, high = np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0)
-    q = low + (high - low) * np.random.default_rng(1).random((ELSEWHERE, 6))
-    away = float(np.sqrt(np.mean(predict_sigma(fit.recorded(), state.rows(some).with_(q=q)) ** 2)))
+    between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0), ELSEWHERE)
+    away = float(np.sqrt(np.mean(predict_sigma(fit.recorded(), between) ** 2)))
     if away < FAR * fit.held_out_rms:
         return []
     message = (

@@ -145,9 +145,8 @@ def _held_at_prior(problem: Problem, at: Slope, prior: Mapping[str, Array], fres
 def _made_up_for(problem: Problem, at: Slope, effect: Effect, mask: NDArray[np.bool_], change: Array) -> bool:
     """Whether fitted parameters can take over what a change of held ones takes away, and stay of ordinary size.
 
-    What is larger than that already may become smaller.
-
-    A turn of the last joint makes up for any direction of what turns the tool, but by far too large an angle.
+    What is larger than that already may become smaller. A turn of the last joint makes up for any direction of what
+    turns the tool, but by far too large an angle.
     """
     wanted = problem.slopes(effect, mask) @ change[mask]
     step = -np.linalg.lstsq(at.columns, wanted, rcond=None)[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.contract import State
 from postproc.fit.fitted import Fit
 from postproc.fit.step import sizes
 from postproc.model.uncertainty import derivatives
@@ -25,29 +26,30 @@ def unseen(fit: Fit) -> Array:
     count = len(fit.parameters)
     if not fit.held:
         return np.zeros((0, count))
-    every = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in fit.model.effects}
-    for key, i in fit.held:
-        every[key][i] = True
-    held = [(e.key, int(i)) for e in fit.model.effects for i in np.flatnonzero(every[e.key])]
-    ordinary = np.concatenate([sizes(fit.problem, e)[every[e.key]] for e in fit.model.effects])
-    columns = (
-        np.hstack([fit.problem.slopes(e, every[e.key]) for e in fit.model.effects if every[e.key].any()]) * ordinary
-    )
+    found = [(e, [i for key, i in fit.held if key == e.key]) for e in fit.model.effects]
+    masks = [(e, np.isin(np.arange(len(e.vector())), index)) for e, index in found if index]
+    held = [(e.key, i) for e, mask in masks for i in np.flatnonzero(mask).tolist()]
+    ordinary = np.concatenate([sizes(fit.problem, e)[mask] for e, mask in masks])
+    columns = np.hstack([fit.problem.slopes(e, mask) for e, mask in masks]) * ordinary
     taken = fit.inverse @ (fit.columns.T @ columns)
     left = columns - fit.columns @ taken
 
-    robot, random = fit.model.robot, np.random.default_rng(0)
-    some = fit.data.state.rows(random.integers(len(fit.data), size=ELSEWHERE))
-    q = np.clip(robot.lower, -np.pi, np.pi) + np.ptp(np.clip([robot.lower, robot.upper], -np.pi, np.pi), axis=0) * (
-        random.random((ELSEWHERE, 6))
-    )
-    D = derivatives(fit.model, some.with_(q=q), (*fit.parameters, *held))[0]
+    low, high = np.clip([fit.model.robot.lower, fit.model.robot.upper], -np.pi, np.pi)
+    some = anywhere(fit.data.state, low, high, ELSEWHERE)
+    D = derivatives(fit.model, some, (*fit.parameters, *held))[0]
     moves = D[:, :, count:] * ordinary - D[:, :, :count] @ taken
     shown = np.flatnonzero(np.sqrt(np.mean(moves**2, axis=(0, 1))) > NOTHING)
 
     known = left[:, shown].T @ left[:, shown] / fit.scatter_of_parameters + np.eye(len(shown))
     lower = np.linalg.cholesky(np.linalg.inv(known))
-    found = np.zeros((len(shown), count + len(held)))
-    found[:, :count] = -(taken[:, shown] @ lower).T
-    found[:, count + shown] = (ordinary[shown, None] * lower).T
-    return found[:, [*range(count), *(count + held.index(name) for name in fit.held)]]
+    off = np.zeros((len(shown), count + len(held)))
+    off[:, :count] = -(taken[:, shown] @ lower).T
+    off[:, count + shown] = (ordinary[shown, None] * lower).T
+    return off[:, [*range(count), *(count + held.index(name) for name in fit.held)]]
+
+
+def anywhere(state: State, low: Array, high: Array, count: int) -> State:
+    """States with joint angles anywhere between two (6,) [rad], and payload, time .. as in rows of a table."""
+    random = np.random.default_rng(0)
+    rows = state.rows(random.integers(len(state), size=count))
+    return rows.with_(q=random.uniform(low, high, (count, 6)))
