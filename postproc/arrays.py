@@ -1,4 +1,4 @@
-"""The array type of the package.
+"""The array type of the package, and the inverse of poses that it holds.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
@@ -8,3 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def invert(T: Array) -> Array:
+    """Inverse poses, (..., 4, 4)."""
+    result = np.array(T, dtype=float)
+    R = result[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
+    result[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
+    return result

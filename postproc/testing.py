@@ -14,7 +14,6 @@ import pytest
 if TYPE_CHECKING:
     from postproc.rapid.program import Program
 
-MODULES = (".mod", ".prg", ".sys", ".modx", ".sysx")
 UPDATE = "--approve-programs"
 
 
@@ -26,8 +25,10 @@ class ApprovedProgram(Protocol):
 
 def programs(folder: str | Path) -> list[str]:
     """Names of the modules below a folder, relative to it, sorted."""
+    from postproc.rapid.program import ENDINGS
+
     root = Path(folder)
-    return sorted(p.relative_to(root).as_posix() for p in root.rglob("*") if p.suffix.lower() in MODULES)
+    return sorted(p.relative_to(root).as_posix() for p in root.rglob("*") if p.suffix.lower() in ENDINGS)
 
 
 def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm: float = 0.001) -> None:

@@ -16,9 +16,9 @@ from postproc.batch.controller import Drive, library_name, read_drives, read_qui
 from postproc.batch.journal import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.program import ENDINGS
 from postproc.rapid.records import Pose
 
-MODULES = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
 PARTS = frozenset({"progmod", "sysmod"})
@@ -38,7 +38,7 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     copies, rest = [], []
     for name in files:
         home = _task_folder(name)
-        if _in_home(name, backups) or (home is not None and _suffix(name) not in MODULES):
+        if _in_home(name, backups) or (home is not None and _suffix(name) not in ENDINGS):
             copies.append(name)
         elif home is None:
             rest.append(name)
@@ -137,7 +137,7 @@ def _task(name: str, files: list[str], drive: Drive | None) -> Task:
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
     """Tasks of program folders and of single modules, and what is neither."""
     tasks: list[Task] = []
-    copies = [name for name in names if _suffix(name) not in MODULES]
+    copies = [name for name in names if _suffix(name) not in ENDINGS]
     taken: dict[str, str] = {}
     for listing in (name for name in copies if _suffix(name) == ".pgf"):
         here = str(PurePosixPath(listing).parent)
@@ -164,5 +164,5 @@ def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:
         if members or findings:
             tasks.append(Task(listing, tuple(members), findings=tuple(findings)))
         taken.update(dict.fromkeys(members, listing))
-    tasks += [Task(name, (name,)) for name in names if _suffix(name) in MODULES and name not in taken]
+    tasks += [Task(name, (name,)) for name in names if _suffix(name) in ENDINGS and name not in taken]
     return tasks, copies

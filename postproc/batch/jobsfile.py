@@ -9,9 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from postproc.batch.discover import MODULES, discover
+from postproc.batch.discover import discover
 from postproc.batch.values import Inventory, Plan, Settings, Task
 from postproc.diagnostics import PostprocError, Source
+from postproc.rapid.program import ENDINGS
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Vec3 = tuple[float, float, float]
@@ -59,7 +60,7 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
         found = discover(folder_or_jobs.parent, output)
         listed = tuple((task, settings) for task in found.tasks if task.name == folder_or_jobs.name)
         plan = Plan(found.root, listed, (folder_or_jobs.name,))
-    elif folder_or_jobs.suffix.lower() in MODULES:
+    elif folder_or_jobs.suffix.lower() in ENDINGS:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
         raise PostprocError.of("BAT001", text, help=help_)
     else:

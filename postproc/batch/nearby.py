@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from postproc.batch.discover import MODULES, PARTS, SHARED
+from postproc.batch.discover import PARTS, SHARED
+from postproc.rapid.program import ENDINGS
 
 LACKING = frozenset({"RAP020", "RAP021"})
 """Findings about data without a value, whose name stands first in their message."""
@@ -37,7 +38,7 @@ def _nearby(module: Path) -> Iterator[Path]:
     if backup:
         places += [inner for other in _folders(task.parent) for inner in _folders(other)]
     for place in dict.fromkeys(places):
-        yield from (p for p in sorted(place.iterdir()) if p.suffix.lower() in MODULES and p != module)
+        yield from (p for p in sorted(place.iterdir()) if p.suffix.lower() in ENDINGS and p != module)
 
 
 def _folders(place: Path) -> list[Path]:

@@ -45,9 +45,9 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     Raises:
         PostprocError: what is wrong with one of the files.
     """
-    from postproc.batch.discover import MODULES
     from postproc.effects.registry import effect_library
     from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
+    from postproc.rapid.program import ENDINGS
     from postproc.robot.catalogue import load_robot
 
     library = effect_library(effects)
@@ -57,7 +57,7 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
         raise PostprocError.of(
             "CLI012", f"`{path}` is a table, not a model", help="the model comes first, then the table"
         )
-    if path.suffix.lower() in MODULES:
+    if path.suffix.lower() in ENDINGS:
         raise PostprocError.of(
             "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
         )

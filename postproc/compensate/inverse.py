@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
@@ -15,7 +15,7 @@ from postproc.model.equilibrium import active_bodies, carries_load, unsettled
 from postproc.model.loads import loaded_state
 from postproc.robot.closed_form import inverse
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.pose import invert, pose_error
+from postproc.robot.pose import pose_error
 
 SWEEPS = 30
 # Start joints farther from the pose [m, rad] than this are replaced by the nearest closed-form solution.

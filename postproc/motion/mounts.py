@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian
-from postproc.robot.pose import invert
 
 _SINGULAR = 1e-3  # of the largest singular value: directions that the arm has all but lost
 

@@ -8,7 +8,7 @@ from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, store
 from postproc.rapid.changes import argument_name
 from postproc.rapid.evaluate import evaluate
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.memory import Memory
 from postproc.rapid.motion import Piece
 from postproc.rapid.trees import Expression
@@ -32,10 +32,7 @@ class Accessor:
         source = memory.frame.routine.source
         tree = self.trees.get((source.path, span))
         if tree is None:
-            try:
-                tree = read_whole_expression(source.data, *span)
-            except ExpressionError as error:
-                raise NotKnown(f"the expression cannot be read: {error}") from error
+            tree = read_whole_expression(source.data, *span)
             if len(self.trees) < MAX_TREES:
                 self.trees[source.path, span] = tree
         return tree

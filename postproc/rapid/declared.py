@@ -7,7 +7,7 @@ from collections.abc import Callable
 from postproc.diagnostics import Span
 from postproc.rapid import patterns
 from postproc.rapid.evaluate import Scope, evaluate, whole
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.literals import read_literal_numbers
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Declaration
@@ -60,20 +60,15 @@ class Declared:
             numbers = read_literal_numbers(declaration.source.data, *span)
             if numbers is not None:
                 return Value(numbers, declaration.type, rank, declaration.key)
-        try:
-            tree = read_whole_expression(declaration.source.data, *span)
-        except ExpressionError as error:
-            raise NotKnown(f"the value of `{declaration.name}` cannot be read: {error}") from error
+        tree = read_whole_expression(declaration.source.data, *span, f"the value of `{declaration.name}`")
         return Value(evaluate(tree, home(declaration)).data, declaration.type, rank, declaration.key)
 
     def _zeros(self, declaration: Declaration, home: Home) -> Data:
         data = zero(declaration.type, self.records)
         total = 1
         for span in reversed(declaration.dims):
-            try:
-                size = evaluate(read_whole_expression(declaration.source.data, *span), home(declaration)).data
-            except ExpressionError as error:
-                raise NotKnown(f"the size of `{declaration.name}` cannot be read") from error
+            tree = read_whole_expression(declaration.source.data, *span, f"the size of `{declaration.name}`")
+            size = evaluate(tree, home(declaration)).data
             total *= max(1, whole(size))
             if total > MAX_ELEMENTS:
                 raise NotKnown(f"`{declaration.name}` is too large to follow")

@@ -23,6 +23,7 @@ from postproc.rapid.trees import (
     Truth,
     Unary,
 )
+from postproc.rapid.values import NotKnown
 
 MAX_NESTING = 40
 MAX_OPERATORS = 150
@@ -57,19 +58,25 @@ def read_expression(data: bytes, start: int, end: int) -> Expression:
     return _Reader(data, start, end).binary(0)
 
 
-def read_whole_expression(data: bytes, start: int, end: int) -> Expression:
+def read_whole_expression(data: bytes, start: int, end: int, what: str = "the expression") -> Expression:
     """The expression that fills ``data[start:end]``.
 
+    Args:
+        what: it is, for people.
+
     Raises:
-        ExpressionError: the text is something else, or goes on after the expression.
+        NotKnown: the text is something else, or goes on after the expression.
     """
     name = NAMES.fullmatch(data, start, end)
     if name is not None and (word := (text := name[0].decode("latin-1")).lower()) not in RESERVED:
         return Name((start, end), word, text)
-    reader = _Reader(data, start, end)
-    result = reader.binary(0)
-    if reader.kind != "end":
-        raise ExpressionError(f"`{reader.word}` is not expected here")
+    try:
+        reader = _Reader(data, start, end)
+        result = reader.binary(0)
+        if reader.kind != "end":
+            raise ExpressionError(f"`{reader.word}` is not expected here")
+    except ExpressionError as error:
+        raise NotKnown(f"{what} cannot be read: {error}") from error
     return result
 
 

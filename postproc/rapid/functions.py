@@ -1,10 +1,13 @@
-"""Built-in functions that depend on nothing but their arguments (ABB RAPID reference manual, functions)."""
+"""Built-in functions that depend on nothing but their arguments (ABB RAPID reference manual, functions).
+
+Optional arguments (``\\Rx:=5``) are Python's by keyword; a function that does not know one of them has no value.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from postproc.rapid.pose import (
     about,
@@ -20,56 +23,48 @@ from postproc.rapid.pose import (
     rotate,
     subtract,
 )
+from postproc.rapid.records import Vec3
 from postproc.rapid.values import Data, NotKnown, as_pose, to_pose, to_quat
 
-Options = Mapping[str, Data]
-Function = Callable[[tuple[Data, ...], Options], Data]
 
-
-def offs(arguments: tuple[Data, ...], options: Options) -> Data:
+def offs(target: Data, x: float, y: float, z: float) -> Data:
     """Offs: displacement in the object frame, orientation unchanged."""
-    target, x, y, z = arguments
     return (add(target[0], (x, y, z)), *target[1:])
 
 
-def rel_tool(arguments: tuple[Data, ...], options: Options) -> Data:
+def rel_tool(target: Data, x: float, y: float, z: float, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
     r"""RelTool: displacement, then ``Rx Ry Rz``, all in the tool frame of the target."""
-    target, x, y, z = arguments
     rot = to_quat(target[1])
-    turn = quat_mult(
-        quat_mult(about(0, options.get("rx", 0.0)), about(1, options.get("ry", 0.0))), about(2, options.get("rz", 0.0))
-    )
+    turn = quat_mult(quat_mult(about(0, rx), about(1, ry)), about(2, rz))
     return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
 
 
-def orobt(arguments: tuple[Data, ...], options: Options) -> Data:
-    """ORobT: a place under a program displacement (the second argument), in the object frame."""
-    target, displacement = arguments
-    if "inpdisp" in options:
+def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool = False) -> Data:
+    """ORobT: a place under a program displacement (added to the arguments), in the object frame."""
+    if inpdisp:
         return target
     return (*as_pose(pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
 
 
-def def_frame(arguments: tuple[Data, ...], options: Options) -> Data:
-    p1, p2, p3 = arguments
-    return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(options.get("origin", 1))))
+def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
+    return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
 
 
-def def_dframe(arguments: tuple[Data, ...], options: Options) -> Data:
+def def_dframe(*points: Data) -> Data:
     """DefDFrame: the displacement that carries three old points onto three new ones."""
-    old1, old2, old3, new1, new2, new3 = (point[0] for point in arguments)
+    old1, old2, old3, new1, new2, new3 = (point[0] for point in points)
     old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
     return as_pose(pose_mult(new, pose_inv(old)))
 
 
-def pose_vect(arguments: tuple[Data, ...], options: Options) -> Data:
-    pose = to_pose(arguments[0])
-    return add(pose.trans, rotate(pose.rot, arguments[1]))
+def pose_vect(frame: Data, place: Data) -> Data:
+    pose = to_pose(frame)
+    return add(pose.trans, rotate(pose.rot, place))
 
 
-def euler(arguments: tuple[Data, ...], options: Options) -> Data:
-    x, y, z = euler_zyx(to_quat(arguments[0]))
-    return x if "x" in options else y if "y" in options else z
+def euler(rot: Data, x: bool = False, y: bool = False, z: bool = False) -> float:
+    """EulerZYX: the angle about one of the axes."""
+    return euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
 
 
 def shortened(value: float, decimals: float, up: bool) -> float:
@@ -78,8 +73,7 @@ def shortened(value: float, decimals: float, up: bool) -> float:
     return math.copysign(math.floor(abs(value) * scale + (0.5 if up else 0.0)) / scale, value)
 
 
-def dimension(arguments: tuple[Data, ...], options: Options) -> Data:
-    array, level = arguments
+def dimension(array: Data, level: float) -> float:
     for _ in range(int(level) - 1):
         array = array[0]
     return float(len(array))
@@ -100,59 +94,46 @@ def whole_text(value: Data) -> str:
     return str(int(value))
 
 
-def _plain(function: Callable[..., Data]) -> Function:
-    return lambda arguments, options: function(*arguments)
-
-
-def _mult(a: Data, b: Data) -> Data:
-    return as_pose(pose_mult(to_pose(a), to_pose(b)))
-
-
-def _inv(a: Data) -> Data:
-    return as_pose(pose_inv(to_pose(a)))
-
-
-def _distance(a: Data, b: Data) -> float:
-    difference = subtract(a, b)
-    return math.sqrt(dot(difference, difference))
+def magnitude(v: Vec3) -> float:
+    return math.sqrt(dot(v, v))
 
 
 # Result type and function by lower-case name.
-FUNCTIONS: Mapping[str, tuple[str, Function]] = {
+FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
     "offs": ("robtarget", offs),
     "reltool": ("robtarget", rel_tool),
     "orobt": ("robtarget", orobt),
-    "posemult": ("pose", _plain(_mult)),
-    "poseinv": ("pose", _plain(_inv)),
+    "posemult": ("pose", lambda a, b: as_pose(pose_mult(to_pose(a), to_pose(b)))),
+    "poseinv": ("pose", lambda a: as_pose(pose_inv(to_pose(a)))),
     "posevect": ("pos", pose_vect),
     "defframe": ("pose", def_frame),
     "defdframe": ("pose", def_dframe),
-    "orientzyx": ("orient", _plain(orient_zyx)),
+    "orientzyx": ("orient", orient_zyx),
     "eulerzyx": ("num", euler),
-    "norient": ("orient", _plain(normalise)),
-    "distance": ("num", _plain(_distance)),
-    "vectmagn": ("num", _plain(lambda v: math.sqrt(dot(v, v)))),
-    "dotprod": ("num", _plain(dot)),
-    "sqrt": ("num", _plain(math.sqrt)),
-    "sin": ("num", _plain(lambda x: math.sin(math.radians(x)))),
-    "cos": ("num", _plain(lambda x: math.cos(math.radians(x)))),
-    "tan": ("num", _plain(lambda x: math.tan(math.radians(x)))),
-    "asin": ("num", _plain(lambda x: math.degrees(math.asin(x)))),
-    "acos": ("num", _plain(lambda x: math.degrees(math.acos(x)))),
-    "atan": ("num", _plain(lambda x: math.degrees(math.atan(x)))),
-    "atan2": ("num", _plain(lambda y, x: math.degrees(math.atan2(y, x)))),
-    "abs": ("num", _plain(abs)),
-    "exp": ("num", _plain(math.exp)),
-    "pow": ("num", _plain(math.pow)),
-    "round": ("num", lambda a, o: shortened(a[0], o.get("dec", 0.0), True)),
-    "trunc": ("num", lambda a, o: shortened(a[0], o.get("dec", 0.0), False)),
+    "norient": ("orient", normalise),
+    "distance": ("num", lambda a, b: magnitude(subtract(a, b))),
+    "vectmagn": ("num", magnitude),
+    "dotprod": ("num", dot),
+    "sqrt": ("num", math.sqrt),
+    "sin": ("num", lambda x: math.sin(math.radians(x))),
+    "cos": ("num", lambda x: math.cos(math.radians(x))),
+    "tan": ("num", lambda x: math.tan(math.radians(x))),
+    "asin": ("num", lambda x: math.degrees(math.asin(x))),
+    "acos": ("num", lambda x: math.degrees(math.acos(x))),
+    "atan": ("num", lambda x: math.degrees(math.atan(x))),
+    "atan2": ("num", lambda y, x: math.degrees(math.atan2(y, x))),
+    "abs": ("num", abs),
+    "exp": ("num", math.exp),
+    "pow": ("num", math.pow),
+    "round": ("num", lambda x, dec=0.0: shortened(x, dec, True)),
+    "trunc": ("num", lambda x, dec=0.0: shortened(x, dec, False)),
     "dim": ("num", dimension),
-    "strlen": ("num", _plain(lambda s: float(len(s)))),
-    "strpart": ("string", _plain(string_part)),
-    "numtostr": ("string", _plain(lambda x, decimals: f"{x:.{int(decimals)}f}")),
-    "valtostr": ("string", _plain(whole_text)),
-    "numtodnum": ("dnum", _plain(float)),
-    "dnumtonum": ("num", _plain(float)),
+    "strlen": ("num", lambda s: float(len(s))),
+    "strpart": ("string", string_part),
+    "numtostr": ("string", lambda x, decimals: f"{x:.{int(decimals)}f}"),
+    "valtostr": ("string", whole_text),
+    "numtodnum": ("dnum", float),
+    "dnumtonum": ("num", float),
 }
 
 RUN_TIME = frozenset(
@@ -166,7 +147,7 @@ RUN_TIME = frozenset(
 )
 
 
-def call(name: str, arguments: tuple[Data, ...], options: Options) -> tuple[str, Data]:
+def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:
     """Result type and value of one of ``FUNCTIONS``.
 
     Raises:
@@ -174,7 +155,7 @@ def call(name: str, arguments: tuple[Data, ...], options: Options) -> tuple[str,
     """
     kind, function = FUNCTIONS[name]
     try:
-        return kind, function(arguments, options)
+        return kind, function(*arguments, **options)
     except (TypeError, ValueError, IndexError, KeyError, ArithmeticError) as error:
         raise NotKnown(f"`{name}` has no value for these arguments") from error
 

@@ -13,6 +13,8 @@ from postproc.rapid.parse import parse
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.syntax import Declaration, Module, Routine, Statement
 
+ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that hold a module
+
 
 @dataclass(frozen=True)
 class Program:

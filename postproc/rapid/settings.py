@@ -10,7 +10,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.calls import passed_on
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Argument, MotionStatement
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.memory import Memory
 from postproc.rapid.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
 from postproc.rapid.predefined import PREDEFINED
@@ -101,10 +101,7 @@ class SettingsReader:
         low = argument.text.strip().lower()
         if key in self.fixed and low not in memory.frame.bindings:
             return self.fixed[key]
-        try:
-            tree = read_whole_expression(routine.source.data, *argument.span)
-        except ExpressionError as error:
-            raise NotKnown(f"`{argument.text}` cannot be read") from error
+        tree = read_whole_expression(routine.source.data, *argument.span, f"`{argument.text}`")
         value = evaluate(tree, memory)
         wanted = _KINDS.get(argument.role)
         if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():

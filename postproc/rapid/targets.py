@@ -9,7 +9,7 @@ from postproc.diagnostics import Source, Span
 from postproc.rapid.assign import store
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.events import Base, Origin, OriginKind
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.pose import about, add, quat_mult, subtract
@@ -34,11 +34,9 @@ class Targets:
             literal = read_literal_target(source, *span)
             if literal is not None:
                 return literal[0], Origin("inline", literal[1])
-            tree = read_whole_expression(source.data, *span)
+            tree = read_whole_expression(source.data, *span, "the target")
         except NotKnown as error:
-            return error, Origin("inline")
-        except ExpressionError as error:
-            return NotKnown(f"the target cannot be read: {error}"), RUNTIME
+            return error, RUNTIME
         if isinstance(tree, Star):
             return NotKnown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
         declaration = _named(tree, memory)
@@ -90,7 +88,7 @@ class Targets:
         """Value (or why there is none) and origin of a jointtarget argument."""
         declaration = None
         try:
-            tree = read_whole_expression(source.data, *span)
+            tree = read_whole_expression(source.data, *span, "the target")
             if isinstance(tree, Star):
                 return NotKnown("the position is stored without a name (`*`)"), Origin("star")
             declaration = _named(tree, memory)
@@ -98,8 +96,6 @@ class Targets:
             target = to_jointtarget(value.data)
         except NotKnown as error:
             return error, _runtime(declaration)
-        except ExpressionError as error:
-            return NotKnown(f"the target cannot be read: {error}"), RUNTIME
         if value.declaration is None:
             return target, Origin("inline" if source.data[span[0] : span[0] + 1] == b"[" else "expression")
         storage = memory.program.names[value.declaration].storage

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from postproc.rapid.evaluate import evaluate, names_in
 from postproc.rapid.events import MotionStatement, Origin
-from postproc.rapid.expressions import ExpressionError, read_whole_expression
+from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.memory import Memory
 from postproc.rapid.tokens import identifiers
 from postproc.rapid.trees import Call, Component, Expression, Index, Name, Number
@@ -35,7 +35,7 @@ def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) ->
     for written in (data[slice(*argument.span)], *frames):
         try:
             terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)
-        except ExpressionError:
+        except NotKnown:
             continue
     found = {}
     for text, tree in terms:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import Pose, RobTarget, ToolData, WobjData
 
@@ -42,16 +42,6 @@ def matrix_pose(matrix: Array) -> Pose:
     x, y, z = (matrix[:3, 3] / MM).tolist()
     w, a, b, c = Rotation.from_matrix(matrix[:3, :3]).as_quat(canonical=True, scalar_first=True).tolist()
     return Pose((x, y, z), (w, a, b, c))
-
-
-def inverse(matrix: Array) -> Array:
-    """Inverse of homogeneous matrices (..., 4, 4)."""
-    result = np.zeros_like(matrix)
-    turned = np.swapaxes(matrix[..., :3, :3], -1, -2)
-    result[..., :3, :3] = turned
-    result[..., :3, 3] = -np.einsum("...ij,...j->...i", turned, matrix[..., :3, 3])
-    result[..., 3, 3] = 1.0
-    return result
 
 
 def tool_matrix(tool: ToolData) -> Array:
@@ -119,7 +109,7 @@ def target_poses(events: Sequence[MotionEvent], T_base_tcp: Array) -> list[Pose]
     if not events:
         return []
     rots = [target.rot for target in _robtargets(events)]
-    matrices = inverse(object_matrices(events)) @ T_base_tcp
+    matrices = invert(object_matrices(events)) @ T_base_tcp
     quats = Rotation.from_matrix(matrices[:, :3, :3]).as_quat(scalar_first=True)
     quats *= np.where(np.sum(quats * np.array(rots), axis=1) < 0, -1.0, 1.0)[:, None]
     return [
@@ -137,5 +127,5 @@ def flange_matrix(event: MotionEvent) -> Array:
         ValueError: the event has no robtarget.
     """
     if event.tool.robhold:
-        return target_matrix(event) @ inverse(tool_matrix(event.tool))
-    return tool_matrix(event.tool) @ inverse(target_matrix(event))
+        return target_matrix(event) @ invert(tool_matrix(event.tool))
+    return tool_matrix(event.tool) @ invert(target_matrix(event))

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, invert
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.configuration import closed_form
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import FLANGE
-from postproc.robot.pose import displace, invert, transform
+from postproc.robot.pose import displace, transform
 
 STRAIGHT_WRIST = 1e-10  # |sin q5| below which only q4 + q6 (or q4 - q6) has a meaning
 COARSE_WRIST = 1e-3  # |sin q5| below which the arc cosine of the closed form loses digits

@@ -1,4 +1,4 @@
-"""Poses as (..., 4, 4) arrays: build, invert, compare."""
+"""Poses as (..., 4, 4) arrays: build, compare."""
 
 from __future__ import annotations
 
@@ -27,12 +27,6 @@ def displace(xi: Array) -> Array:
     xi = np.asarray(xi, dtype=float)
     rotation = Rotation.from_rotvec(xi[..., 3:].reshape(-1, 3)).as_matrix().reshape(*xi.shape[:-1], 3, 3)
     return transform(xi[..., :3], rotation)
-
-
-def invert(T: Array) -> Array:
-    """Inverse poses, (..., 4, 4)."""
-    R = np.swapaxes(T[..., :3, :3], -1, -2)
-    return transform(-(R @ T[..., :3, 3:])[..., 0], R)
 
 
 def pose_error(T: Array, T_wanted: Array) -> Array:

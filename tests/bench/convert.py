@@ -22,12 +22,12 @@ from pathlib import Path
 
 import numpy as np
 
+from postproc.arrays import invert
 from postproc.diagnostics import Source
 from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
-from postproc.robot.pose import invert
 from postproc.robot.track import track
 
 PER_SEAM, STEP = 50, 0.008  # targets of a seam and their distance [m]

@@ -183,6 +183,7 @@ def test_orobt_takes_the_displacement_in() -> None:
         ),
         ("MyVision(p)", "`MyVision` is a function this version does not know"),
         ("Offs(p,1,0)", "`offs` has no value for these arguments"),
+        ("Offs(p,StrLen(NumToStr(1000,0\\Exp)),0,0)", "`numtostr` has no value for these arguments"),
         ("Offs(nowhere,1,0,0)", "`nowhere` is not declared in these files"),
         (f"[[Sqrt(-1),0,0],[1,0,0,0],[0,0,0,0],{UNUSED}]", "`sqrt` has no value for these arguments"),
         (f"[[1/0,0,0],[1,0,0,0],[0,0,0,0],{UNUSED}]", "`/` has no value for these operands"),
