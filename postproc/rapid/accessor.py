@@ -72,3 +72,20 @@ class Accessor:
         elif isinstance(now, float) and isinstance(more, float):
             data = now - more if word == "decr" else now + more
         self.assign(pieces[0][1], data, memory)
+
+    def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:
+        """GetDataVal and SetDataVal; whether it is known which data they mean."""
+        plain = [span for option, span, _ in pieces if not option]
+        name = self.value_or_not(plain[0], memory) if len(plain) == len(pieces) == 2 else None
+        module = memory.frame.routine.module
+        declaration = memory.program.declaration(name, module) if isinstance(name, str) else None
+        if declaration is None or word not in ("getdataval", "setdataval"):
+            return False
+        if word == "getdataval":
+            try:
+                self.assign(plain[1], memory.value(declaration).data, memory)
+            except NotKnown as error:
+                self.assign(plain[1], error, memory)
+        elif declaration.storage != "CONST":
+            memory.changed[declaration.key] = self.value_or_not(plain[1], memory)
+        return True

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from postproc.diagnostics import Source, Span
 from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program, statements_in, statements_of
-from postproc.rapid.syntax import Parameter, Routine, Statement
+from postproc.rapid.syntax import Declaration, Parameter, Routine, Statement
 
 # State that instructions change, by instruction.
 STATE: Mapping[str, str] = {
@@ -38,6 +38,9 @@ READ_ONLY = frozenset(
     )
 )
 BY_REFERENCE = ("VAR", "PERS", "INOUT")
+# Instructions that read or write the data whose name is in their first argument, a text.
+BY_NAME = ("getdataval", "setdataval", "setalldataval")
+_TEXT = re.compile(rb'"((?:[^"]|"")*)"')
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
 
 
@@ -61,6 +64,32 @@ def paired(parameters: Sequence[Parameter], pieces: Iterable[Piece]) -> Iterator
         parameter = by_name.get(option[1:]) if option else next(required, None)
         if parameter is not None:
             yield parameter, span
+
+
+def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
+    """Data that an instruction of ``BY_NAME`` may mean (``SetDataVal "p"+ValToStr(n),pNew``), as far as its text and
+    the type of the data that it hands over tell; nothing for other statements.
+    """
+    if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
+        return
+    data = routine.source.data
+    pieces = [
+        span for option, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])
+    ]
+    plain, texts = data[slice(*pieces[0])] if pieces else b"", []
+    for i, part in enumerate(
+        _TEXT.split(plain)
+    ):  # every other part is outside quotes: it is worked out
+        texts.append(re.escape(part) if i % 2 else b"" if part.strip() in (b"", b"+") else b".*")
+    whole, kind = re.compile(b"".join(texts).decode("latin-1"), re.IGNORECASE), ""
+    if statement.word == "setalldataval":
+        whole, kind = re.compile(".*"), plain.decode("latin-1").strip(' "').lower()
+    elif len(pieces) > 1 and not component_path(data, pieces[-1]):
+        passed = program.declaration(argument_name(data, pieces[-1]), routine.module, routine.name)
+        kind = passed.type.lower() if passed is not None else ""
+    for declaration in program.declarations:
+        if not declaration.routine and kind in ("", declaration.type.lower()) and whole.fullmatch(declaration.name):
+            yield program.names.get(declaration.key, declaration)
 
 
 # A call of a routine of the program: its key, and for every parameter by reference the data passed.
@@ -141,7 +170,11 @@ class Changes:
         if any(p.name == name for p in routine.parameters):
             changed.add("%" + name)
             return
-        declaration = self.program.declaration(name, routine.module, routine.name)
+        self._add_data(self.program.declaration(name, routine.module, routine.name), changed, path, writer)
+
+    def _add_data(
+        self, declaration: Declaration | None, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
+    ) -> None:
         if declaration is not None and declaration.storage != "CONST":
             changed.add(declaration.key)
             self.paths.setdefault(declaration.key, set()).add(path)
@@ -165,6 +198,10 @@ class Changes:
         pieces = read_arguments(data, start, statement.span[1])
         if called is None:
             writer = data[statement.span[0] : start].decode("latin-1")
+            if statement.word in BY_NAME and statement.word != "getdataval":
+                for declaration in named_by_text(statement, routine, self.program):
+                    self._add_data(declaration, changed, writer=writer)
+                return
             for _, span, _ in pieces:
                 self._add(argument_name(data, span), routine, changed, writer=writer)
             return

@@ -9,7 +9,7 @@ from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.accessor import Accessor
 from postproc.rapid.assign import forget
 from postproc.rapid.calls import bound_frame
-from postproc.rapid.changes import READ_ONLY, STATE, Changes
+from postproc.rapid.changes import BY_NAME, READ_ONLY, STATE, Changes
 from postproc.rapid.declared import Declared
 from postproc.rapid.events import FOUND
 from postproc.rapid.memory import Frame, Memory, Reference
@@ -95,7 +95,7 @@ class Execution(ABC):
             self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
             self.data.count(word, pieces, memory)
-        elif word not in READ_ONLY:
+        elif word not in READ_ONLY and not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             name = source.data[statement.span[0] : start].decode("latin-1")
             forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
             self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.changes import Changes, paired
+from postproc.rapid.changes import Changes, named_by_text, paired
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.motion import read_arguments
 from postproc.rapid.program import Program, statements_of
@@ -80,6 +80,8 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
                     _add(found, program.declaration(name, routine.module, routine.name), use, records)
                 elif _touches_target(use, parameter.type, records):
                     found.setdefault(routine.parameter_key(name), []).append(use)
+            for named in named_by_text(statement, routine, program):
+                _add(found, named, Use("argument", routine.source, statement.span, routine.name), records)
     return {key: tuple(uses) for key, uses in found.items()}
 
 

@@ -55,3 +55,19 @@ ENDPROC
 ENDMODULE
 """
     assert [u.kind for u in declaration_uses(program(text))["m..row"]] == ["motion", "argument"]
+
+
+def test_what_is_read_by_its_name_in_a_text_is_used() -> None:
+    text = f"""MODULE M
+PERS robtarget p1:={target(1, 2, 3)};
+PERS robtarget q1:={target(1, 2, 3)};
+PERS num p2:=0;
+PROC main()
+  VAR robtarget r;
+  GetDataVal "p"+ValToStr(n),r;
+ENDPROC
+ENDMODULE
+"""
+    uses = declaration_uses(program(text))
+    assert [u.kind for u in uses["m..p1"]] == ["argument"]
+    assert "m..q1" not in uses and "m..p2" not in uses

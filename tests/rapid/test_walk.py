@@ -293,6 +293,34 @@ def test_a_value_assigned_on_the_way_is_known_from_there_on() -> None:
     assert found[1].target_origin.kind == "expression"
 
 
+@pytest.mark.parametrize(
+    "write",
+    [
+        'SetDataVal "a",CRobT();', 'SetDataVal "A"+part,p;', 'SetDataVal name\\Block:=block,p;', 'SetDataVal name,p.trans;',
+        'SetAllDataVal "robtarget"\\TypeMod:=part,p;',
+    ],
+)  # fmt: skip
+def test_what_is_written_by_its_name_in_a_text_is_not_known(write: str) -> None:
+    data = P + f"PERS robtarget a:={target(4, 0, 0)}; PERS string part; VAR string name; VAR datapos block;"
+    body = f"name:=StrPart(part,1,1); part:=name; {write} MoveL a,v5,z0,tool0;"
+    assert places(events(body, data)) == [None]
+    other = data.replace(" a:", " b:") + f"PERS robtarget a:={target(4, 0, 0)};"
+    named = "name" in write or "All" in write
+    assert places(events(body.replace("MoveL a", "MoveL b"), other)) == [None if named else (4, 0, 0)]
+
+
+def test_what_has_another_type_is_not_written_by_name() -> None:
+    data = P + f"PERS robtarget a:={target(4, 0, 0)}; VAR num n; PERS string part;"
+    assert places(events("SetDataVal part,n; MoveL a,v5,z0,tool0;", data)) == [(4, 0, 0)]
+
+
+def test_data_is_read_and_written_by_a_known_name() -> None:
+    data = P + f"PERS robtarget a1:={target(4, 0, 0)}; PERS robtarget a2:={target(6, 0, 0)}; VAR robtarget r;"
+    get = 'FOR i FROM 1 TO 2 DO GetDataVal "a"+ValToStr(i),r; MoveL r,v5,z0,tool0; ENDFOR'
+    assert places(events(get, data)) == [(4, 0, 0), (6, 0, 0)]
+    assert places(events('SetDataVal "A1",a2; MoveL a1,v5,z0,tool0;', data)) == [(6, 0, 0)]
+
+
 def test_what_a_trap_writes_is_never_known() -> None:
     data = P + "VAR num n;TRAP t n:=5; ENDTRAP"
     assert x(f"n:=1; {move('n')}", data) == [None]
