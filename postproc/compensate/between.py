@@ -27,6 +27,7 @@ from postproc.compensate.wishes import Wishes
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
 from postproc.rapid.records import Pose, RobTarget, Vec3
+from postproc.rapid.terms import NAME
 
 FUNCTIONS = ("pow", "distance")  # of RAPID, by which it is written
 TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is
@@ -34,7 +35,6 @@ NAMED = frozenset({"declaration", "element", "call"})  # what the program calls 
 SHARE_DECIMALS, BEND_DECIMALS = 3, 4
 PAIRS = tuple(combinations_with_replacement("xyz", 2))
 
-_NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 _NO_CODE = re.compile(rb"(?:\s|![^\n]*)*")
 _COMMA = re.compile(_NO_CODE.pattern + b"," + _NO_CODE.pattern)
 
@@ -138,7 +138,7 @@ def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[
     before, move = wishes.motion.moves[i - 1], wishes.motion.moves[i]
     events = before.event, move.event
     statements = [event.statement for event in events]
-    start, end = (_text(statement) for statement in statements)
+    end = _text(statements[1])
     one_frame = len({(e.tool, e.wobj, e.displacement) for e in events}) == 1
     held = all(edited.get(s.key) in NAMED for s in statements)
     # Before it is known what the runs share they have no text at all.
@@ -146,7 +146,7 @@ def _names(wishes: Wishes, i: int, edited: Mapping[StatementKey, Place]) -> set[
     taught = all(t == "argument" and e.target_origin.kind == "expression" for t, e in zip(texts, events, strict=True))
     if end is None or move.first or before.again is not None or not one_frame or not (held or taught):
         return set()
-    starts = {start if _adjoining(*statements) else None, _neighbour(end, *events)} - {None}
+    starts = {events[1].start, _neighbour(end, *events)} - {None}
     return {(name, end, taught) for name in starts if name is not None}
 
 
@@ -164,15 +164,7 @@ def _neighbour(text: str, before: MotionEvent, event: MotionEvent) -> str | None
 
 def _text(statement: MotionStatement) -> str | None:
     argument = statement.argument("to")
-    return argument.text if argument is not None and _NAME.fullmatch(argument.text) else None
-
-
-def _adjoining(a: MotionStatement, b: MotionStatement) -> bool:
-    """Whether nothing runs between two statements, so that what names a target in one names it in the other."""
-    if a.source is not b.source:
-        return False
-    gap = _NO_CODE.match(a.source.data, a.span[1], b.span[0])
-    return gap is not None and gap.end() == b.span[0]
+    return argument.text if argument is not None and NAME.fullmatch(argument.text) else None
 
 
 def _ends(wishes: Wishes, i: int, taught: bool) -> tuple[TargetValue, TargetValue]:

@@ -73,13 +73,9 @@ def named_by_text(statement: Statement, routine: Routine, program: Program) -> I
     if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
         return
     data = routine.source.data
-    pieces = [
-        span for option, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])
-    ]
+    pieces = [span for _, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])]
     plain, texts = data[slice(*pieces[0])] if pieces else b"", []
-    for i, part in enumerate(
-        _TEXT.split(plain)
-    ):  # every other part is outside quotes: it is worked out
+    for i, part in enumerate(_TEXT.split(plain)):  # every other part is outside quotes: it is worked out
         texts.append(re.escape(part) if i % 2 else b"" if part.strip() in (b"", b"+") else b".*")
     whole, kind = re.compile(b"".join(texts).decode("latin-1"), re.IGNORECASE), ""
     if statement.word == "setalldataval":

@@ -187,6 +187,7 @@ class MotionEvent:
     again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
+    start: str | None = None  # by what name the statement may call the target where the arm comes from
 
     @property
     def searched(self) -> bool:

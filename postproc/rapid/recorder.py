@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from postproc.rapid.events import MotionStatement, StatementKey
 from postproc.rapid.memory import Memory
 from postproc.rapid.records import RobTarget
@@ -60,6 +62,10 @@ class Recorder:
         if self.returning and event.reason is not None:
             return 0
         events, before = self.ways.events, len(self.ways.events)
+        came_from = events[self.ways.last] if before and self.ways.ends == {self.ways.last} else None
+        start = self.maker.start(came_from, event, memory) if came_from is not None else None
+        if start is not None:
+            event = replace(event, start=start)
         self.ways.go(event)
         if statement.key not in self.first:
             self.first[statement.key] = next(i for i in range(before, len(events)) if events[i].again is None)

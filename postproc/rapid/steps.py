@@ -18,10 +18,11 @@ from postproc.rapid.settings import SettingsReader
 from postproc.rapid.signatures import SIGNATURES
 from postproc.rapid.state import NO_MASS
 from postproc.rapid.targets import Targets
-from postproc.rapid.terms import named_numbers
+from postproc.rapid.terms import NAME, named_numbers
 from postproc.rapid.values import Data, NotKnown
 
 T = TypeVar("T")
+FIXED, NAMED = ("inline", "declared", "star"), ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
@@ -81,6 +82,19 @@ class EventMaker:
             acceleration=100.0 if isinstance(acceleration, NotKnown) else acceleration,
             numbers=named_numbers(statement, origin, memory),
         )
+
+    def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
+        """What the program calls the target of the event before here, if it has a name that means the same here.
+
+        Nobody asks where both targets are the same in every execution.
+        """
+        to, origins = before.statement.argument("to"), (before.target_origin, event.target_origin)
+        if to is None or all(origin.kind in FIXED and origin.handed is None for origin in origins):
+            return None
+        if before.target_origin.kind not in NAMED or not NAME.fullmatch(to.text):
+            return None
+        known = self.targets.robtarget(before.statement.source, to.span, memory)
+        return to.text if known == (before.target, before.target_origin) else None
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]

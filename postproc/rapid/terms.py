@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from postproc.rapid.evaluate import evaluate, names_in
@@ -13,6 +14,7 @@ from postproc.rapid.trees import Call, Component, Expression, Index, Name, Numbe
 from postproc.rapid.values import NotKnown
 
 Term = tuple[str, Expression]
+NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
 def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> tuple[tuple[str, float], ...]:

@@ -263,6 +263,27 @@ def test_a_routine_that_calls_itself() -> None:
     assert x("again;", P + f"PROC again() {move('1')} again; ENDPROC") == [1]
 
 
+@pytest.mark.parametrize(
+    ("loop", "start"),
+    [
+        ("MoveL s{k},v5,z0,tool0; TPWrite text; MoveL e{k},v5,z0,tool0;", "s{k}"),
+        ("go k; IF on THEN k:=k+1; k:=k-1; ENDIF MoveL e{k},v5,z0,tool0;", "s{k}"),
+        ("MoveL s{k},v5,z0,tool0; k:=3-k; MoveL e{k},v5,z0,tool0; k:=3-k;", None),
+        ("MoveL s{k},v5,z0,tool0; IF di1=1 THEN MoveL p,v5,z0,tool0; ENDIF MoveL e{k},v5,z0,tool0;", None),
+        ("MoveL Offs(s{k},1,0,0),v5,z0,tool0; MoveL e{k},v5,z0,tool0;", None),
+        ("w:=s{k}; MoveL w,v5,z0,tool0; MoveL e{k},v5,z0,tool0;", "w"),
+        ("w:=s{k}; MoveL w,v5,z0,tool0; w.trans.x:=w.trans.x+1; MoveL e{k},v5,z0,tool0;", None),
+    ],
+)
+def test_the_start_of_a_line_has_the_name_that_means_it_where_the_line_is_driven(loop: str, start: str | None) -> None:
+    ends = f"[{target(1, 0, 0)},{target(2, 0, 0)}]"
+    data = P + f"CONST robtarget s{{2}}:={ends}; CONST robtarget e{{2}}:={ends}; VAR num k; VAR robtarget w;"
+    data += "CONST bool on:=TRUE; VAR string text; PROC go(num k) MoveL s{k},v5,z0,tool0; ENDPROC "
+    found = events(f"k:=1; WHILE k<3 DO {loop} k:=k+1; ENDWHILE", data)
+    lines = [e for e in found if e.target_origin.declaration == "m..e" and e.again is None]
+    assert len(lines) >= 2 and {e.start for e in lines} == {start}
+
+
 # -- written data ---------------------------------------------------------------------------------------------------
 
 
