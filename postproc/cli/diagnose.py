@@ -34,7 +34,7 @@ def run(
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
-    from postproc.identify.verdict import of_little_worth
+    from postproc.identify.verdict import of_little_worth, too_few
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
@@ -57,7 +57,9 @@ def run(
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))
-        if found.verdict == "complete":
+        if found.verdict == "complete" and too_few(found.base):
+            say_next("chooses them", "plan", model, *data, *table.words(effects), "-o", "POSES.csv")
+        elif found.verdict == "complete":
             words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
             say_next("corrects a program with this model", *words)
         told = text is not None and not found.misleading

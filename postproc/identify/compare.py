@@ -127,7 +127,8 @@ class Comparison:
         repeat = j["iso9283"]["repeatability_median_mm"]
         if repeat is not None:
             lines.append(f"ISO 9283: accuracy {j['iso9283']['accuracy_mean_mm']:.3f} mm, repeatability {repeat:.3f} mm")
-        lines += ["", "the residual follows (share of its variance above chance):"]
+        if self.trends:
+            lines += ["", "the residual follows (share of its variance above chance):"]
         lines += [f"  {t.channel:12s} {t.where:8s} {100 * t.share:5.1f} %" for t in self.trends[:8]]
         return "\n".join(lines)
 

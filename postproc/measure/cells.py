@@ -19,6 +19,7 @@ from postproc.measure.units import is_unit, stated_unit
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
 """What many instruments write where they saw nothing."""
+NUMBER_AND_MORE = re.compile(r"[-+]?\d+[.,]?\d*\s*[^\d\s.,;:/-]")
 SAMPLE = 20
 BLANK = " \t,;"
 """What a spreadsheet writes for a line in which nothing stands."""
@@ -82,6 +83,8 @@ class Cells:
         huge = np.abs(values) > LARGEST
         values[huge] = np.nan
         self._report(np.flatnonzero(huge).tolist(), name, diagnostics, "DAT005", "is no measured number", cure)
+        if any(NUMBER_AND_MORE.match(cells[i]) for i in wrong):
+            cure = "write the number alone, and its unit behind the column's name: `X [mm]`"
         self._report(wrong, name, diagnostics, "DAT003", "is not a number", cure)
         if 2 * len(wrong) > np.isfinite(values).sum() + len(wrong) and diagnostics:
             # So many are no slips: the column is not what it is taken for.
@@ -146,6 +149,10 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
         size = Counter(len(cells) for _, cells in body).most_common(1)
         found = f"rows have {size[0][0]}" if size else "there is no other row"
         help_ = "check the separator and the decimal sign, and that every column has a name"
+        if separator == "," and size and size[0][0] > len(header) > 1:
+            help_ = (
+                "is the comma the decimal sign, too? export with semicolons between the cells, or with decimal points"
+            )
         raise _no_table(f"no row has as many cells as the header: it has {len(header)}, {found}", source, help_)
     return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
 

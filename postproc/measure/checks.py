@@ -14,14 +14,15 @@ from postproc.measure.cells import Cells
 from postproc.measure.measurements import Measurements
 from postproc.measure.readings import (
     HOPELESS_M,
-    LENGTHS,
     RADIANS,
     RADIANS_BELOW,
     SUSPICIOUS_M,
     fits,
     other_arm,
+    other_lengths,
     other_reading,
     seen,
+    slipped,
     zero_errors,
 )
 from postproc.measure.sizes import check_sizes
@@ -33,14 +34,25 @@ SHOWN = 5
 FEW = 8
 COARSE = 0.99 * np.radians(0.01)
 """Step of angles [rad] whose rounding stands beside the noise of an instrument."""
+MANY_FAR = 20
+"""Single typing errors are fewer than one row in so many."""
 OWN_M, OWN_TURN = 1e-5, 1e-4
 """No arm is so exactly where its nominal kinematics says, nor an instrument's axes so exactly those of its base."""
 
 
 def check_measurements(
-    data: Measurements, robot: Robot, cells: Cells, turns: Turns | None, measured: bool = True
+    data: Measurements,
+    robot: Robot,
+    cells: Cells,
+    turns: Turns | None,
+    measured: bool = True,
+    unit: str = "mm",
 ) -> list[Diagnostic]:
-    """All findings about a table; of poses that nobody has measured those about their angles."""
+    """All findings about a table; of poses that nobody has measured those about their angles.
+
+    Args:
+        unit: of length, in which the positions were read.
+    """
     if not _asked(data, measured).any():
         message = "no row can be used: none has commanded joint angles" + (" and a measured pose" if measured else "")
         return [Diagnostic("DAT001", "error", message, cells.source, cells.span(0), "fill in the empty columns")]
@@ -53,13 +65,13 @@ def check_measurements(
         return (
             found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
         )
-    readings = _check_readings(data, robot, rows, cells)
+    readings = _check_readings(data, robot, rows, cells, unit)
     if has_errors(readings):
         return found + readings
     turned = _check_orientations(data, robot, rows, cells, turns)
     if readings:
         return found + readings + turned
-    return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells)
+    return found + turned + _check_limits(data, robot, cells) + _check_points(data, robot, rows, cells, unit)
 
 
 def _asked(data: Measurements, measured: bool) -> NDArray[np.bool_]:
@@ -73,11 +85,13 @@ def _finding(severity: Severity, message: str, help_: str, cells: Cells) -> Diag
 
 def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagnostic]:
     found = []
-    for i in np.flatnonzero(~_asked(data, measured))[:SHOWN]:
-        message = "this row has no commanded joint angles or nothing measured; it is not used"
-        found.append(
-            Diagnostic("DAT005", "warning", message, cells.source, cells.span(int(i)), "fill in the empty cells")
-        )
+    commanded = _asked(data, measured=False)
+    for lacking, what in ((~commanded, "no joint angles"), (commanded & ~_asked(data, measured), "nothing measured")):
+        if lacking.any():
+            first = int(np.flatnonzero(lacking)[0])
+            message = f"{_listed(lacking)} of {len(data)} {'has' if lacking.sum() == 1 else 'have'} {what}: not used"
+            help_ = "fill in the empty cells if the values are known"
+            found.append(Diagnostic("DAT005", "warning", message, cells.source, cells.span(first), help_))
     skipped = [k for k, name in enumerate(cells.header) if name in ("pose_id", "time_s")]
     seen: dict[tuple[str, ...], int] = {}
     repeated = 0
@@ -92,6 +106,13 @@ def _check_cells(data: Measurements, cells: Cells, measured: bool) -> list[Diagn
     return found
 
 
+def _listed(some: NDArray[np.bool_]) -> str:
+    """Rows by their numbers, the first of many."""
+    rows = [str(i + 1) for i in np.flatnonzero(some)]
+    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
+    return f"row{'s' if rows[1:] else ''} {', '.join(rows[:SHOWN])}{more}"
+
+
 def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
     step = data.rows(np.flatnonzero(np.isfinite(data.state.q).all(axis=1))).step
     if step < COARSE:
@@ -104,13 +125,16 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
     return [Diagnostic("DAT010", "warning", message, cells.source, cells.span(0), help_)]
 
 
-def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
+def _check_readings(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str
+) -> list[Diagnostic]:
     """Where the points are not where the arm is: what makes them fit, or that nothing does."""
     some = rows[:: max(1, len(rows) // 120)]
     q, y = data.state.q[some], data.position[some]
     as_read = seen(robot, q, y)
     own = as_read.typical < OWN_M and np.allclose(as_read.T_instrument_base[:3, :3], np.eye(3), atol=OWN_TURN)
-    if fits(as_read) and not own:
+    far = np.linalg.norm(as_read.residual, axis=1) > HOPELESS_M
+    if fits(as_read) and not own and MANY_FAR * far.sum() < len(far):
         return []
 
     def found(severity: Severity, message: str, help_: str) -> list[Diagnostic]:
@@ -119,7 +143,12 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
     if own:
         message = f"the points are the nominal arm's own, to {1e3 * as_read.typical:.4f} mm: no arm is so exact"
         return found("warning", message, "are they the controller's, and the instrument's in other columns?")
-    other = other_reading(robot, q, y, as_read)
+    slip = slipped(robot, data.state.q[rows], data.position[rows])
+    if slip is not None:
+        return [_slip(*slip, rows, cells)]
+    if fits(as_read):
+        return []
+    other = other_reading(robot, q, y, as_read, unit)
     if other is not None:
         return found("error", *other)
     if as_read.typical < SUSPICIOUS_M:
@@ -137,6 +166,18 @@ def _check_readings(data: Measurements, robot: Robot, rows: NDArray[np.int_], ce
         return found("warning", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
+
+
+def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells) -> Diagnostic:
+    """Points beside the joint angles of other rows: by so many steps before the k-th and after it."""
+    last, first = len(rows) - 1, int(rows[min(k, len(rows) - 1)])
+    where = f"from row {first + 1} on every" if after else f"up to row {int(rows[k - 1]) + 1} every"
+    whole = k <= 1 if after else k >= last
+    beside = "row before" if before + after > 0 else "next row"
+    cause = "stands twice, or the angles of one are missing" if before + after > 0 else "is missing"
+    message = f"{'every' if whole else where} point belongs to the joint angles of the {beside}: so they fit the arm"
+    help_ = f"a point {cause} there: put both side by side again, with empty cells for what is missing"
+    return Diagnostic("DAT009", "error", message, cells.source, cells.span(first if after else 0), help_)
 
 
 def _check_orientations(
@@ -185,12 +226,14 @@ def _check_limits(data: Measurements, robot: Robot, cells: Cells) -> list[Diagno
     return found
 
 
-def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells) -> list[Diagnostic]:
+def _check_points(
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str
+) -> list[Diagnostic]:
     """Single rows far from where the nominal arm would be: typing errors, another target, a lost beam."""
     aligned = seen(robot, data.state.q[rows], data.position[rows])
     error = np.linalg.norm(aligned.residual, axis=1)
     limit = max(0.005, 8 * aligned.typical)
-    mixed = _check_mixed(aligned, data.position[rows], limit)
+    mixed = _check_mixed(aligned, data.position[rows], limit, unit)
     if mixed is not None:
         first, message, help_ = mixed
         return [Diagnostic("DAT009", "error", message, cells.source, cells.span(int(rows[first])), help_)]
@@ -215,13 +258,13 @@ def _check_points(data: Measurements, robot: Robot, rows: NDArray[np.int_], cell
     return found
 
 
-def _check_mixed(aligned: Alignment, position: Array, limit: float) -> tuple[int, str, str] | None:
+def _check_mixed(aligned: Alignment, position: Array, limit: float, unit: str) -> tuple[int, str, str] | None:
     """More rows in another unit than a fit can set aside: the first of them, what they look like, and what to do."""
     far = np.linalg.norm(aligned.residual, axis=1) > limit
-    for factor, unit, short in LENGTHS:
+    for factor, look, short in other_lengths(unit):
         alike = far & (np.linalg.norm(aligned.residual + position / factor - position, axis=1) < limit)
         if 20 * alike.sum() > len(alike):
-            message = f"{alike.sum()} of {len(alike)} rows look like {unit}, not millimetres: they then fit the others"
+            message = f"{alike.sum()} of {len(alike)} rows {look}: they then fit the others"
             help_ = f"write all rows in one unit, or those in {short} as a table of their own with a column map"
             return int(np.argmax(alike)), message, help_
     return None

@@ -42,8 +42,11 @@ def unit_of(column: str) -> str:
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
 
 
-_LABELS = frozenset({"pose", "pose id", "point", "point name", "name", "label", "id", "no", "nr", "punkt"})
+_LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
 _JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|gelenk|theta|rob)"
+_UR = {"base": "j1", "shoulder": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
+"""What Universal Robots call their joints."""
+_WHOSE = "(?:actual|act|ist|measured|meas|tracker|smr)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
 TURNS: Mapping[tuple[str, ...], str] = {
     ("w", "p", "r"): "xyz",
@@ -79,10 +82,14 @@ def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedC
     }
 
 
-def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
+def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str] = STANDARD) -> str:
     """The lines of a column map for columns that are called as robots and trackers often call them; empty if none are.
 
-    Joints: J1, A1, axis_1, joint1, theta1 ..; positions: X, px, x [mm], TCP.Y ... Units that are stated are taken over.
+    Joints: J1, A1, axis_1, joint1, theta1, base, shoulder ..; positions: X, px, x [mm], TCP.Y, Actual X .. Units that
+    are stated are taken over.
+
+    Args:
+        needed: columns of which at least one must be among them.
     """
     found: dict[str, str] = {}
     for theirs, unit in zip(header, units, strict=True):
@@ -92,7 +99,7 @@ def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
         )
     wanted = [name for name in STANDARD if name in found and name not in header]
-    if len(wanted) < 3:
+    if len(wanted) < 3 or not set(wanted) & set(needed):
         return ""
     guess = "# units that the names do not state are guesses: deg, mm"
     return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
@@ -101,9 +108,12 @@ def likely_map(header: Sequence[str], units: Sequence[str]) -> str:
 def _meant(theirs: str, unit: str) -> str:
     """Standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-    if joint := re.fullmatch(rf"{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
+    plain = _UR.get(re.sub("[ _]", "", plain), plain)
+    if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
         return f"q{joint[1]}_deg"
-    if place := re.fullmatch(r"(?:p|pos|position|tcp|point|meas|measured)?[ _.]*([xyz])(?:[ _.](?:mm|m|in))?", plain):
+    if place := re.fullmatch(
+        rf"(?:p|pos|position|tcp|point|{_WHOSE})?[ _.]*([xyz])(?:[ _.](?:mm|m|in|{_WHOSE}))?", plain
+    ):
         return f"{place[1]}_mm"
     if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
         return f"q{part[1]}"

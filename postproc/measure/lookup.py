@@ -189,11 +189,16 @@ class Table:
         return any(cell.lower() not in EMPTY for cell, value in told if not np.isfinite(value))
 
 
-def missing_help(cells: Cells) -> str:
-    """What the table has instead of a column that is missing, and a column map that may be meant."""
+def missing_help(cells: Cells, wanted: Sequence[str] = names.STANDARD, otherwise: str = "") -> str:
+    """What the table has instead of columns that are missing, and a column map that may be meant.
+
+    Args:
+        otherwise: what to do where no other column looks like any that is wanted.
+    """
     shown = ", ".join(cells.header[:8]) + (", ..." if len(cells.header) > 8 else "")
-    likely = names.likely_map(cells.header, cells.units)
+    likely = names.likely_map(cells.header, cells.units, wanted)
     if likely:
         asked = "if these are meant, give a column map (`--columns FILE.toml`) with the lines:"
         return f"the table has the columns {shown}; {asked}\n{likely}"
-    return f"the table has the columns {shown}; name others with a column map (`postproc explain DAT002`)"
+    help_ = otherwise or "name others with a column map (`postproc explain DAT002`)"
+    return f"the table has the columns {shown}; {help_}"

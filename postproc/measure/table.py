@@ -21,6 +21,11 @@ from postproc.measure.own import own_channels, row_order
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
 
+ANGLES = (
+    "an instrument alone does not know them: put the joint angles that the controller commanded beside the points, row "
+    "by row, or name the program's targets in a column `target` and give the program (`--program`)"
+)
+
 
 def read_measurements(
     source: Source,
@@ -72,7 +77,8 @@ def read_measurements(
         tool_known=tool_known,
         sources=(source,),
     )
-    diagnostics += check_measurements(data, robot, table.cells, turns, measured)
+    unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
+    diagnostics += check_measurements(data, robot, table.cells, turns, measured, unit)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))
@@ -184,6 +190,6 @@ def _commanded(table: Table, robot: Robot, program: Source | Sequence[Source] | 
         message = "there are no commanded joint angles: neither `q1_deg` .. `q6_deg` nor `cmd_x_mm` .. `cmd_qz`"
         if "target" in table.place:
             message = "column `target` names robtargets, and the program that was run is not given"
-        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells))
+        raise PostprocError.of("DAT002", message, cells.source, help=missing_help(cells, names.JOINTS, ANGLES))
     configuration = table.vector(names.CONFIGURATION, fill=0.0)
     return commanded_joints(robot, position, turns.matrix, configuration, cells, table.diagnostics), None

@@ -36,6 +36,16 @@ def positions(path: Path) -> tuple[list[str], np.ndarray]:
     return [row["pose_id"] for row in rows], np.array([[float(row[f"{a}_mm"]) for a in "xyz"] for row in rows])
 
 
+def test_too_few_poses_are_followed_by_more_poses(call: Call, cell: Path, tmp_path: Path) -> None:
+    few, base = tmp_path / "few.csv", tmp_path / "base.toml"
+    few.write_text("\n".join((cell / "fit.csv").read_text().splitlines()[:10]) + "\n")
+    assert call("fit", few, "--robot", "irb4600_60_205", "--effects", BASE, "-o", base).code == 0
+    diagnosed = call("diagnose", base, few)
+    assert diagnosed.out.startswith("Too few poses to tell")
+    assert f"next: `postproc plan {base} {few} -o POSES.csv` chooses them" in diagnosed.err
+    assert "compensate" not in diagnosed.err
+
+
 def test_the_error_falls_when_the_missing_effect_is_added(call: Call, cell: Path, tmp_path: Path) -> None:
     base, better = tmp_path / "base.toml", tmp_path / "better.toml"
     data = cell / "fit.csv"
@@ -232,6 +242,7 @@ def test_what_follows_can_be_copied_into_a_shell(
         text=lambda: "..",
     )
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr("postproc.identify.verdict.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")

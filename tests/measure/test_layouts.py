@@ -114,6 +114,26 @@ def test_names_that_state_their_unit_need_no_map():
     assert "`J1 (rad)` as `q1_deg`" in said[0] and "`X [m]` as `x_mm`" in said[0]
 
 
+@pytest.mark.parametrize(
+    ("header", "first", "place"),
+    [
+        ("Point,base,shoulder,elbow,wrist1,wrist 2,wrist_3,X,Y,Z", 'q6_deg = "wrist_3"', 'z_mm = "Z"'),
+        (
+            "Point ID,Robot J1,Robot J2,Robot J3,Robot J4,Robot J5,Robot J6,Actual X,Actual Y,Actual Z",
+            'q6_deg = "Robot J6"',
+            'z_mm = "Actual Z"',
+        ),
+        ("Name,A1,A2,A3,A4,A5,A6,X meas,Y meas,Z meas", 'q6_deg = "A6"', 'z_mm = "Z meas"'),
+    ],
+    ids=["UR", "whose", "meas"],
+)
+def test_names_that_robots_and_trackers_use_are_proposed(header, first, place):
+    with pytest.raises(PostprocError) as raised:
+        read(table(header=header))
+    lines = raised.value.diagnostics[0].help.splitlines()
+    assert {first, place} <= set(lines)
+
+
 def with_columns(names, cells) -> bytes:
     """The table with further columns."""
     lines = table().decode().splitlines()

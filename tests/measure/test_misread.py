@@ -192,3 +192,87 @@ def test_one_pose_measured_often_is_no_wrong_arm():
     lines = table(N)
     body = [",".join([*lines[1].split(",")[:7], f"{100 + 0.01 * i:.3f},{200 - 0.01 * i:.3f},300"]) for i in range(30)]
     assert read([lines[0], *body]).diagnostics == ()
+
+
+def beside_others(points: list[int]) -> list[str]:
+    """The table with the points of other rows beside its joint angles."""
+    head, *rows = table(N)
+    cells = [row.split(",") for row in rows]
+    return [head, *(",".join([*mine[:7], *cells[k][7:]]) for mine, k in zip(cells, points, strict=False))]
+
+
+@pytest.mark.parametrize(
+    ("points", "says", "line"),
+    [
+        ([*range(25), *range(26, N)], "from row 26 on every point belongs to the joint angles of the next row", 27),
+        ([*range(6), *range(7, N)], "from row 7 on every point belongs to the joint angles of the next row", 8),
+        (
+            [*range(12), *range(11, N - 1)],
+            "from row 13 on every point belongs to the joint angles of the row before",
+            14,
+        ),
+        ([*range(1, 31), *range(30, N)], "up to row 30 every point belongs to the joint angles of the next row", 2),
+        ([N - 1, *range(N - 1)], "every point belongs to the joint angles of the row before", 2),
+    ],
+    ids=["missed", "early", "twice", "late", "all"],
+)
+def test_points_beside_the_angles_of_other_rows_are_told(points, says, line):
+    with pytest.raises(PostprocError) as raised:
+        read(beside_others(points))
+    (found,) = raised.value.diagnostics
+    assert found.code == "DAT009"
+    assert found.message.startswith(says)
+    assert found.as_json()["line"] == line
+
+
+def test_a_few_points_of_other_rows_are_told_one_by_one():
+    found = read(beside_others([*range(20), 21, 20, *range(22, N)])).diagnostics
+    assert sorted(d.message.split(" lies ")[0] for d in found) == ["row 21", "row 22"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("x_mm,y_mm,z_mm", "X [m],Y [m],Z [m]", ("positions look like millimetres, not metres", "unit = 'mm'")),
+        (
+            "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg",
+            ",".join(f"J{j} [rad]" for j in range(1, 7)),
+            ("the joint angles look like degrees, not radians", "unit = 'deg'"),
+        ),
+    ],
+)
+def test_a_unit_that_a_name_states_wrongly_is_told_as_what_it_is(old, new, says):
+    head, *rows = table(N)
+    with pytest.raises(PostprocError) as raised:
+        read([head.replace(old, new), *rows])
+    found = raised.value.diagnostics[-1]
+    assert says[0] in found.message
+    assert says[1] in found.help
+
+
+def test_the_columns_of_an_instrument_alone_lack_the_joint_angles():
+    rows = table(N)[1:]
+    layout = {"columns": {"x_mm": "X", "y_mm": "Y", "z_mm": "Z"}}
+    with pytest.raises(PostprocError) as raised:
+        read(["Point,X,Y,Z", *(",".join([row.split(",")[0], *row.split(",")[7:10]]) for row in rows)], layout)
+    (found,) = raised.value.diagnostics
+    assert "there are no commanded joint angles" in found.message
+    assert "put the joint angles that the controller commanded beside the points" in found.help
+
+
+def test_units_and_commas_within_cells_are_told():
+    head, *rows = table(N)
+    with pytest.raises(PostprocError) as raised:
+        read([head, *(f"{row} mm" for row in rows)])
+    assert any(
+        "write the number alone, and its unit behind the column's name" in d.help for d in raised.value.diagnostics
+    )
+    with pytest.raises(PostprocError) as raised:
+        read([head, *(row.replace(".", ",") for row in rows)])
+    assert "is the comma the decimal sign, too?" in raised.value.diagnostics[0].help
+
+
+def test_rows_without_a_point_are_listed_once():
+    lines = [line if k % 5 != 3 else ",".join([*line.split(",")[:7], "", "", ""]) for k, line in enumerate(table(N))]
+    (found,) = read(lines).diagnostics
+    assert found.message == "rows 3, 8, 13, 18, 23 and 3 more of 40 have nothing measured: not used"
