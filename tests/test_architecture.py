@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
-FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "resources", "tomlfile"}
+FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "grouping", "resources", "tomlfile"}
 ROOMS = (
     "rapid",
     "robot",

@@ -21,6 +21,7 @@ from typing import IO, Any
 
 from postproc.batch.values import Result
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.grouping import grouped
 
 STATE = ".postproc"
 EDITED = "edited"  # in it: files of the tree that somebody changed
@@ -179,10 +180,8 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
             raise PostprocError.of("BAT003", text, help="wait for it, or give each run its own -o")
         for unfinished in _unfinished(root, part).iterdir():
             unfinished.unlink()
-        before: dict[Subject, list[Line]] = {}
-        for path in sorted(state.glob("*.jsonl"), key=lambda p: p.stem == part):
-            for line in _lines(path):
-                before.setdefault(_subject(line), []).append(line)
+        journals = sorted(state.glob("*.jsonl"), key=lambda p: p.stem == part)
+        before = grouped((_subject(line), line) for path in journals for line in _lines(path))
         with open(state / f"{part}.jsonl", "ab") as log:
             if log.tell():
                 log.write(b"\n")  # what was killed in the middle of a line must not join the next one

@@ -15,6 +15,7 @@ from postproc.compensate.targets import Pieces
 from postproc.compensate.texts import SAME_MM, same_value
 from postproc.compensate.values import Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
+from postproc.grouping import grouped
 from postproc.motion.refusals import STILL
 from postproc.rapid.events import StatementKey
 from postproc.rapid.program import Program
@@ -40,10 +41,8 @@ def added_statements(
     """
     same = max(SAME_MM, 500.0 * tolerance)
     divided = {p.move: p for p in pieces if p.goals}
-    runs: dict[StatementKey, list[int]] = {}
-    for i, move in enumerate(wishes.motion.moves):
-        if move.again is None:
-            runs.setdefault(move.event.statement.key, []).append(i)
+    moves = wishes.motion.moves
+    runs = grouped((move.event.statement.key, i) for i, move in enumerate(moves) if move.again is None)
     found: list[Insertion] = []
     clashing: dict[int, str] = {}
     for group in runs.values():
@@ -51,7 +50,7 @@ def added_statements(
             continue
         first, *others = (_added(wishes, i, divided.get(i), program) for i in group)
         # Functions of the program's own by these names may calculate something else.
-        module = wishes.motion.moves[group[0]].event.statement.module
+        module = moves[group[0]].event.statement.module
         named = None if any(program.routine(name, module) for name in FUNCTIONS) else edited
         if all(_same_insertions(first, other, same) for other in others):
             found += first

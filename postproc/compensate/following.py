@@ -12,6 +12,7 @@ from postproc.compensate.decisions import Decisions
 from postproc.compensate.motion import Motion
 from postproc.compensate.sharing import fully_wished, straight
 from postproc.compensate.values import Change, Displacement, TargetValue, Wish
+from postproc.grouping import grouped
 from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import object_matrices
@@ -27,10 +28,7 @@ def left_targets(motion: Motion, exact: Exact, wishes: Sequence[Wish], decisions
     samples = motion.samples
     wanted, corrected = samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange)
     index = {move.row: i for i, move in enumerate(motion.moves)}
-    bases: dict[str, list[int]] = {}
-    for wish in wishes:
-        for name in wish.names if wish.role == "to" else ():
-            bases.setdefault(name, []).append(index[wish.move.row])
+    bases = grouped((name, index[w.move.row]) for w in wishes if w.role == "to" for name in w.names)
     left: dict[int, Array] = {}
     for i, move in enumerate(motion.moves):
         key, origin = move.event.statement.key, move.event.target_origin
@@ -62,11 +60,8 @@ def farther_ways(
         executions: see ``possible_runs``; left: from ``left_targets``; least: see ``straight`` [mm].
     """
     samples = motion.samples
-    runs: dict[StatementKey, list[int]] = {}
-    for i, move in enumerate(motion.moves):
-        event = move.event
-        if event.statement.key in decisions.following:
-            runs.setdefault(event.statement.key, []).append(i)
+    keys = ((move.event.statement.key, i) for i, move in enumerate(motion.moves))
+    runs = grouped((key, i) for key, i in keys if key in decisions.following)
     whole = fully_wished(executions, {move.row for move in motion.moves})
     shifts = pose_error(samples.T_work_tcp[samples.goal], samples.curves.mounts.work(exact.T_base_flange))
     ways = {}

@@ -21,7 +21,8 @@ from postproc.compensate.transitions import (
 )
 from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.events import MotionEvent, MotionStatement
+from postproc.grouping import grouped
+from postproc.rapid.events import MotionEvent, MotionStatement, executions_of
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
@@ -49,10 +50,7 @@ def judge_statements(
     """
     tolerance = plan.motion.options.tolerance_m
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
-    runs: dict[tuple[str, int], list[int]] = {}
-    for index, event in enumerate(events):
-        if event.again is None:
-            runs.setdefault(event.statement.key, []).append(index)
+    runs = executions_of(events)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
     at_goal = np.where(after.goal_steady & ~for_the_next(plan), after.goal_distance, 0.0)
     outcomes: list[Outcome] = []
@@ -173,13 +171,9 @@ def _worst_of_moves(plan: Plan, after: Deviation) -> np.ndarray:
 def _searched_findings(outcomes: Sequence[Outcome], events: Sequence[MotionEvent]) -> list[Diagnostic]:
     """CMP018 once for every routine whose corrected statements also run displaced by what a search has found."""
     searched = {e.statement.key for e in events if e.searched}
-    routines: dict[tuple[str, str], list[Outcome]] = {}
-    for outcome in outcomes:
-        statement = outcome.statement
-        if outcome.status == "compensated" and statement.key in searched:
-            routines.setdefault((statement.module, statement.routine), []).append(outcome)
+    corrected = (o for o in outcomes if o.status == "compensated" and o.statement.key in searched)
     findings = []
-    for found in routines.values():
+    for found in grouped(((o.statement.module, o.statement.routine), o) for o in corrected).values():
         most = max(outcome.shift_mm or 0.0 for outcome in found)
         text = (
             f"`{found[0].statement.routine}` is corrected, by up to {most:.3f} mm, and also runs displaced by what a"

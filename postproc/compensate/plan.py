@@ -21,6 +21,7 @@ from postproc.compensate.targets import Pieces, divide_moves, divided_alike
 from postproc.compensate.texts import PlaceKey, numbers_of
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
+from postproc.grouping import grouped
 from postproc.model.arm import Model
 from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.program import Program
@@ -141,10 +142,7 @@ def _sharing(motion: Motion, decisions: Decisions, whole: Set[int]) -> list[tupl
             places[i] = place
     alike = {key: _one_text(motion, rows) for key, rows in runs.items()}
     apart = {places[i] for key, rows in runs.items() if not alike[key] and places.keys() >= {*rows} for i in rows}
-    to: dict[PlaceKey, list[int]] = {}
-    for i, place in places.items():
-        if place in apart:
-            to.setdefault(place, []).append(i)
+    to = grouped((place, i) for i, place in places.items() if place in apart)
     of_statements = (
         (rows, alike[key])
         for key, rows in runs.items()

@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.compensate.sharing import Users
 from postproc.compensate.values import TargetValue, Wish
+from postproc.grouping import grouped
 from postproc.rapid.events import Base, Origin, StatementKey
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
@@ -40,19 +41,12 @@ def one_target(group: Sequence[Wish]) -> bool:
 
 def by_place(wishes: Sequence[Wish]) -> dict[PlaceKey, list[Wish]]:
     """Wishes by the texts that could hold their values."""
-    places: dict[PlaceKey, list[Wish]] = {}
-    for wish in wishes:
-        for place in places_of(wish):
-            places.setdefault(place, []).append(wish)
-    return places
+    return grouped((place, wish) for wish in wishes for place in places_of(wish))
 
 
 def by_argument(wishes: Sequence[Wish]) -> dict[ArgumentKey, list[Wish]]:
     """Wishes by statement and role."""
-    arguments: dict[ArgumentKey, list[Wish]] = {}
-    for wish in wishes:
-        arguments.setdefault((wish.event.statement.key, wish.role), []).append(wish)
-    return arguments
+    return grouped(((wish.event.statement.key, wish.role), wish) for wish in wishes)
 
 
 def circles_apart(wishes: Sequence[Wish]) -> list[Wish]:

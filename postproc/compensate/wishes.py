@@ -15,8 +15,9 @@ from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import TargetValue, Wish
+from postproc.grouping import grouped
 from postproc.motion.postures import any_configuration
-from postproc.rapid.events import MotionEvent, StatementKey
+from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import Pose, RobTarget
 from postproc.rapid.units import target_poses
 from postproc.robot.arm import Robot
@@ -56,11 +57,8 @@ class Wishes:
                     conf = conf_of(confdata(self.robot, self.written.q[[parts.vias[-1]]])[0])
                 asked.append((i, "via", self._via(i, parts), conf))
         values = self.values([(i, T, conf) for i, _, T, conf in asked])
-        vias: dict[StatementKey, list[int]] = {}
-        for row, (i, role, _, _) in enumerate(asked):
-            if role == "via" and i in shared:
-                vias.setdefault(self.motion.moves[i].event.statement.key, []).append(row)
-        for rows in vias.values():
+        vias = ((row, i) for row, (i, role, _, _) in enumerate(asked) if role == "via" and i in shared)
+        for rows in grouped((self.motion.moves[i].event.statement.key, row) for row, i in vias).values():
             runs = [self.motion.moves[asked[row][0]].event for row in rows]
             for row, value in zip(rows, _alike([values[row] for row in rows], runs, self.least), strict=True):
                 values[row] = value

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param
 
@@ -26,8 +28,8 @@ class Backlash(
 
     half_gap_rad: Array = param(unit="rad", shape=(6,), low=-0.01, high=0.01, typical=1e-4)
 
-    def displacement(self, state: State) -> Array | None:
-        return None if state.approach is None else -self.half_gap_rad * state.approach
+    def displacement(self, state: State) -> Array:
+        return -self.half_gap_rad * np.asarray(state.approach)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -120,7 +120,10 @@ class Effect:
             object.__setattr__(self, name, float(array) if shape == () else array)
 
     def displacement(self, state: State) -> Displacement | Array | None:
-        """Where the effect moves the arm: a `Displacement`, or just (n, 6) joint angles [rad]; None for nothing."""
+        """Where the effect moves the arm: a `Displacement`, or just (n, 6) joint angles [rad]; None for nothing.
+
+        It is asked only where every channel that the effect reads is there.
+        """
         columns = self.basis(state)
         if columns is None:
             return None

@@ -28,11 +28,9 @@ class FrameDrift(
     velocity_m_per_s: Array = param(unit="m/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=("x", "y", "z"))
     turn_rad_per_s: Array = param(unit="rad/s", shape=(3,), low=-1e-3, high=1e-3, typical=1e-8, labels=("x", "y", "z"))
 
-    def displacement(self, state: State) -> Displacement | None:
-        if state.time is None:
-            return None
+    def displacement(self, state: State) -> Displacement:
         rate = np.concatenate([self.velocity_m_per_s, self.turn_rad_per_s])
-        return Displacement(instrument=state.time[:, None] * rate)
+        return Displacement(instrument=np.asarray(state.time)[:, None] * rate)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, param
 
@@ -27,5 +29,5 @@ class JointCompliance(
 
     compliance_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-3, typical=1e-6)
 
-    def displacement(self, state: State) -> Array | None:
-        return None if state.joint_load is None else self.compliance_rad_per_Nm * state.joint_load
+    def displacement(self, state: State) -> Array:
+        return self.compliance_rad_per_Nm * np.asarray(state.joint_load)

@@ -44,10 +44,8 @@ class NonlinearCompliance(
     windup_rad: Array = param(unit="rad", shape=(6,), low=-0.05, high=0.05, typical=1e-4)
     knee_Nm: Array = param(unit="N m", shape=(6,), low=1e-3, high=1e5, typical=100.0, null=100.0, amplitude=False)
 
-    def displacement(self, state: State) -> Array | None:
-        if state.joint_load is None:
-            return None
-        return self.windup_rad * curve(self.law, state.joint_load / self.knee_Nm)
+    def displacement(self, state: State) -> Array:
+        return self.windup_rad * curve(self.law, np.asarray(state.joint_load) / self.knee_Nm)
 
     def impossible(self, robot: Robot, beside: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """No spring is stiffer than rigid at zero load: c + w / t0 >= 0 with the compliance c of the joint."""

@@ -29,11 +29,8 @@ class Outlier(
     row: tuple[int, ...] = structure((0,), low=0, high=100_000_000)
     shift_m: Array = param(unit="m", shape=("row", 3), low=-10.0, high=10.0, typical=1e-3, labels=("x", "y", "z"))
 
-    def displacement(self, state: State) -> Displacement | None:
-        rows = state.channel("row")
-        if rows is None:
-            return None
-        member = (rows[:, None] == np.array(self.row)).astype(float)
+    def displacement(self, state: State) -> Displacement:
+        member = (np.asarray(state.channel("row"))[:, None] == np.array(self.row)).astype(float)
         return Displacement(instrument=np.concatenate([member @ self.shift_m, np.zeros((len(state), 3))], axis=1))
 
     @classmethod

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param
 
@@ -24,8 +26,8 @@ class ServoLag(
 
     lag_s: Array = param(unit="s", shape=(6,), low=-1.0, high=1.0, typical=1e-3)
 
-    def displacement(self, state: State) -> Array | None:
-        return None if state.v is None else -self.lag_s * state.v
+    def displacement(self, state: State) -> Array:
+        return -self.lag_s * np.asarray(state.v)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -32,9 +32,7 @@ class Session(
     shift_m: Array = param(unit="m", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
     turn_rad: Array = param(unit="rad", shape=("session", 3), typical=3e-5, labels=("x", "y", "z"))
 
-    def displacement(self, state: State) -> Displacement | None:
-        if state.session is None:
-            return None
+    def displacement(self, state: State) -> Displacement:
         member = (names_of_rows(state)[:, None] == np.array(self.session)).astype(float)
         return Displacement(instrument=member @ np.concatenate([self.shift_m, self.turn_rad], axis=1))
 

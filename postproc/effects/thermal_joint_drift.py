@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from postproc.arrays import Array
 from postproc.effects.base import Effect, State, Variant, by_joint, param, structure
 
@@ -26,10 +28,8 @@ class ThermalJointDrift(
     reference_C: float = structure(20.0, low=-100.0, high=200.0)
     drift_rad_per_K: Array = param(unit="rad/K", shape=(6,), low=-1e-2, high=1e-2, typical=1e-5)
 
-    def displacement(self, state: State) -> Array | None:
-        if state.temperature is None:
-            return None
-        return self.drift_rad_per_K * (state.temperature - self.reference_C)[:, None]
+    def displacement(self, state: State) -> Array:
+        return self.drift_rad_per_K * (np.asarray(state.temperature) - self.reference_C)[:, None]
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass
 from itertools import accumulate
 from typing import Literal
 
+from postproc.grouping import grouped
 from postproc.rapid.align import aligned
 from postproc.rapid.difference import Difference, ProgramDiff
 from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
@@ -56,17 +57,11 @@ def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg:
 
 
 def _by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
-    found: dict[StatementKey, list[MotionEvent]] = {}
-    for event in events:
-        found.setdefault(event.statement.key, []).append(event)
-    return found
+    return grouped((event.statement.key, event) for event in events)
 
 
 def _motions(program: Program) -> dict[str, list[MotionStatement]]:
-    found: dict[str, list[MotionStatement]] = {}
-    for statement in program.statements:
-        found.setdefault(_place(statement).lower(), []).append(statement)
-    return found
+    return grouped((_place(statement).lower(), statement) for statement in program.statements)
 
 
 def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:

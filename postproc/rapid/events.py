@@ -5,11 +5,12 @@ The contract between the reader and every room below it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.grouping import grouped
 from postproc.rapid.records import (
     JointTarget,
     LoadData,
@@ -193,3 +194,8 @@ class MotionEvent:
     def searched(self) -> bool:
         """Whether it goes with what a search has found."""
         return self.reason is not None and FOUND in self.reason
+
+
+def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
+    """Indices of the events of each statement; where the arm only stands ``again`` nothing is executed."""
+    return grouped((event.statement.key, i) for i, event in enumerate(events) if event.again is None)

@@ -11,6 +11,7 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.values import Change, Displacement, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
+from postproc.grouping import grouped
 from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.tokens import number_text, tokenize
@@ -105,11 +106,8 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         names = statement.source.data[slice(*statement.span)].decode("latin-1")
         return fill(displaced, {"text": text, "displacement": _sums(value.way, names)})
 
-    grouped: dict[tuple[int, int], list[Insertion]] = {}
-    for insertion in insertions:
-        grouped.setdefault((id(insertion.statement.source), insertion.statement.span[0]), []).append(insertion)
     edits = []
-    for group in grouped.values():
+    for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
         statement = group[0].statement
         lead, newline = line_style(statement.source.data, statement.span[0])
         lines = []

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from postproc.grouping import grouped
 from postproc.report.page import Section, first_rows, made_section, render_page, table
 
 UNPROVED = "corrected statements that also run where they cannot be followed; what remains there is in no figure"
@@ -78,11 +79,8 @@ def _finding(name: str, found: Mapping[str, Any]) -> tuple[object, ...]:
 
 def _kinds(told: Sequence[tuple[str, Mapping[str, Any]]]) -> list[tuple[object, ...]]:
     """A row for every kind of finding, the most frequent first: how often, in how many programs, one of them."""
-    kinds: dict[str, list[tuple[str, Mapping[str, Any]]]] = {}
-    for name, found in told:
-        kinds.setdefault(found["code"], []).append((name, found))
     rows = []
-    for same in sorted(kinds.values(), key=len, reverse=True):
+    for same in sorted(grouped((one[1]["code"], one) for one in told).values(), key=len, reverse=True):
         name, worst = max(same, key=lambda one: _figure(one[1]["message"]))
         rows.append((len(same), len({program for program, _ in same}), *_finding(name, worst)))
     return rows

@@ -15,7 +15,7 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move, mounts_of
-from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.events import MotionEvent, MotionStatement, executions_of
 from postproc.rapid.program import read_program
 from postproc.rapid.walk import walk_program
 from postproc.robot.arm import Robot
@@ -93,15 +93,12 @@ def inspect_program(sources: Sequence[Source] | Source, robot: Robot, options: O
     _, on_the_way = sample_path(robot, moves)
     at = {move.row: i for i, move in enumerate(moves)}
     seen = _postures(robot, moves)
-    grouped: dict[StatementKey, list[int]] = {}
-    for index, event in enumerate(followed.events):
-        if event.again is None:
-            grouped.setdefault(event.statement.key, []).append(index)
+    runs = executions_of(followed.events)
     rows = [
         _row(statement, followed.events, executions, seen[[at[i] for i in executions if i in at]], robot)
         for statement in program.statements
         if not statement.source.lent
-        for executions in [grouped.get(statement.key, [])]
+        for executions in [runs.get(statement.key, [])]
     ]
     return Inspection(tuple(rows), (*program.diagnostics, *followed.diagnostics, *unreachable, *on_the_way))
 
