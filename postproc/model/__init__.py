@@ -1,1 +1,7 @@
-"""The arm as it really is: robot plus effects, its elastic equilibrium, stiffness and predicted poses."""
+"""The arm as it really is: robot plus effects, its elastic equilibrium, stiffness and predicted poses.
+
+`arm` is the value, `file` reads it and `rewrite` writes it, `doubts` says what no arm can be. `equilibrium` predicts:
+`loads` on the `chain` of bodies (weights by pinocchio, `multibody`) and the `deflection` of all effects in turn.
+Derivatives: `places` where effects act, `sensitivity` of the pose to them and to parameters, `tangent` (how loads and
+displacements answer to each other), `stiffness` and natural frequencies; `uncertainty` of a prediction.
+"""

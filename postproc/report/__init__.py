@@ -1,1 +1,6 @@
-"""One self-contained HTML page from any result."""
+"""One self-contained HTML page from any result.
+
+A page each: `compensation`, `batch`, `comparison`, `diagnosis`, `addition`; `inspection` lists what a program moves.
+They are put together by `page` (sections, tables) from `residuals`, `parameters`, `charts` and `figures`, drawn by
+`svg`; `document` makes plain JSON of a result.
+"""
