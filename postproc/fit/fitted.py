@@ -79,7 +79,12 @@ class Fit:
         y = self.problem.residual + self.columns[:, soft] @ self._vector()[soft]
         turns = self.problem.whiten(self.problem.sensitivity.matrix[:, :, :6])
         share = independent_share(self.problem.residual, turns, self.problem.row)
-        return Linear(y, basis_of(self.columns, self.penalty), self.problem.row, min(share, self.told))
+        return Linear(y, self.basis(), self.problem.row, min(share, self.told))
+
+    def basis(self, share: float = 1.0) -> Array:
+        """(N, k) of what the fit can still move, with what stands beside the model, at a share of the penalty."""
+        own = basis_of(self.columns, share * self.penalty)
+        return own if self.problem.beside is None else np.hstack([self.problem.taken, own])
 
     @cached_property
     def serial(self) -> float:

@@ -54,7 +54,7 @@ def fit_model(
     told = replace(fit.data, rounded=rounded(fit))
     if not told.rounded:
         return _fitted(model, told, effects, noise, terms)
-    return replace(fit, problem=Problem(fit.model, told, fit.problem.weights))
+    return replace(fit, problem=replace(fit.problem, data=told))
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
@@ -82,7 +82,7 @@ def _quieter(fit: Fit) -> Noise | None:
 def _solved(
     model: Model, every: list[Effect], data: Measurements, figures: Noise, fresh: frozenset[str], terms: Terms
 ) -> Fit:
-    problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures)))
+    problem = start_frames(Problem(model.with_effects(*every), data, make_weights(data, figures), terms.beside))
     problem, figures = blurred(problem, figures)
     every = list(problem.model.effects)  # with the frames of sessions that saw the arm from elsewhere
     masks = {e.key: terms.free[e.key] if e.key in terms.free else default_free(e, problem) for e in every}

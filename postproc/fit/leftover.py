@@ -93,7 +93,7 @@ class _Field:
         at = place[(size * rows[:, None] + np.arange(3)).ravel()[used]]
         soft = fit.penalty > 0
         own = fit.columns[at][:, soft] / fit.penalty[soft]
-        U = np.linalg.qr(fit.columns[at][:, ~soft])[0]
+        U = np.linalg.qr(np.hstack([fit.problem.taken, fit.columns[:, ~soft]])[at])[0]
         return cls(fit.linear.residual[at], U, np.eye(len(at)) + own @ own.T)
 
     @property

@@ -82,11 +82,17 @@ def make_weights(data: Measurements, noise: Noise) -> Weights:
 
 @dataclass(frozen=True)
 class Problem:
-    """A model beside measurements, at the model's present parameters."""
+    """A model beside measurements, at the model's present parameters.
+
+    Args:
+        beside: (n, r, k) moves of what is measured that stand beside the model, each as large as suits the data best:
+            patterns without a name.
+    """
 
     model: Model
     data: Measurements
     weights: Weights
+    beside: Array | None = None
 
     @cached_property
     def rest(self) -> Equilibrium:
@@ -104,7 +110,36 @@ class Problem:
 
     @cached_property
     def error(self) -> Array:
-        """(n, r) measured minus predicted [m, rad, rad], instrument axes; NaN where not measured."""
+        """(n, r) measured minus predicted [m, rad, rad], instrument axes; NaN where not measured.
+
+        What stands beside the model is predicted, too.
+        """
+        if self.beside is None:
+            return self.alone
+        inside, sizes = self._basis
+        off = self.whiten(np.nan_to_num(self.alone)[:, :, None])[:, 0]
+        return np.asarray(self.alone - self.beside @ (sizes @ (inside.T @ off)))
+
+    @property
+    def taken(self) -> Array:
+        """(N, j) orthonormal basis of what stands beside the model, whitened."""
+        return self._basis[0]
+
+    @cached_property
+    def _basis(self) -> tuple[Array, Array]:
+        """(N, j) the same, and (k, j) the sizes that make it."""
+        if self.beside is None:
+            return np.zeros((len(self.row), 0)), np.zeros((0, 0))
+        columns = self.whiten(self.beside)
+        length = np.linalg.norm(columns, axis=0)
+        length[length == 0] = 1.0
+        inside, size, turned = np.linalg.svd(columns / length, full_matrices=False)
+        kept = size > 1e-5
+        return inside[:, kept], turned[kept].T / size[kept] / length[:, None]
+
+    @cached_property
+    def alone(self) -> Array:
+        """(n, r) the error without what stands beside the model."""
         T = self.T_instrument_tcp
         parts = [self.data.position - T[:, :3, 3]]
         if self.data.rotation is not None:
@@ -115,8 +150,9 @@ class Problem:
 
     def weighted(self, weights: Weights) -> Problem:
         """The same model and measurements with other weights; nothing of the model is worked out again."""
-        other = Problem(self.model, self.data, weights)
-        other.__dict__.update({k: v for k, v in self.__dict__.items() if k in ("rest", "error", "sensitivity")})
+        other = replace(self, weights=weights)
+        same = ("rest", "alone", "sensitivity", *(["error"] if self.beside is None else []))
+        other.__dict__.update({k: v for k, v in self.__dict__.items() if k in same})
         return other
 
     @cached_property
@@ -152,8 +188,12 @@ class Problem:
         return replace(found, matrix=self.weights.whiten(found.matrix))
 
     def slopes(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
-        """(N, p) whitened derivative of the prediction by free parameters of an effect."""
-        return self._rows(self.whitened.by_parameter(effect, free))
+        """(N, p) whitened derivative of the prediction by free parameters of an effect.
+
+        As far as what stands beside the model does not make up for it.
+        """
+        columns, inside = self._rows(self.whitened.by_parameter(effect, free)), self.taken
+        return columns if self.beside is None else columns - inside @ (inside.T @ columns)
 
     def columns(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """(N, p) the same for an effect that the model may lack: its load acts on springs no stiffer than is ordinary.
@@ -183,7 +223,12 @@ class Problem:
 
     def at(self, effects: Iterable[Effect]) -> Problem:
         """The same measurements beside a model with other effects."""
-        return Problem(self.model.with_effects(*effects), self.data, self.weights)
+        return replace(self, model=self.model.with_effects(*effects))
+
+    def some(self, rows: NDArray[np.bool_] | NDArray[np.int_]) -> Problem:
+        """The same with some of the rows."""
+        beside = None if self.beside is None else self.beside[rows]
+        return Problem(self.model, self.data.rows(rows), self.weights.rows(rows), beside)
 
     def squares(self) -> Array:
         """(n, r) squared whitened errors of each row, whether it is used or set aside."""

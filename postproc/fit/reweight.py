@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise
 
 WHOLE, FEWEST = 0.97, 3
 """Cosine that each of so many poses must reach: errors without a reason do so for one of six joints once in 6000."""
-
-
-def beside(fit: Fit, columns: Array) -> Fit:
-    """The same fit where (N, k) whitened columns stand beside it: orientations weigh by what these leave."""
-    data, old = fit.data, fit.problem.weights
-    if not columns.shape[1] or (data.joint is None and (data.rotation is None or fit.noise.rotation is not None)):
-        return fit
-    left = old.measured(fit.linear.extended(columns).rest)
-    new = Weights(_balanced(old, data, left, fit.noise), old.turn)
-    by = (new.values[new.used] / old.values[old.used])[:, None]
-    return replace(fit, problem=fit.problem.weighted(new), columns=fit.columns * by)
 
 
 def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) -> tuple[Weights, tuple[int, ...]]:
@@ -64,8 +50,7 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
     rows = rows[np.unique(problem.data.repeats[rows], return_index=True)[1]]
     if len(rows) < FEWEST:
         return False
-    some = Problem(problem.model, problem.data.rows(rows), problem.weights.rows(rows))
-    off, turned = problem.error[rows, :3], some.sensitivity.matrix[:, :3, :6]
+    off, turned = problem.error[rows, :3], problem.some(rows).sensitivity.matrix[:, :3, :6]
     size = np.linalg.norm(off, axis=1)[:, None] * np.linalg.norm(turned, axis=1)
     cosine = np.abs(np.einsum("kx,kxj->kj", off, turned)) / np.maximum(size, 1e-300)
     return bool((cosine.min(axis=0) > WHOLE).any())

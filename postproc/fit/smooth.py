@@ -82,13 +82,13 @@ def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
     problem = fit.problem
     groups = fit.data.repeats
     kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0
-    few = Problem(problem.model, fit.data.rows(kept), problem.weights.rows(kept))
-    columns, y = [], few.residual.copy()
+    few = problem.some(kept)
+    columns, y = [few.taken], few.residual.copy()
     for effect in few.model.effects:
         mask = np.full(len(effect.vector()), effect.key == key)
         mask[[i for k, i in fit.parameters if k == effect.key]] = True
         own = few.columns(effect, mask)
         y += own @ effect.vector()[mask]
         columns += [own] if effect.key != key else []
-    soft = fit.penalty[[k != key for k, _ in fit.parameters]]
+    soft = np.concatenate([np.zeros(few.taken.shape[1]), fit.penalty[[k != key for k, _ in fit.parameters]]])
     return few, y, np.hstack(columns), soft

@@ -44,6 +44,7 @@ class Terms:
         closely: share of the sum of squares below which a step is none.
         determined: what a fit of the same rows with fewer effects has found. What stands for an effect that it lacked
             must not stay: where this fit cannot determine it, it goes back to null.
+        beside: (n, r, k) what stands beside the model (`Problem`).
     """
 
     free: Masks = field(default_factory=dict)
@@ -51,6 +52,7 @@ class Terms:
     robust: bool = False
     closely: float = SETTLED
     determined: frozenset[Name] = frozenset()
+    beside: Array | None = None
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:

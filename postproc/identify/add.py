@@ -170,7 +170,7 @@ def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is None:
         return fit_model(fit.model, fit.data, [fit.model.effect(cls.key) or cls.null()], noise=noise)
-    found = fitted_best(fit, screen, fit.linear, candidate)
+    found = fitted_best(fit, screen, candidate)
     if found is None:
         message = f"the fit with `{cls.key}` does not settle on this data"
         raise PostprocError.of("DAT022", message, fit.data.source, help="measure more poses that move it")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.fit.fitted import Fit
-from postproc.fit.linear import Linear, basis_of
+from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
 from postproc.identify.gains import DIM
@@ -55,7 +55,7 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
         return False
     alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
-    beside = Linear(after.problem.residual, basis_of(after.columns, FREE * after.penalty), after.problem.row)
+    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row)
     value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])

@@ -30,7 +30,7 @@ def check_backward(search: Search, base: Fit, missing: list[Missing]) -> list[Mi
         clearly = mine is not None and better is not None and better.evidence > mine.evidence
         if better is not None and (not needed or (clearly and at < len(missing) - 1)):
             # What does the same part of the work takes the place, or an effect that others cover would leave a hole.
-            after = refit(trial.seen, trial.linear(), better)
+            after = refit(without, better)
             enough = (1 + MATERIAL) * search.fit.held_out_rms if needed else without.held_out_rms
             found = better if after is None else judged(without, after, better)
             if after is not None and after.held_out_rms < enough and found.evidence > -np.inf:

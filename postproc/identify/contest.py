@@ -10,7 +10,7 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
-from postproc.identify.search import patterns_left
+from postproc.identify.search import with_patterns
 from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 
@@ -25,40 +25,41 @@ def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing
     """
     if not missing:
         return missing
-    search.outside = patterns_left(search)
-    while search.outside:
+    left = with_patterns(search)
+    while left.outside:
         rivals = []
         for one in (m for m in missing if base.model.effect(m.candidate.key) is None):
             others = [m for m in missing if m is not one]
-            rival = replace(search, fit=search.only(base, [m.candidate for m in others]))
-            if rival.fit.set_aside == search.fit.set_aside:
-                rival.outside = patterns_left(rival, len(search.outside))
-                stands_for = alike(search.outside, rival.outside)
-                if stands_for and rival.outside[0].evidence > _worth(one, search, rival, []):
-                    rivals.append((_worth(one, search, rival, rival.outside), rival, others))
+            without = replace(left, fit=left.only(base, [m.candidate for m in others]))
+            if without.fit.set_aside == left.fit.set_aside:
+                both, rival = (left.fit, without.fit), with_patterns(without, len(left.outside))
+                stands_for = alike(left.outside, rival.outside)
+                if stands_for and rival.outside[0].evidence > _worth(one, *both, rival.beside([]).fit, []):
+                    rivals.append((_worth(one, *both, rival.fit, rival.outside), rival, others))
         least = min(rivals, key=lambda r: r[0], default=None)
         if least is None or least[0] > 0:
             break
-        search.fit, missing = least[1].fit, least[2]
-        search.outside = patterns_left(search)
+        _, left, missing = least
+        left = with_patterns(left)
+    search.fit, search.outside = left.fit, left.outside
     return missing
 
 
-def _worth(one: Missing, search: Search, without: Search, beside: Sequence[Suspect]) -> float:
-    """What a name is worth on the fit without it, at the price of its own search.
+def _worth(one: Missing, whole: Fit, without: Fit, seen: Fit, free: Sequence[Suspect]) -> float:
+    """What a name is worth on a fit without it, at the price of its own search.
 
     Args:
-        beside: patterns that may be of any smooth shape.
+        whole, without: with and without it; seen: without it, with other patterns beside; free: those of them that may
+            be of any smooth shape.
     """
-    seen = without.seen if beside else without.fit
     key, linear, problem = one.candidate.key, seen.linear, seen.problem
-    for suspect in beside:
+    for suspect in free:
         linear = linear.extended(suspect.freely(problem))
-    effect = search.fit.model.effect(key) or one.candidate.effect
-    fitted = np.isin(np.arange(len(effect.vector())), [i for k, i in search.fit.parameters if k == key])
+    effect = whole.model.effect(key) or one.candidate.effect
+    fitted = np.isin(np.arange(len(effect.vector())), [i for k, i in whole.parameters if k == key])
     after = linear.extended(problem.columns(effect, fitted))
     # What holds a free function lets it have fewer parameters than it has coefficients.
-    own = max(search.fit.linear.parameters - without.fit.linear.parameters, 1)
+    own = max(whole.linear.parameters - without.linear.parameters, 1)
     fall, count = linear.square - after.square, min(after.parameters - linear.parameters, own)
     return schwarz(linear.square, fall, count, linear.freedom, np.exp(one.candidate.searched / 2))
 

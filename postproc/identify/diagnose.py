@@ -54,6 +54,7 @@ class Diagnosis:
         missing: in the order of selection; candidates: every effect of the library on the base, best first.
         suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
         blind: effects that this data could not have shown, with the reason.
+        told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
         floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
             reaches [m].
     """
@@ -61,6 +62,7 @@ class Diagnosis:
     verdict: Verdict
     base: Fit
     final: Fit
+    told: Fit
     screened: Fit
     searched: Fit
     missing: tuple[Missing, ...]
@@ -145,17 +147,18 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
-    named = channels(state, position)
-    search = Search(start, classes, patterns(named, state, position, Sight.of(start.problem.rest)), [])
+    seen = channels(state, position)
+    search = Search(start, classes, patterns(seen, state, position, Sight.of(start.problem.rest)), [])
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing))
     missing = formed_anew(search, start, missing) if search.outside else missing
     missing = perhaps_a_map(search, missing, noise)
-    final = search.fit if start is base else final_fit(base, search.fit, [m.candidate for m in missing], noise)
-    missing = _steps(search, start, missing, final)
+    named = search.beside([])
+    final = named.fit if start is base else final_fit(base, named.fit, [m.candidate for m in missing], noise)
+    missing = _steps(named, start, missing, final)
     lacking = _lack_of_fit(final)
-    suspects = _suspects(search, final, lacking)
+    suspects = _suspects(named, search.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
@@ -163,8 +166,9 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         verdict=verdict,
         base=base,
         final=final,
+        told=search.fit if search.outside else final,
         screened=start,
-        searched=search.fit,
+        searched=named.fit,
         missing=tuple(missing),
         candidates=tuple(first),
         untestable=untestable,
@@ -172,7 +176,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         suspects=suspects,
         beside=tuple(search.outside[1:]) if suspects else (),
         floor=final.noise.position,
-        bound=search.fit.leftover.held_out,
+        bound=named.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 
@@ -187,18 +191,18 @@ def _steps(search: Search, start: Fit, missing: list[Missing], final: Fit) -> li
     return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
 
 
-def _suspects(search: Search, final: Fit, lacking: bool) -> tuple[Suspect, ...]:
+def _suspects(named: Search, outside: list[Suspect], lacking: bool) -> tuple[Suspect, ...]:
     """What the remaining structure follows; empty where nothing is clearly above the noise.
 
     Args:
-        lacking: whether more is left than the noise.
+        named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left
+            than the noise.
     """
-    bare = replace(search, outside=[])
-    first = clear(bare)
-    if not (search.outside or lacking or first):
+    first = clear(named)
+    if not (outside or lacking or first):
         return ()
-    others = [s for s in bare.suspects(bare.linear()) if not any(s is one for one in first)]
-    return tuple(by_channel([*first, *others], search.outside[1:]))
+    others = [s for s in named.suspects(named.fit.linear) if not any(s is one for one in first)]
+    return tuple(by_channel([*first, *others], outside[1:]))
 
 
 def _lack_of_fit(fit: Fit) -> bool:

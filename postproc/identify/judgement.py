@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.fitted import Fit
-from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
@@ -24,7 +23,6 @@ from postproc.identify.gains import DECADES, WIDE, laplace
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
 from postproc.model.arm import Model
-from postproc.patterns.suspects import Suspect
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -53,23 +51,22 @@ def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> E
     return candidate.effect.with_vector(np.clip(x, low, high))
 
 
-def refit(base: Fit, linear: Linear, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
+def refit(base: Fit, candidate: Candidate, closely: float = SETTLED) -> Fit | None:
     """The model with a candidate, everything fitted again, from where it was judged; None where that fails."""
     if candidate.fit is not None:
         model, new = candidate.fit.model, candidate.effect
     else:
         model, new = base.model, candidate.effect
         if new.is_null:
-            new = with_amplitudes(base.problem, linear, candidate)
+            new = with_amplitudes(base.problem, base.linear, candidate)
         if type(new).load is not Effect.load:
             # The columns stood for springs that are not stiffer than is ordinary, and so must the start.
             model = model.with_effects(*(at_least_ordinary(model, e) for e in model.effects))
     strength = {k: v for k, v in base.strength.items() if k != candidate.key}
 
     def fitted(start: Model, effect: Effect, free: NDArray[np.bool_]) -> Fit | None:
-        terms = Terms(
-            {**base.free, candidate.key: free}, strength, closely=closely, determined=frozenset(base.parameters)
-        )
+        masks, known = {**base.free, candidate.key: free}, frozenset(base.parameters)
+        terms = Terms(masks, strength, closely=closely, determined=known, beside=base.problem.beside)
         try:
             return fit_model(start, base.data, [effect], noise=base.noise.stated, terms=terms)
         except PostprocError:
@@ -97,24 +94,22 @@ def impossible(fit: Fit, key: str) -> NDArray[np.bool_]:
 
 
 def fitted_best(
-    base: Fit, screen: Screen, linear: Linear, candidate: Candidate, closely: float = SETTLED
+    base: Fit, screen: Screen, candidate: Candidate, closely: float = SETTLED
 ) -> tuple[Candidate, Fit] | None:
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
     found: list[tuple[Candidate, Fit]] = []
-    for start in formed(screen, linear, candidate).starts or (candidate,):
-        after = refit(base, linear, start, closely)
+    for start in formed(screen, base.linear, candidate).starts or (candidate,):
+        after = refit(base, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
             if after.noise.position is not None and after.variance < QUIET:
                 break
     best = max(found, key=lambda pair: pair[0].evidence, default=None)
-    fewer = best and _without_idle(base, linear, *best, closely)
+    fewer = best and _without_idle(base, *best, closely)
     return max((pair for pair in (best, fewer) if pair), key=lambda pair: pair[0].evidence, default=None)
 
 
-def _without_idle(
-    base: Fit, linear: Linear, one: Candidate, after: Fit, closely: float
-) -> tuple[Candidate, Fit] | None:
+def _without_idle(base: Fit, one: Candidate, after: Fit, closely: float) -> tuple[Candidate, Fit] | None:
     """A candidate fitted again without the joints at which its fit finds nothing; None where it finds something at all.
 
     What moves every joint may be the best form for the sake of two. The knees of the others are anywhere, some where a
@@ -127,7 +122,7 @@ def _without_idle(
     some = [v for v in alike if not (v.refit & ~free).any()]
     narrow = [v for v in some if v.count == min(w.count for w in some)]
     sigma = np.array([after.sigma.get((one.key, i), np.inf) for i in range(len(free))])
-    told = effect.vector() ** 2 > np.log(linear.freedom) * sigma**2
+    told = effect.vector() ** 2 > np.log(base.linear.freedom) * sigma**2
     kept = [v for v in narrow if (told & v.free).any()]
     if not 0 < len(kept) < len(narrow):
         return None
@@ -135,7 +130,7 @@ def _without_idle(
     bare = effect.with_vector(np.where(left, effect.vector(), effect.null_vector()))
     label, count = "; ".join(v.label for v in kept), min(one.count, int(left.sum()))
     fewer = replace(one, effect=bare, free=left, label=label, count=count, starts=(), fit=None)
-    less = refit(base, linear, fewer, closely)
+    less = refit(base, fewer, closely)
     return None if less is None else (judged(base, less, fewer), less)
 
 
@@ -176,28 +171,19 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, gram, effect.vector()[index], wide, effect.amplitudes()[index])
 
 
-def predicts_better(after: Fit, before: Fit, errors: float, beside: Sequence[Suspect] = ()) -> bool:
+def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
     """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
 
     Neighbours share what a model lacks, and what helps one block by chance harms the next.
-
-    Args:
-        beside: patterns that both have beside them.
     """
-    gain = _by_block(before, beside) - _by_block(after, beside)
+    gain = _by_block(before) - _by_block(after)
     return bool(gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
-def _by_block(fit: Fit, beside: Sequence[Suspect]) -> Array:
+def _by_block(fit: Fit) -> Array:
     """Held-out sum of squares of every block."""
     blocks = contiguous_blocks(fit.data.repeats)
-    if not beside:
-        return np.asarray(np.bincount(blocks, np.nansum(fit.held_out_error**2, axis=1)), dtype=float)
-    linear = fit.linear
-    for suspect in beside:
-        linear = linear.extended(suspect.columns(fit.problem))
-    out = fit.problem.weights.measured(hold_out(linear.residual, linear.nuisance, blocks[linear.row]))
-    return np.asarray(np.bincount(blocks, np.nansum(out[:, :3] ** 2, axis=1)), dtype=float)
+    return np.asarray(np.bincount(blocks, np.nansum(fit.held_out_error**2, axis=1)), dtype=float)
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

@@ -80,7 +80,8 @@ def _with_lines(fit: Fit, lines: TransmissionError, stay: NDArray[np.bool_], noi
     if stay.any():
         some: Any = {name: np.array(getattr(lines, name))[stay] for name in lines.__dataclass_fields__}
         kept.append(TransmissionError(**some))
-    return fit_model(fit.model.with_effects(*kept), fit.data, noise=noise, terms=Terms(free, fit.strength))
+    terms = Terms(free, fit.strength, beside=fit.problem.beside)
+    return fit_model(fit.model.with_effects(*kept), fit.data, noise=noise, terms=terms)
 
 
 def _mapped(
@@ -100,7 +101,7 @@ def _mapped(
     whole = composed.effect.on(joints)
     every = replace(composed, effect=whole, free=np.ones(len(whole.vector()), dtype=bool), starts=())
     some = [composed, every] if joints != composed.effect.joint else [composed]
-    found = [f for c in some if (f := fitted_best(plain, screen, plain.linear, c))]
+    found = [f for c in some if (f := fitted_best(plain, screen, c))]
     if not found:
         return None
     candidate, after = min(found, key=lambda f: f[1].held_out_rms)

@@ -10,9 +10,9 @@ import numpy as np
 
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
-from postproc.fit.reweight import beside
-from postproc.fit.solve import ROUGHLY
+from postproc.fit.solve import ROUGHLY, Terms
 from postproc.identify.candidate import Candidate, Screen, Stock
 from postproc.identify.judgement import fitted_best
 from postproc.identify.refits import refit_all
@@ -40,7 +40,7 @@ class Search:
     apart: dict[Hashable, tuple[Fit, Fit]] = field(default_factory=dict)
 
     def screen(self) -> Screen:
-        problem = self.seen.problem
+        problem = self.fit.problem
         used = problem.weights.used.tobytes()
         self.cache[used] = self.cache.get(used, Stock()).at(problem.weights)
         return Screen(problem, self.classes, self.fit.free, self.cache[used])
@@ -49,20 +49,24 @@ class Search:
         """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
         like = f"{linear.square:.5g}", linear.parameters, linear.freedom
         if like not in self.followed:
-            self.followed[like] = find_suspects(self.seen.problem, linear, self.patterns)
+            self.followed[like] = find_suspects(self.fit.problem, linear, self.patterns)
         return self.followed[like]
 
-    @property
-    def seen(self) -> Fit:
-        """The fit as it is seen beside the patterns."""
-        if not self.outside:
-            return self.fit
-        known = id(self.fit), *map(id, self.outside)
+    def beside(self, outside: list[Suspect]) -> Search:
+        """The search with other patterns beside the fit, and everything fitted again.
+
+        Without any, what only forms an effect stays as it is: what the patterns tell would bend it.
+        """
+        if list(map(id, outside)) == list(map(id, self.outside)):
+            return self
+        known = id(self.fit), *map(id, outside)
         if known not in self.looks:
-            columns = np.hstack([suspect.columns(self.fit.problem) for suspect in self.outside])
-            self.looks[known] = beside(self.fit, columns), self.fit, *self.outside
-        found: Fit = self.looks[known][0]
-        return found
+            fit = self.fit
+            moves = np.concatenate([one.moves for one in outside], axis=2) if outside else None
+            free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in fit.model.effects}
+            terms = Terms(free, fit.strength, False, ROUGHLY, frozenset(fit.parameters), moves)
+            self.looks[known] = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms), fit, *outside
+        return replace(self, fit=self.looks[known][0], outside=outside)
 
     def only(self, base: Fit, some: Sequence[Candidate]) -> Fit:
         """The base with some of the effects that were found (`refit_all`); fitted once for each fit of the whole."""
@@ -71,17 +75,10 @@ class Search:
             self.apart[like] = self.fit, refit_all(base, self.fit, some, base.noise.stated)
         return self.apart[like][1]
 
-    def linear(self) -> Linear:
-        fit = self.seen
-        linear = fit.linear
-        for suspect in self.outside:
-            linear = linear.extended(suspect.columns(fit.problem))
-        return linear
-
 
 def ranking(search: Search) -> list[Candidate]:
     """Every testable effect at its best on the present fit, best first; worked out once for the same parts."""
-    linear = search.linear()
+    linear = search.fit.linear
     held = sorted(e.key for e in search.fit.model.effects)
     parts = f"{linear.square:.3g}", linear.parameters, *held, *search.classes
     if parts not in search.ranked:
@@ -94,13 +91,13 @@ def _ranking(search: Search) -> list[Candidate]:
 
     Those that a linear problem cannot judge after a full refit, and so all that come near the best.
     """
-    screen, linear = search.screen(), search.linear()
+    screen, linear = search.screen(), search.fit.linear
     found = [c for key in search.classes if (c := compose(screen, linear, key)) is not None]
-    if not found or search.outside:
-        return sorted((_nested(c, found) for c in found), key=lambda c: -c.evidence)
+    if not found:
+        return []
 
     def settled(candidate: Candidate) -> Candidate:
-        best = fitted_best(search.fit, screen, linear, candidate, ROUGHLY)
+        best = fitted_best(search.fit, screen, candidate, ROUGHLY)
         return replace(candidate, evidence=-np.inf) if best is None else best[0]
 
     if _audible(search.fit):

@@ -18,7 +18,7 @@ ENOUGH = 3000
 
 
 def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: float | None) -> Fit:
-    """The base with some of the effects that a fit has found, all from where that fit has them.
+    """The base with some of the effects that a fit has found, all from where that fit has them, beside its patterns.
 
     The springs too: those that the base has found without a load do not suit it, down to their sign.
     """
@@ -28,7 +28,8 @@ def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: fl
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
     free = {**base.free, **{key: fitted.free[key] for key in keys}}
     strength = {k: v for k, v in fitted.strength.items() if k in start}
-    terms = Terms(free, strength, determined=frozenset(base.parameters + fitted.parameters))
+    known = frozenset(base.parameters + fitted.parameters)
+    terms = Terms(free, strength, determined=known, beside=fitted.problem.beside)
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=noise, terms=terms)
 
 
@@ -51,6 +52,6 @@ def final_fit(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float 
     for candidate in (c for c in candidates if c.effect.roughness() is not None):
         screen = Screen(fit.problem, {candidate.key: type(candidate.effect)})
         best = grown(screen, fit.linear, candidate)
-        after = None if best is None else refit(fit, fit.linear, best)
+        after = None if best is None else refit(fit, best)
         fit = fit if after is None else after
     return fit

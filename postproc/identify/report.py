@@ -47,8 +47,8 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "p_value": m.candidate.p_value,
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
-                "parameters": parameters_json(d.final, m.candidate.key),
-                "structure": structure_json(d.final, m.candidate.key),
+                "parameters": parameters_json(d.told, m.candidate.key),
+                "structure": structure_json(d.told, m.candidate.key),
             }
             for m in d.missing
         ],
@@ -105,7 +105,7 @@ def diagnosis_text(d: Diagnosis) -> str:
     if d.blind:
         lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
-    return "\n".join([*lines, *held_lines(d.final)])
+    return "\n".join([*lines, *held_lines(d.told)])
 
 
 def _followed(suspects: Iterable[Suspect]) -> Iterator[str]:
@@ -121,7 +121,7 @@ def _found(d: Diagnosis) -> list[str]:
     lines: list[str] = []
     for m in d.missing:
         lines += [f"{m.candidate.key}: {title(d, m)}"]
-        lines += [f"  {text}" for text in values_lines(d.final, m.candidate.key)]
+        lines += [f"  {text}" for text in values_lines(d.told, m.candidate.key)]
     return [*lines, ""] if lines else []
 
 

@@ -29,17 +29,19 @@ PATTERNS = 3
 def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     """Effects of the library one after another; patterns without a name where they explain the data better than that.
 
-    Where a pattern beat a named effect on the way, or nearly and further parts were needed, the search goes on from
-    there once more with the pattern taken, and stays there where the whole is worth clearly more: early on, a pattern
-    may only look better because other effects are missing, and two names together may tell what one pattern tells.
+    Where a pattern beat a named effect on the way, or nearly and further parts were needed or more is left than the
+    noise, the search goes on from there once more with the pattern taken, and stays there where the whole is worth
+    clearly more: early on, a pattern may only look better because other effects are missing, and two names together may
+    tell what one pattern tells.
     """
     named = replace(search, outside=[])
     missing, fork = _select(named, search.fit, first, [], True)
     named, missing = _plainer(search, first, named, missing)
-    if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside)):
-        other, _ = _select(fork.search, search.fit, ranking(fork.search), fork.missing, False)
-        if worth(search.fit, fork.search, other) > worth(search.fit, named, missing) + CLOSE:
-            named, missing = fork.search, other
+    if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside) or _more_left(named.fit)):
+        beside = fork.search.beside([*fork.search.outside, fork.outside])
+        other, _ = _select(beside, search.fit, ranking(beside), fork.missing, False)
+        if worth(search.fit, beside, other) > worth(search.fit, named, missing) + CLOSE:
+            named, missing = beside, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
 
@@ -68,19 +70,20 @@ def _plainer(
 
 @dataclass(frozen=True)
 class _Fork:
-    """A pattern taken that is worth as much as the best name but for the odds.
+    """Where a pattern is worth as much as the best name but for the odds.
 
     Args:
         more: whether it is worth more than the name, odds counted.
     """
 
     search: Search
+    outside: Suspect
     missing: list[Missing]
     more: bool
 
     @property
     def parts(self) -> int:
-        return len(self.missing) + len(self.search.outside)
+        return len(self.missing) + len(self.search.outside) + 1
 
 
 def _select(
@@ -98,22 +101,24 @@ def _select(
         best = next((c for c in fresh if convincing(c, search.fit, len(search.classes))), None)
         outside = next(iter(clear(search)), None)
         lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
-        goes_first = lead <= 0
         if first and fork is None and outside is not None and lead > -ODDS:
-            fork, goes_first = _Fork(replace(search, outside=[*search.outside, outside]), missing, lead > 0), True
-        if best is not None and goes_first:
+            fork = _Fork(replace(search), outside, missing, lead > 0)
+        elif lead > 0:
+            best = None
+        if best is None and (outside is None or len(search.outside) == PATTERNS):
+            break
+        anew = missing if search.outside or refused else formed_anew(search, base, missing)
+        if anew is not missing:
+            missing = anew
+        elif best is not None:
             taken = _take(search, _one_or_more(search, best), ranked)
             if taken is None:
                 refused.add(best.key)
                 continue
             missing = _with(missing, taken)
-        elif outside is not None and len(search.outside) < PATTERNS:
-            anew = missing if search.outside else formed_anew(search, base, missing)
-            if anew is missing:
-                search.outside = [*search.outside, outside]
-            missing = anew
-        else:
-            break
+        elif outside is not None:
+            more = search.beside([*search.outside, outside])
+            search.fit, search.outside = more.fit, more.outside
         ranked, refused = ranking(search), set()
     return missing, fork
 
@@ -138,7 +143,7 @@ def _one_or_more(search: Search, best: Candidate) -> Candidate:
     """
     if best.first is None:
         return best
-    after = refit(search.seen, search.linear(), best.first)
+    after = refit(search.fit, best.first)
     if after is None:
         return best
     beside = ranking(replace(search, fit=after))
@@ -153,11 +158,11 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     that. Where more than noise is left, what neighbours have in common makes anything significant: then by more than
     its own scatter from block to block. What no arm can be is not asked again, whatever comes beside it.
     """
-    if _lives_on_a_row(search, best):
+    if _lives_on_a_row(search.fit, best):
         return None
     before = search.fit
-    after = refit(search.seen, search.linear(), best)
-    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0, search.outside):
+    after = refit(before, best)
+    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
         return None
     taken = judged(before, after, best)
     if taken.evidence < 0:
@@ -168,27 +173,29 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
     return Missing(taken, *confusable(ranked, best, before, after))
 
 
-def _lives_on_a_row(search: Search, best: Candidate) -> bool:
+def _lives_on_a_row(fit: Fit, best: Candidate) -> bool:
     """Whether an effect is worth nothing without the row that gains most by it."""
-    linear, columns = search.linear(), columns_of(search.seen.problem, best.effect, best.free)
+    linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
     both = with_and_without_a_row(linear, columns)
     whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
     return best.evidence + min(0.0, less - whole) < 0
+
+
+def _more_left(fit: Fit) -> bool:
+    """Whether more is left than the noise, where that is known."""
+    return fit.noise.position is not None and fit.unexplained > 0
 
 
 def _white(fit: Fit) -> bool:
     return fit.noise.position is not None and fit.variance < QUIET
 
 
-def patterns_left(search: Search, most: int = PATTERNS) -> list[Suspect]:
-    """The patterns that a fit leaves, found anew: each the strongest once those before it are taken."""
-    left = replace(search, outside=[])
-    while len(left.outside) < most:
-        found = clear(left)
-        if not found:
-            break
-        left.outside = [*left.outside, found[0]]
-    return left.outside
+def with_patterns(search: Search, most: int = PATTERNS) -> Search:
+    """A search with the patterns that its fit leaves, found anew: each the strongest once those before it are taken."""
+    left = search.beside([])
+    while len(left.outside) < most and (found := clear(left)):
+        left = search.beside([*left.outside, found[0]])
+    return left
 
 
 def clear(search: Search) -> list[Suspect]:
@@ -197,7 +204,7 @@ def clear(search: Search) -> list[Suspect]:
     Where no repeats tell how much of it is noise, more: what one function of the angles leaves looks like another one.
     What follows the time from pose to pose is not the arm's.
     """
-    fit, linear = search.fit, search.linear()
+    fit, linear = search.fit, search.fit.linear
     known, poses = fit.noise.position is not None, not is_record(fit.data.state)
 
     def enough(suspect: Suspect) -> bool:

@@ -48,8 +48,8 @@ def worth(before: Fit, search: Search, missing: Sequence[Missing]) -> float:
     for one smooth pattern lose against it. Numbers whose scatter a fit tells by what it leaves count by their
     likelihood, that is at weights of the same geometric mean.
     """
-    first, after = before.linear, search.linear()
-    weights, others = before.problem.weights, search.seen.problem.weights
+    first, after = before.linear, search.fit.linear
+    weights, others = before.problem.weights, search.fit.problem.weights
     both = weights.used & others.used
     left = after.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))
     added = max(after.parameters - first.parameters, 1)
@@ -63,7 +63,7 @@ def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missi
         key, others = one.candidate.key, [m.candidate for m in missing if m is not one]
         if (others or search.outside) and base.model.effect(key) is None:
             without = replace(search, fit=search.only(base, others))
-            mine = compose(without.screen(), without.linear(), key)
+            mine = compose(without.screen(), without.fit.linear, key)
             missing = missing if mine is None else anew(search, base, missing, at, without, mine)
     return missing
 
@@ -81,7 +81,7 @@ def anew(search: Search, base: Fit, missing: list[Missing], at: int, without: Se
     before = missing[at].candidate.label
     if mine.effect.roughness() is not None or mine.label == before:
         return missing
-    found = fitted_best(without.seen, without.screen(), without.linear(), mine)
+    found = fitted_best(without.fit, without.screen(), mine)
     if found is None or found[0].label == before:
         return missing
     candidate, fit = found

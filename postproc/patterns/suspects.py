@@ -55,12 +55,17 @@ class Suspect:
     given: tuple[Array, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
-        """(N, m) whitened columns for the rows that a fit uses; fits of one search may set other rows aside.
+        """(N, m) whitened moves for the rows that a fit uses; fits of one search may set other rows aside."""
+        return problem.whiten(self.moves)
+
+    @property
+    def moves(self) -> Array:
+        """(n, r, m) of what is measured.
 
         With what the place is off everywhere, which offsets, frame and tool take up but at the end of a body.
         """
-        moved = problem.whiten(spread(self.place, self.values))
-        return np.hstack([moved, problem.whiten(self.place)]) if off_everywhere(self.where) else moved
+        moved = spread(self.place, self.values)
+        return np.concatenate([moved, self.place], axis=2) if off_everywhere(self.where) else moved
 
     def freely(self, problem: Problem) -> Array:
         """(N, m) the same, and whatever is smooth in what the pattern follows, alone and times the pattern."""

@@ -89,11 +89,11 @@ def _alike(missing: dict[str, Any]) -> list[str]:
 def _found(found: Diagnosis, document: dict[str, Any]) -> Section:
     rows = []
     for m in document["missing"]:
-        effect = found.final.model.effect(m["effect"])
+        effect = found.told.model.effect(m["effect"])
         title = effect.title if effect is not None else ""
         rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), m["held_out_rms_mm_after"]))
     columns = ("effect", "what it is", "form", "p", "error with it [mm]")
-    values = parameter_table(found.final, [m["effect"] for m in document["missing"]])
+    values = parameter_table(found.told, [m["effect"] for m in document["missing"]])
     note = " ".join([*doubts(found), "`postproc add` writes the model that has it."])
     return Section("What is missing", table(columns, rows) + values, note)
 

@@ -17,8 +17,7 @@ from postproc.fit.fitted import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
-from postproc.fit.reweight import beside
-from postproc.fit.solve import _held_at_prior
+from postproc.fit.solve import Terms, _held_at_prior
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
@@ -296,13 +295,37 @@ def test_orientations_weigh_by_what_is_left_beside_a_pattern():
     turned = Rotation.from_rotvec(np.random.default_rng(8).normal(0, 1e-4, (len(data), 3))).as_matrix()
     position = data.position + half * (T[:, :3, :3] @ [1e-3, -1e-3, 5e-4])
     fit = fit_model(base_fit(data).model, replace(data, position=position, rotation=turned @ T[:, :3, :3]), noise=2e-5)
-    moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 3] * half[:, :, None])
-    seen = beside(fit, moved)
+    moves = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 3] * half[:, :, None]
+    seen = fit_model(fit.model, fit.data, noise=2e-5, terms=Terms(beside=moves))
     assert fit.problem.weights.values[0, 3] > 3e4
     np.testing.assert_allclose(seen.problem.weights.values[:, 3:], 1e4, rtol=0.25)
-    scale = (seen.problem.weights.values / fit.problem.weights.values).ravel()
-    np.testing.assert_allclose(seen.columns, fit.columns * scale[:, None])
-    assert beside(fit, moved[:, :0]) is fit
+
+
+def test_what_stands_beside_the_model_is_fitted_with_it():
+    """Against plain least squares with both side by side, at the place that the fit has found."""
+    data, _ = cell(seed=408, noise=0.02, poses=60)
+    first = base_fit(data)
+    wave = 1e-4 * np.sin(5 * data.state.q[:, :1, None])
+    place = first.problem.sensitivity.matrix[:, :, 2:4]
+    position = data.position + (wave * place[:, :3])[:, :, 1] - 2 * (wave * place[:, :3])[:, :, 0]
+    # What moves nothing, and what is there twice, is left out.
+    moves = np.concatenate([wave * place, wave * place[:, :, :1], 0 * wave * place[:, :, :1]], axis=2)
+    fit = fit_model(first.model, replace(data, position=position), noise=2e-5, terms=Terms(beside=moves))
+    alone = replace(fit.problem, beside=None)
+    free = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in fit.model.effects}
+    for key, i in fit.parameters:
+        free[key][i] = True
+    model = np.hstack([alone.slopes(e, free[e.key]) for e in fit.model.effects])
+    both = np.hstack([model, alone.whiten(moves)])
+    found = np.linalg.lstsq(both / np.maximum(np.linalg.norm(both, axis=0), 1e-300), alone.residual, rcond=1e-9)[0]
+    left = alone.residual - both / np.maximum(np.linalg.norm(both, axis=0), 1e-300) @ found
+    assert fit.problem.residual == pytest.approx(left, abs=1e-3)
+    assert np.abs(found[: model.shape[1]]).max() < 1e-2 < 10 < np.linalg.norm(alone.residual - left)
+    assert fit.linear.parameters == len(fit.parameters) + 2
+    assert np.abs(fit.linear.nuisance.T @ fit.linear.nuisance - np.eye(fit.linear.parameters)).max() < 1e-6
+    assert np.linalg.norm(fit.linear.project(both)) < 1e-6 * np.linalg.norm(both)
+    some = fit.problem.some(np.arange(len(data)) % 2 == 0)
+    assert some.error.shape == some.beside.shape[:2] and np.sqrt(np.mean(some.residual**2)) < 1.2
 
 
 def test_a_bad_position_is_set_aside_beside_coarse_orientations():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +15,14 @@ from postproc.patterns.suspects import Suspect
 
 def suspect(channel, where, evidence=10.0):
     return Suspect(channel, where, "", 0.5, 100.0, evidence, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
+
+
+@dataclass
+class Told(Search):
+    """A search whose fit says which patterns it leaves."""
+
+    def beside(self, outside):
+        return replace(self, outside=outside)
 
 
 def fit(names, outside, aside=()):
@@ -43,9 +51,9 @@ def test_a_name_goes_where_what_it_tells_may_be_the_pattern_itself(monkeypatch, 
     base, whole = fit((), []), fit(("backlash",), [suspect("load3", "joint 3"), *second])
     bare = fit((), outside, aside)
     monkeypatch.setattr(ranking, "refit_all", lambda base, full, others, noise: bare if not others else None)
-    monkeypatch.setattr(contest, "patterns_left", lambda search, most=3: search.fit.outside[:most])
-    monkeypatch.setattr(contest, "_worth", lambda one, search, rival, beside: more if beside else 5.0)
-    search = Search(whole, {}, None, [])
+    monkeypatch.setattr(contest, "with_patterns", lambda search, most=3: search.beside(search.fit.outside[:most]))
+    monkeypatch.setattr(contest, "_worth", lambda one, whole, without, seen, free: more if free else 5.0)
+    search = Told(whole, {}, None, [])
     told = SimpleNamespace(candidate=SimpleNamespace(key="backlash"))
     kept = contest.contested(search, base, [told])
     assert (kept == []) is goes

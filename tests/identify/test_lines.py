@@ -85,7 +85,7 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
-    search = Search(fit, effect_library(), None, [jump])
+    search = Search(fit, effect_library(), None, []).beside([jump])
     [kept] = formed_anew(search, base, told)
     assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
     # Nothing stands beside them: the search has judged them already.

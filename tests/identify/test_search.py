@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -26,8 +26,8 @@ class Table(Search):
     def now(self):
         return frozenset([*self.fit.names, *(s.where for s in self.outside)])
 
-    def linear(self):
-        return SimpleNamespace(square=1.0)
+    def beside(self, outside):
+        return replace(self, outside=outside)
 
     def suspects(self, linear):
         some = self.worth.get(self.now(), {})
@@ -58,11 +58,13 @@ def begin(monkeypatch):
     monkeypatch.setattr(module, "ranking", ranking)
     monkeypatch.setattr(module, "_take", take)
     monkeypatch.setattr(module, "worth", worth)
+    monkeypatch.setattr(module, "formed_anew", lambda search, base, missing: missing)
+    monkeypatch.setattr(module, "_more_left", lambda fit: "coupling" in fit.names)
     monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
     monkeypatch.setattr(
         module,
         "clear",
-        lambda search: [s for s in search.suspects(search.linear()) if s.evidence > 0 and s.where != "joint total"],
+        lambda search: [s for s in search.suspects(search.fit) if s.evidence > 0 and s.where != "joint total"],
     )
 
     def begin(table):
@@ -98,6 +100,13 @@ def test_two_names_give_way_to_the_pattern_that_tells_both(begin):
     assert begin(table) == ([], ["joint-2"])
     del table["balancer"], table["balancer line"]
     assert begin(table) == (["balancer"], [])
+
+
+@pytest.mark.parametrize(("name", "stays"), [("coupling", False), ("balancer", True)])
+def test_a_name_that_leaves_more_than_the_noise_gives_way_to_a_pattern_that_comes_near_it(begin, name, stays):
+    """A cable that pulls a wrist axis by the hyperbolic sine of another one, called their coupling."""
+    table = {"": {name: 505.0, "joint-5": 500.0}, "joint-5": {"joint total": 20.0}}
+    assert begin(table) == (([name], []) if stays else ([], ["joint-5"]))
 
 
 def test_a_pattern_that_says_hardly_more_than_names_leaves_them(begin):
@@ -151,10 +160,10 @@ def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
     fall = float((column[:, 0] @ residual) ** 2 / (column[:, 0] @ column[:, 0]))
     worth = schwarz(linear.square, fall, 1, linear.freedom, 1.0)
     assert worth > 5.0
-    search = SimpleNamespace(linear=lambda: linear, seen=SimpleNamespace(problem=None))
+    fit = SimpleNamespace(linear=linear, problem=None)
     monkeypatch.setattr(module, "columns_of", lambda problem, effect, free: column)
     best = SimpleNamespace(effect=None, free=None, evidence=worth, fall=fall, count=1)
-    assert module._lives_on_a_row(search, best) is alone
+    assert module._lives_on_a_row(fit, best) is alone
 
 
 def test_more_of_an_effect_goes_with_what_stands_there_already():
@@ -175,13 +184,32 @@ def test_of_two_lines_the_first_alone_is_taken_where_another_effect_tells_clearl
 ):
     first = SimpleNamespace(key="line")
     best = SimpleNamespace(key="line", first=first)
-    monkeypatch.setattr(module, "refit", lambda fit, linear, c: SimpleNamespace(names=("line",)))
+    monkeypatch.setattr(module, "refit", lambda fit, c: SimpleNamespace(names=("line",)))
     beside = [SimpleNamespace(key="hose", evidence=hose), SimpleNamespace(key="line", evidence=40.0)]
     monkeypatch.setattr(module, "ranking", lambda search: beside if search.fit.names else [])
     search = Table(SimpleNamespace(names=()), {}, None, [])
     assert module._one_or_more(search, best) is (best if whole else first)
     single = SimpleNamespace(key="line", first=None)
     assert module._one_or_more(search, single) is single
+
+
+def test_two_names_are_formed_anew_before_a_third_is_taken(monkeypatch, begin):
+    """A line whose order suits no payload, and a balancer that mends it."""
+
+    def anew(search, base, missing):
+        if search.fit.names != ("line-2", "payload"):
+            return missing
+        search.fit = SimpleNamespace(names=("line-3", "payload"), linear=None)
+        return [SimpleNamespace(candidate=SimpleNamespace(key=key, far=False)) for key in search.fit.names]
+
+    table = {
+        "": {"line-2": 300.0},
+        "line-2": {"payload": 50.0},
+        "line-2 payload": {"balancer": 13.0},
+        "line-3 payload": {"balancer": -1.0},
+    }
+    monkeypatch.setattr(module, "formed_anew", anew)
+    assert begin(table) == (["line-3", "payload"], [])
 
 
 @pytest.mark.parametrize(
@@ -194,10 +222,11 @@ def test_of_two_lines_the_first_alone_is_taken_where_another_effect_tells_clearl
         ("time", None, True, False),
     ],
 )
-def test_without_repeats_little_is_told_of_the_arm_and_more_of_what_drifts(channel, noise, recorded, told):
+def test_without_repeats_little_is_scatterof_the_arm_and_more_of_what_drifts(channel, noise, recorded, told):
     n = 50
     state = State(q=np.zeros((n, 6)), v=np.full((n, 6), 0.5), time=np.arange(n) * (0.01 if recorded else 60.0))
-    fit = SimpleNamespace(noise=SimpleNamespace(position=noise), data=SimpleNamespace(state=state), names=())
+    scatter, linear = SimpleNamespace(position=noise), SimpleNamespace(square=1.0)
+    fit = SimpleNamespace(noise=scatter, data=SimpleNamespace(state=state), linear=linear, names=())
     ninth = Suspect(channel, "tool", "", 0.09, 0.09, 50.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
 
     class One(Table):

@@ -37,10 +37,10 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
     search = Search(base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None, [])
     missing = []
     for key, change in (("nonlinear_compliance", {"law": "tanh"}), ("transmission_error", {})):
-        screen, linear = search.screen(), search.linear()
+        screen, linear = search.screen(), search.fit.linear
         found = compose(screen, linear, key)
         told = replace(found, effect=replace(found.effect, **change), label=change.get("law", found.label))
-        after = refit(search.fit, linear, told)
+        after = refit(search.fit, told)
         missing.append(Missing(judged(search.fit, after, told)))
         search.fit = after
     early = search.fit.linear.square
