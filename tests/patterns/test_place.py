@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from postproc.fit.linear import Linear
+from postproc.patterns.every import ROOMS, sort
 from postproc.patterns.formula import values_of
 from postproc.patterns.place import Place
 from postproc.patterns.shapes import Abrupt
 from postproc.patterns.signals import channel_signal
+from postproc.patterns.suspects import places
+from tests.identify.cells import base_fit, cell
 
 POSES = 40
 
@@ -60,3 +66,12 @@ def test_shapes_side_by_side_have_the_values_of_their_laws():
     assert [shape.kind for shape in shapes] == some.kinds.tolist()
     np.testing.assert_array_equal(some.values, values_of(shapes))
     assert (some.values == 0.0).all(axis=0).any()
+
+
+def test_every_place_is_counted_in_its_sort() -> None:
+    """The odds of a pattern are one in all places where it makes sense."""
+    data, _ = cell(seed=71, poses=40)
+    turned = replace(data, rotation=base_fit(data).problem.rest.T_base_tcp[:, :3, :3])
+    names = places(base_fit(turned).problem)
+    count = Counter(map(sort, names))
+    assert {None: len(names), **{kind: count[kind] for kind in ROOMS if kind is not None}} == ROOMS
