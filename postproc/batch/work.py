@@ -5,13 +5,14 @@ Nothing heavy is imported before a job comes: numpy counts threads when it is fi
 
 from __future__ import annotations
 
+import gc
 import os
 import threading
 import traceback
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from postproc.batch.threads import THREADS
+from postproc.batch.threads import COLLECT, THREADS
 from postproc.batch.values import Job, Result, failed
 from postproc.diagnostics import Diagnostic, PostprocError
 
@@ -45,6 +46,7 @@ def convert(job: Job) -> Result:
     """Convert one task; whatever is wrong with it becomes a finding of its result."""
     from postproc.convert import compensate_program
 
+    gc.set_threshold(*COLLECT)
     try:
         done = compensate_program(job.sources, _model(job.model, threading.get_ident()), job.options)
     except PostprocError as error:

@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, Group, Parameter
 
 from postproc import __version__
-from postproc.batch.threads import THREADS
+from postproc.batch.threads import COLLECT, THREADS
 from postproc.cli.run import run
 
 CONVERT = Group("Convert programs", sort_key=1)
@@ -93,6 +93,5 @@ def main() -> None:
     # Threads of the linear algebra ruin small problems on a busy machine (10 times slower); who sets them keeps them.
     for name in THREADS:
         os.environ.setdefault(name, "1")
-    # A long program is a million objects that live to the end: looking for garbage among them costs a tenth of time.
-    gc.set_threshold(200_000, 20, 20)
+    gc.set_threshold(*COLLECT)
     sys.exit(run(build(), sys.argv[1:]))

@@ -88,6 +88,11 @@ def named_by_text(statement: Statement, routine: Routine, program: Program) -> I
             yield program.names.get(declaration.key, declaration)
 
 
+def holds_word(source: Source, body: Sequence[Statement], *words: bytes) -> bool:
+    """Whether a handler has a statement of one of these words."""
+    return any(source.data[slice(*statement.span)].lower().startswith(words) for statement in statements_in(body))
+
+
 # A call of a routine of the program: its key, and for every parameter by reference the data passed.
 CalledWith = tuple[str, tuple[tuple[str, str], ...]]
 
@@ -121,9 +126,15 @@ class Changes:
                 pending += callers.get(key, ())
         self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
-        # What a trap changes may change at any moment.
-        traps = [key for key, routine in routines.items() if routine.kind == "TRAP"]
-        self.volatile = frozenset(k for key in traps for k in found[key] if not k.startswith("%"))
+        # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
+        traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP"]
+        handlers = [
+            self.of(body, routine)
+            for routine in routines.values()
+            for body in routine.handlers
+            if holds_word(routine.source, body, b"retry", b"trynext", b"return")
+        ]
+        self.volatile = frozenset(k for keys in (*traps, *handlers) for k in keys if not k.startswith("%"))
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
         """As ``of`` for one statement, kept for the next time it is executed."""

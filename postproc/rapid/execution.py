@@ -50,6 +50,7 @@ class Execution(ABC):
         self.stack: list[str] = []
         self.conditions: dict[str, int] = {}  # conditions in force when a routine was entered last
         self.returned: Value | NotKnown | None = None
+        self.left: list[dict[str, Data]] = []  # what data is on the ways by which the present routine was left
         self.jumps: dict[str, Mapping[str, int]] = {}
         # Long programs may take more steps.
         self.steps = -10 * len(program.statements)

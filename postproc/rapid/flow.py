@@ -25,11 +25,14 @@ class Flow(Loops):
         for declaration in routine.declarations:
             memory.initialise(declaration)
         outer, self.returned = self.returned, None
-        conditional, exits = self.conditional, self.ways.exits
-        self.ways.exits = frozenset()
+        conditional, exits, left = self.conditional, self.ways.exits, self.left
+        self.ways.exits, self.left = frozenset(), []
         self.stack.append(routine.key)
         self.conditions[routine.key] = conditional
-        self.body(routine.body, memory)
+        reached = self.body(routine.body, memory)
+        if self.left:
+            memory.changed = joined([memory.changed, *self.left] if reached else self.left, self.program)
+        self.left = left
         self.stack.pop()
         self.conditional = conditional
         self.ways.ends, self.ways.exits = self.ways.ends | self.ways.exits, exits
@@ -69,6 +72,7 @@ class Flow(Loops):
                 self.conditional += 1
             case "return":
                 self.leave_with(statement.parts[0], memory)
+                self.left.append(dict(memory.changed))
                 return False
             case "leave":
                 return False

@@ -131,6 +131,7 @@ class Loops(Execution):
         """Those of the keys that are not after a turn what they were before it; nothing moves, nothing is kept."""
         changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
         ends, exits, returned, conditional = self.ways.ends, self.ways.exits, self.returned, self.conditional
+        left = list(self.left)
         forget(memory, unknown, "is changed in a loop")
         before = _values(memory, keys)
         self.recorder.emitting = False
@@ -139,6 +140,7 @@ class Loops(Execution):
         after = _values(memory, keys)
         memory.changed, memory.frame.bindings = changed, bindings
         self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
+        self.left = left
         return _differing(before, after)
 
 

@@ -137,7 +137,7 @@ class Memory:
         key = declaration.key
         if declaration.storage != "CONST":
             if key in self.changes.volatile:
-                raise NotKnown(f"`{declaration.name}` is written by a trap routine")
+                raise NotKnown(f"`{declaration.name}` is written by a trap routine or an error handler")
             if key in self.changed:
                 data = self.changed[key]
                 if isinstance(data, NotKnown):

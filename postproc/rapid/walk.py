@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.assign import forget
 from postproc.rapid.calls import unbound_frame
+from postproc.rapid.changes import holds_word
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.flow import Flow
 from postproc.rapid.memory import Memory
@@ -129,9 +130,9 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
         flow.conditional += 1
         flow.body(body, memory)
         flow.conditional -= 1
-        texts = [routine.source.data[slice(*statement.span)].lower() for statement in statements_in(body)]
-        goes_on, back = (any(t.startswith(w) for t in texts) for w in ((b"retry", b"trynext"), b"restopath"))
-        if goes_on and not back:  # the routine does, from where its handler has moved to
+        # The routine goes on from where its handler has moved to.
+        back = holds_word(routine.source, body, b"restopath")
+        if holds_word(routine.source, body, b"retry", b"trynext") and not back:
             moved = (flow.program.motion(routine.source, statement) for statement in statements_in(routine.body))
             flow.recorder.astray.update(motion.key for motion in moved if motion is not None)
 

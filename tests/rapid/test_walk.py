@@ -342,6 +342,33 @@ def test_data_is_read_and_written_by_a_known_name() -> None:
     assert places(events('SetDataVal "A1",a2; MoveL a1,v5,z0,tool0;', data)) == [(6, 0, 0)]
 
 
+@pytest.mark.parametrize(
+    ("choice", "place"),
+    [
+        ("IF di1=1 THEN s:=a; RETURN; ENDIF s:=b;", None),
+        ("TEST n CASE 1: s:=a; RETURN; DEFAULT: ENDTEST s:=b;", None),
+        ("WHILE TRUE DO IF di1=1 THEN s:=a; RETURN; ENDIF s:=b; ENDWHILE", (1, 0, 0)),
+        ("FOR i FROM 1 TO 3 DO IF i=2 THEN s:=b; RETURN; ENDIF s:=a; ENDFOR", (2, 0, 0)),
+        ("IF di1=1 THEN s:=b; RETURN; ENDIF s:=b;", (2, 0, 0)),
+        ("s:=a; IF di1=1 EXIT; s:=b;", (2, 0, 0)),
+    ],
+)
+def test_what_ways_out_of_a_routine_leave_different_is_not_known(choice: str, place: tuple[int, ...] | None) -> None:
+    data = f"CONST robtarget a:={target(1, 0, 0)}; CONST robtarget b:={target(2, 0, 0)}; VAR robtarget s;"
+    data += f"VAR num n; PROC choose() WaitUntil di1=1; n:=GInput(gi1); {choice} ENDPROC "
+    assert places(events("choose; MoveL s,v5,z0,tool0;", data)) == [place]
+
+
+@pytest.mark.parametrize(
+    ("end", "known"), [("TRYNEXT;", 0), ("RETRY;", 0), ("RETURN;", 0), ("RAISE;", 1), ("EXIT;", 1)]
+)
+def test_what_a_handler_writes_that_goes_on_is_not_known(end: str, known: int) -> None:
+    """Where it stands instead of a place that is known, a run after an error would go there all the same."""
+    data = P + f"CONST robtarget a:={target(4, 0, 0)}; VAR robtarget s;"
+    body = f"s:=a; work; MoveL s,v5,z0,tool0; ERROR IF ERRNO=ERR_X THEN s:=p; {end} ENDIF"
+    assert places(events(body, data)) == ([(4, 0, 0)] if known else [None])
+
+
 def test_what_a_trap_writes_is_never_known() -> None:
     data = P + "VAR num n;TRAP t n:=5; ENDTRAP"
     assert x(f"n:=1; {move('n')}", data) == [None]
