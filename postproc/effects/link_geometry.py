@@ -13,6 +13,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, param, v
 class LinkGeometry(
     Effect,
     reads=(),
+    beside="joint_offset",
     confused_with={
         "joint_offset": "nothing for the turn about a joint's own axis; only one of the two is kept",
         "instrument_frame": "nothing for body 0",

@@ -13,6 +13,8 @@ GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
+LOWEST = 0.5
+"""What does not come again within two turns is an offset, or a slope."""
 
 
 class TransmissionError(
@@ -64,7 +66,7 @@ class TransmissionError(
             return ()
         rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
         near = self.order[-1] + np.concatenate([-CLOSE, CLOSE])
-        return tuple(_longer(rest, self.joint[-1], round(float(n), 2), 1.0) for n in near)
+        return tuple(_longer(rest, self.joint[-1], round(float(n), 2), 1.0) for n in near if n > LOWEST)
 
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:

@@ -127,6 +127,14 @@ def test_backlash_stops_short_on_the_side_it_came_from():
     assert_allclose(given, -1e-4 * side)
 
 
+@pytest.mark.parametrize(("order", "nearest", "lowest"), [(1.0, 0.98, 0.6), (0.6, 0.58, 0.52), (3.0, 2.98, 2.5)])
+def test_orders_beside_a_line_come_again_within_two_turns(order, nearest, lowest):
+    """Below that a line is an offset in the range of any joint."""
+    orders = [v.effect.order[-1] for v in TransmissionError(joint=(5,), order=(order,)).nearby()]
+    below = [n for n in orders if n < order]
+    assert max(below) == nearest and min(below) == lowest
+
+
 def test_transmission_error_with_two_lines_on_one_joint():
     effect = TransmissionError(
         joint=(3, 3, 6), order=(3, 120.5, 1), sine_rad=[1e-4, 2e-5, 0], cosine_rad=[0, 3e-5, 1e-6]

@@ -16,7 +16,7 @@ from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import _steps, diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.lines import lines_or_map
-from postproc.identify.ranking import Search
+from postproc.identify.ranking import Search, ranking
 from postproc.identify.whole import Missing, formed_anew
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
@@ -91,6 +91,19 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     # Nothing stands beside them: the search has judged them already.
     alone = Search(fit, effect_library(), None, [])
     assert formed_anew(alone, base, told) is told and alone.fit is fit
+
+
+def test_joint_zeros_come_before_what_else_could_say_the_same():
+    """An offset of joint 5 in a base without offsets is a turn of its casting, and half a wave of its gear."""
+    data, _ = cell(lambda g, arm: Hidden("zero", "", joint=lambda s, tau: column(4, 2e-3 + 0 * s.q[:, 4])), seed=62)
+    found = base_fit(data)
+    kept = [e for e in found.model.effects if e.key != "joint_offset"]
+    base = fit_model(found.model.with_effects(*kept), found.data)
+    library = effect_library()
+    names = ("joint_offset", "link_geometry", "transmission_error")
+    ranked = ranking(Search(base, {key: library[key] for key in names}, None, []))
+    assert ranked[0].key == "joint_offset" and ranked[0].evidence > 100
+    assert next(c for c in ranked if c.key == "link_geometry").evidence <= 0
 
 
 def test_a_second_line_of_a_motor_is_the_same_effect_on_another_joint():
