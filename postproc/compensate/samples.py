@@ -15,7 +15,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.motion.curves import Curves, build_curves, joints_at, pose_at
 from postproc.motion.mounts import Mounts
-from postproc.motion.values import Flags, Index, Move
+from postproc.motion.values import Index, Move, stretches
 from postproc.robot.arm import Robot
 from postproc.robot.track import track
 
@@ -77,15 +77,8 @@ def sample_moves(robot: Robot, moves: Sequence[Move], dense: Array) -> Samples:
     known = np.array([m.q for m in moves])
     in_joints = curves.joint[move]
     q = np.where(in_joints[:, None], joints_at(curves, move, u), known[move])
-    for a, b in _runs_in_space(curves.joint, first):
+    for a, b in stretches(~curves.joint & ~first):
         rows = slice(start[a], goal[b - 1] + 1)
         q[rows] = track(robot, curves.mounts[move[rows]].flange(T[rows]), known[a - 1])
     q[goal] = known  # exactly what the confdata says
     return Samples(moves, curves, move, u, T, q, start, goal)
-
-
-def _runs_in_space(joint: Flags, first: Flags) -> list[tuple[int, int]]:
-    """Stretches [a, b) of consecutive moves in space with a known start."""
-    space = ~joint & ~first
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], space, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

@@ -11,7 +11,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity
 from postproc.motion.corners import Corners, blended_poses, plan_corners
 from postproc.motion.curves import ARC_FAULTS, Curves, build_curves
 from postproc.motion.findings import at_move, once
-from postproc.motion.values import Flags, Index, Move, Path, mounts_of
+from postproc.motion.values import Flags, Index, Move, Path, mounts_of, stretches
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import inverse
 from postproc.robot.track import track
@@ -130,9 +130,8 @@ def _corner_angles(curves: Curves) -> Array:
 def _track(robot: Robot, moves: tuple[Move, ...], T_base_flange: Array, q: Array, move: Index) -> list[Diagnostic]:
     """Fill in, in place, the joint angles of runs in space, each continuous from the sample before it."""
     findings = []
-    unknown = np.concatenate([[False], np.isnan(q[:, 0]), [False]]).astype(int)
-    for a, b in zip(np.flatnonzero(np.diff(unknown) > 0), np.flatnonzero(np.diff(unknown) < 0), strict=True):
-        run = slice(int(a), int(b))
+    for a, b in stretches(np.isnan(q[:, 0])):
+        run = slice(a, b)
         try:
             q[run] = track(robot, T_base_flange[run], q[a - 1])
         except PostprocError as error:

@@ -12,11 +12,12 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.findings import place
 from postproc.motion.mounts import Mounts
+from postproc.motion.values import Flags, stretches
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import JointTarget, RobTarget
 from postproc.rapid.units import target_matrices
 from postproc.robot.arm import Robot
-from postproc.robot.inverse import Failure, joint_solution, nearest_solution
+from postproc.robot.inverse import Failure, beyond_limits, joint_solution, nearest_solution
 from postproc.robot.track import track
 
 
@@ -33,7 +34,7 @@ def goal_joints(
             q[row] = np.radians(target.robax)
         elif isinstance(target, RobTarget):
             conf[row] = target.robconf
-    failures = _beyond_limits(robot, q)
+    failures = beyond_limits(robot, q)
     posed = np.flatnonzero(np.isnan(q[:, 0]))
     if len(posed) == 0:
         return q, T, failures, []
@@ -64,7 +65,7 @@ def any_configuration(event: MotionEvent) -> bool:
 
 
 def _follow(
-    robot: Robot, T_base_flange: Array, q: Array, free: Array, again: Mapping[int, int]
+    robot: Robot, T_base_flange: Array, q: Array, free: Flags, again: Mapping[int, int]
 ) -> tuple[list[Failure], list[int]]:
     """Fill in, in place, the goals that are reached in the configuration of the goal before them.
 
@@ -77,21 +78,20 @@ def _follow(
     """
     failures: list[Failure] = []
     supposed: list[int] = []
-    edges = np.diff(np.concatenate([[False], free, [False]]).astype(int))
-    for a, b in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        from_where = again.get(int(a) - 1, int(a) - 1)
+    for a, b in stretches(free):
+        from_where = again.get(a - 1, a - 1)
         before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
         if np.isnan(before).any():
             before = nearest_solution(robot, T_base_flange[a], np.zeros(6))
-            supposed += [int(a)] if np.isfinite(before).all() else []
+            supposed += [a] if np.isfinite(before).all() else []
         if np.isfinite(before).all():
             reached = _followed(robot, T_base_flange[a:b], before)
             q[a : a + len(reached)] = reached
             if len(reached) < b - a:
                 text = f"`{robot.name}` cannot get here in the configuration in which it comes"
                 help_ = "pass the point with a MoveAbsJ, or switch the monitoring of the configuration on"
-                failures.append(Failure(int(a) + len(reached), "configuration", text, help_))
-        failures += [replace(f, index=f.index + int(a)) for f in _beyond_limits(robot, q[a:b])]
+                failures.append(Failure(a + len(reached), "configuration", text, help_))
+        failures += [replace(f, index=f.index + a) for f in beyond_limits(robot, q[a:b])]
         lost = {f.index for f in failures}
         failures += [
             Failure(int(row), "configuration", "the configuration in which the arm starts here is not known",
@@ -116,17 +116,6 @@ def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
     except PostprocError:
         first = bisect_left(range(1, len(T_base_flange) + 1), True, key=fails)
         return track(robot, T_base_flange[:first], before)
-
-
-def _beyond_limits(robot: Robot, q: Array) -> list[Failure]:
-    excess = np.maximum(robot.lower - q, q - robot.upper)
-    failures = []
-    for row in np.flatnonzero(excess.max(axis=1, initial=0.0) > 1e-9):
-        j = int(np.argmax(excess[row]))
-        limit = float(robot.lower[j] if q[row, j] < robot.lower[j] else robot.upper[j])
-        text = f"joint {j + 1} would stand at {np.degrees(q[row, j]):.1f} deg, its limit is {np.degrees(limit):.0f} deg"
-        failures.append(Failure(int(row), "limit", text, "stay inside the limits"))
-    return failures
 
 
 def supposed_start(event: MotionEvent) -> Diagnostic:

@@ -17,6 +17,12 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 
+def stretches(flags: Flags) -> list[tuple[int, int]]:
+    """Begin and end [a, b) of every stretch that is True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
 @dataclass(frozen=True, slots=True)
 class Move:
     """One motion event in SI units, ready for geometry.

@@ -142,11 +142,8 @@ def _by_quaternion(table: _Table) -> Array:
         what = f"the quaternion has length {length[i]:.4f}, not 1"
         table.wrong("SEA003", int(i), table.header.index("qw"), what, "check the order qw,qx,qy,qz")
     usable = np.abs(length - 1.0) <= UNIT
-    return _matrices(np.where(usable[:, None], q, (1.0, 0.0, 0.0, 0.0)))
-
-
-def _matrices(q: Array) -> Array:
-    return np.asarray(Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix(), dtype=float)
+    q = np.where(usable[:, None], q, (1.0, 0.0, 0.0, 0.0))
+    return np.asarray(Rotation.from_quat(q, scalar_first=True).as_matrix(), dtype=float)
 
 
 def _by_tangent(table: _Table) -> Array:

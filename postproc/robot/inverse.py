@@ -66,6 +66,19 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     return JointSolution(q, tuple(failures))
 
 
+def beyond_limits(robot: Robot, q: Array) -> list[Failure]:
+    """Postures (n, 6) [rad] outside the limits, each with the joint that is farthest out; NaN is none."""
+    excess = np.maximum(robot.lower - q, q - robot.upper)
+    help_ = "move or turn the target, or give it another configuration"
+    found = []
+    for i in np.flatnonzero(excess.max(axis=1, initial=0.0) > 1e-9):
+        j = int(np.argmax(excess[i]))
+        limit = np.degrees(robot.lower[j] if q[i, j] < robot.lower[j] else robot.upper[j])
+        text = f"joint {j + 1} reaches {np.degrees(q[i, j]):.1f} deg, limit {limit:.0f} deg"
+        found.append(Failure(int(i), "limit", text, help_))
+    return found
+
+
 def nearest_solution(robot: Robot, T_base_flange: Array, q: Array) -> Array:
     """The joint angles (6,) [rad] within the limits that reach a pose with the least travel from a posture; else NaN.
 
@@ -98,9 +111,8 @@ def _solve(robot: Robot, poses: Array, wanted: NDArray[np.int64]) -> tuple[Array
     found = np.isfinite(cost[rows, best])
     result = np.where(found[:, None], q[rows, best], np.nan)
     failures = [_missing(robot, int(i), solutions[i], wanted[i]) for i in np.flatnonzero(~found)]
-    beyond = found & (outside[rows, best] > 0)
-    failures += [_beyond(robot, int(i), result[i]) for i in np.flatnonzero(beyond)]
-    result[beyond] = np.nan
+    failures += beyond_limits(robot, result)
+    result[[f.index for f in failures]] = np.nan
     return result, sorted(failures, key=lambda f: f.index)
 
 
@@ -159,16 +171,4 @@ def _missing(robot: Robot, index: int, solutions: Array, wanted: NDArray[np.int6
         "configuration",
         f"no joint solution of the target has the configuration {wanted.tolist()}",
         f"the nearest configuration that exists is {nearest.tolist()}",
-    )
-
-
-def _beyond(robot: Robot, index: int, q: Array) -> Failure:
-    excess = np.maximum(robot.lower - q, q - robot.upper)
-    joint = int(np.argmax(excess))
-    value, limit = float(q[joint]), float(robot.lower[joint] if q[joint] < robot.lower[joint] else robot.upper[joint])
-    return Failure(
-        index,
-        "limit",
-        f"joint {joint + 1} reaches {np.degrees(value):.1f} deg, limit {np.degrees(limit):.0f} deg",
-        "move or turn the target, or give it another configuration",
     )

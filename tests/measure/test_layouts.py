@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import PostprocError, Source
+from postproc.measure.columns import likely_map
 from postproc.measure.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
@@ -337,3 +338,9 @@ def test_sides_and_payloads_that_are_guessed_are_said():
     assert [(d.code, d.severity) for d in found.diagnostics] == [("DAT015", "warning")] * 2
     assert "`dir6` holds 2" in found.diagnostics[0].message
     assert "the mass is taken in the flange's centre" in found.diagnostics[1].message
+
+
+def test_a_map_is_offered_from_three_known_columns_on() -> None:
+    assert likely_map(("J1", "J2"), ("", "")) == ""
+    offered = likely_map(("J1", "J2", "J3"), ("", "", ""))
+    assert offered.splitlines()[2:] == ['q1_deg = "J1"', 'q2_deg = "J2"', 'q3_deg = "J3"']
