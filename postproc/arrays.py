@@ -1,8 +1,10 @@
-"""The array type of the package, and the inverse of poses that it holds.
+"""The array type of the package, the inverse of poses that it holds, and rows a block at a time.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,3 +18,9 @@ def invert(T: Array) -> Array:
     R = result[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
     result[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
     return result
+
+
+def blocks(n: int, size: int) -> Iterator[slice]:
+    """Rows 0 to n, so many at a time: what is held at once does not grow with a long program."""
+    for start in range(0, n, size):
+        yield slice(start, min(start + size, n))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array, invert
+from postproc.arrays import Array, blocks, invert
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
@@ -59,13 +59,9 @@ def command(model: Model, state: State, T_base_tcp: Array) -> Commanded:
     desired = np.asarray(T_base_tcp, dtype=float).reshape(-1, 4, 4)
     state = state.with_(robot=model.robot, gravity=model.gravity)
     # Work on batches that stay in the processor's cache: twice as fast as 20,000 poses at once.
-    done = [_command(model, state.rows(b), desired[b]) for b in _batches(len(state))]
+    done = [_command(model, state.rows(b), desired[b]) for b in blocks(max(len(state), 1), BATCH)]
     q, residual = np.concatenate([d[0] for d in done]), np.concatenate([d[1] for d in done])
     return Commanded(q, forward(model.robot, q) @ state.T_flange_tcp, residual)
-
-
-def _batches(n: int) -> list[slice]:
-    return [slice(i, i + BATCH) for i in range(0, max(n, 1), BATCH)]
 
 
 def _command(model: Model, state: State, desired: Array) -> tuple[Array, Array]:

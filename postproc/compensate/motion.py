@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
 from postproc.compensate.timeline import Timeline
@@ -67,8 +67,7 @@ class Motion:
 
     def blocks(self) -> Iterator[slice]:
         """All rows, a block at a time."""
-        for start in range(0, len(self.place), BLOCK):
-            yield slice(start, start + BLOCK)
+        return blocks(len(self.place), BLOCK)
 
 
 def motion_of(

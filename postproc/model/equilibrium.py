@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.diagnostics import PostprocError
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
@@ -103,9 +103,8 @@ def _rest(model: Model, state: State, deflection: Deflection, bodies: tuple[int,
 def predict(model: Model, state: State) -> Array:
     """Real TCP poses as the instrument sees them, T_instrument_tcp (n, 4, 4)."""
     result = np.empty((len(state), 4, 4))
-    # Batches that stay in the processor's cache are faster, and a long program needs little memory.
-    for start in range(0, len(state), BATCH):
-        rows = slice(start, start + BATCH)
+    # Batches that stay in the processor's cache are faster.
+    for rows in blocks(len(state), BATCH):
         rest = equilibrium(model, state.rows(rows))
         instrument = rest.deflection.instrument
         result[rows] = rest.T_base_tcp if instrument is None else displace(instrument) @ rest.T_base_tcp

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import point_jacobian
@@ -46,8 +46,7 @@ def natural_frequencies(model: Model, state: State) -> Array:
     singular poses. Infinite for a rigid model.
     """
     if len(state) > BATCH:
-        parts = [state.rows(slice(i, i + BATCH)) for i in range(0, len(state), BATCH)]
-        return np.concatenate([natural_frequencies(model, part) for part in parts])
+        return np.concatenate([natural_frequencies(model, state.rows(rows)) for rows in blocks(len(state), BATCH)])
     rest = equilibrium(model, state)
     at = tangent(model, rest)
     squared = np.linalg.eigvals(at.give @ at.compliance @ inertia(rest, at.frame)).real

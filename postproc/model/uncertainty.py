@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.effects.asking import displacement_of
 from postproc.effects.contract import State
 from postproc.model.arm import Model
@@ -94,8 +94,7 @@ def position_covariance(model: Model, state: State, known: Uncertainty, instrume
         instrument: as an instrument sees it; else in the base frame, where its frame's errors do not count.
     """
     result = np.empty((len(state), 3, 3))
-    for start in range(0, len(state), BATCH):
-        rows = slice(start, start + BATCH)
+    for rows in blocks(len(state), BATCH):
         D, missed, own = derivatives(model, state.rows(rows), (*known.parameters, *known.held), instrument)
         off = D @ known.unseen.T if len(known.unseen) else np.zeros((len(D), 3, 0))
         D = D[:, :, : len(known.parameters)] * own[: len(known.parameters)]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.effects.geometry import point_acceleration
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 
 NO_GRAVITY = np.zeros(3)
-_BLOCK = 5000  # states looked at together: long programs need little memory
+_BLOCK = 5000  # states
 
 
 def point_velocity(robot: Robot, T_base_body: Array, v: Array, point: Array) -> Array:
@@ -31,8 +31,7 @@ def inertial_torque(
     """
     arm = Multibody(robot, gravity, ())
     result = np.empty((len(q), 6))
-    for start in range(0, len(q), _BLOCK):
-        rows = slice(start, start + _BLOCK)
+    for rows in blocks(len(q), _BLOCK):
         T = body_poses(robot, q[rows])
         flange = T[:, 6] @ robot.link[6]
         point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.motion.spline import fit_spline
 from postproc.motion.timing import JointMotion, Profile, joint_motion
 from postproc.robot.arm import Robot
 
-_BLOCK = 100_000  # instants looked at together: keeps the memory of long programs flat
+_BLOCK = 100_000  # instants
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +44,8 @@ def check_limits(robot: Robot, profile: Profile, q_corrected: Array) -> LimitRep
         law = profile.law
         begin = profile.start[law.run] + law.t
         moments = np.unique(np.concatenate([begin + x * law.window[law.run] for x in (0.0, 0.25, 0.5, 0.75, 1.0)]))
-        for k in range(0, len(moments), _BLOCK):
-            part = moments[k : k + _BLOCK]
-            run, inner = profile.at(part)
+        for part in blocks(len(moments), _BLOCK):
+            run, inner = profile.at(moments[part])
             ratios = _ratios(robot, joint_motion(profile.runs, law, run, inner, curve))
             for ratio, power in zip(ratios, (1.0, 0.5, 1.0 / 3.0), strict=True):
                 np.maximum.at(needed, run, ratio.max(axis=1) ** power)

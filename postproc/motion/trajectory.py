@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.motion.inertia import point_velocity
 from postproc.motion.spline import cut_runs
 from postproc.motion.sustained import sustained
@@ -18,7 +18,7 @@ GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
 SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
 STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
 STANDSTILL = 1e-9  # [m/s]
-_BLOCK = 5000  # samples looked at together: long programs need little memory
+_BLOCK = 5000  # samples
 FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
 
 
@@ -52,8 +52,7 @@ def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array
     t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
 
     tcp_speed = np.empty(n)
-    for first in range(0, n, _BLOCK):
-        part = slice(first, first + _BLOCK)
+    for part in blocks(n, _BLOCK):
         # The work goes past a stationary tool as fast as the tool goes over the work.
         point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
         velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)

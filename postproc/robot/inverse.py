@@ -8,14 +8,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.robot.arm import Robot
 from postproc.robot.closed_form import inverse as inverse
 from postproc.robot.configuration import QUARTER, TURNING, branch, closed_form, confdata
 
 TAUGHT_WRIST = 2e-6  # |sin q5| below which q4 of a taught target means nothing: text carries 6 digits of a quaternion
-BLOCK = 5000  # poses whose eight solutions are held at a time: long programs need little memory
+BLOCK = 5000  # poses whose eight solutions are held at a time
 BOUNDARY = 1e-3  # a taught target may stand this far outside its quadrant [rad]: text carries 2 decimals of a mm
 
 
@@ -59,10 +59,9 @@ def joint_solution(robot: Robot, T_base_flange: Array, conf: NDArray[np.int64] |
     poses = np.asarray(T_base_flange, dtype=float).reshape(-1, 4, 4)
     wanted = np.asarray(conf, dtype=np.int64).reshape(-1, 4)
     q, failures = np.empty((len(poses), 6)), []
-    for start in range(0, len(poses), BLOCK):
-        rows = slice(start, start + BLOCK)
+    for rows in blocks(len(poses), BLOCK):
         q[rows], found = _solve(robot, poses[rows], wanted[rows])
-        failures += [replace(f, index=start + f.index) for f in found]
+        failures += [replace(f, index=rows.start + f.index) for f in found]
     return JointSolution(q, tuple(failures))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, blocks
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Opw, Robot
 from postproc.robot.closed_form import inverse
@@ -38,9 +38,8 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.stack([q for q in _stepwise(robot, poses, q_start)])
     arm = _arm(robot.opw, np.asarray(q_start, dtype=float), inverse(robot, poses[:1])[0])
     wrists = np.empty((len(poses), 2, 6))
-    for start in range(0, len(poses), BLOCK):
-        rows = slice(start, start + BLOCK)
-        wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, start)
+    for rows in blocks(len(poses), BLOCK):
+        wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, rows.start)
     options = _wrist_pair(wrists, q_start)
     # Both wrists differ by an isometry (half turns, mirrored axis 5), so whether to change over does not depend on
     # which one the arm is in, and the changes add up.
