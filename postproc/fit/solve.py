@@ -25,11 +25,14 @@ BENT = 0.02
 """Share of a step by which the model may miss what its slope foretold before the slope is renewed."""
 FAITHFUL = 5e-3
 """The same where the slope still holds at the end of the step (no slope knows how loads follow a move)."""
-SETTLED = 1e-7
+SETTLED, ROUGHLY = 1e-7, 1e-4
+"""Share of the sum of squares below which a step is none; for a fit that only has to be compared with others."""
 FEWEST = 4
 """Poses of which a model of an arm could be made."""
-ROUGHLY = 1e-4
-"""The same for a fit that only has to be compared with others."""
+NOTHING = 1e-3
+"""Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
+LEAST, UNFAITHFUL = 1e-3, 1e-2
+"""Damping with which steps begin to be held back, and the share of the foretold fall below which a step is none."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Terms:
 
 
 def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = frozenset()) -> Fit:
-    """Least squares by Gauss-Newton inside the bounds; rows far off are set aside on the way.
+    """Least squares by Levenberg and Marquardt inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
     where a slope that still holds there foretells nothing.
@@ -75,6 +78,8 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     place, good = problem, False
     prior = _prior(problem, fresh, terms.determined)
     kept: tuple[Name, ...] = ()
+    returned: set[Name] = set()
+    damping = 0.0
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
             weights, aside = reweighted(problem, base, noise, terms.robust)
@@ -86,17 +91,14 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             # Coefficients of a free function are told by its smoothness where the data is silent.
             _enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
-            if sweep < SWEEPS // 2:  # what is just about determined might come and go for ever
-                problem = _held_at_prior(problem, at, prior, fresh)
+            problem = _held_at_prior(problem, at, prior, fresh, returned)
             if problem is not place:
                 at = None
                 continue
-        step, stopped = at.step(problem)
         now = at.cost(problem)
-        little = terms.closely * now + 1e-12
-        further, after = problem, now
-        if now - at.foretold(problem, step) > little:
-            further, after = _advance(problem, at, step, now, 10 if good else 2)
+        little = max(terms.closely, NOTHING / len(problem.residual)) * now + 1e-12
+        further, after, stopped, held_back = _advance(problem, at, now, little, damping, 10 if good else 2)
+        damping = held_back if good else damping
         settled = now - after <= little
         if settled and good:
             break
@@ -126,20 +128,33 @@ def _prior(problem: Problem, fresh: frozenset[str], determined: frozenset[Name])
     return prior
 
 
-def _held_at_prior(problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str]) -> Problem:
-    """The problem with what is held where it belongs; frames and free functions stay.
+def _held_at_prior(
+    problem: Problem, at: Slope, prior: Mapping[str, Array], fresh: Set[str], returned: set[Name]
+) -> Problem:
+    """The problem with what is held where it belongs, once each; frames and free functions stay.
 
-    So does what is new where others could make up for it by wild values alone.
+    So does what is new where others could make up for it by wild values alone, or what its fitted parameters need: a
+    slack length says nothing without the hose.
+
+    Args:
+        returned: what has been put back, which grows: what is just about determined might come and go for ever.
     """
     effects = []
     for effect in problem.model.effects:
         x, held = effect.vector(), {i for key, i in at.held if key == effect.key}
-        back = np.array([i in held for i in range(len(x))]) & (x != prior[effect.key])
+        back = np.array([i in held and (effect.key, i) not in returned for i in range(len(x))])
+        back &= x != prior[effect.key]
+        if effect.key in fresh:
+            back &= effect.amplitudes()  # where the points of a new hose are is a guess
+        there = effect.with_vector(np.where(back, prior[effect.key], x))
         known = effect.key in FRAMES or effect.roughness() is not None or not back.any()
-        if known or (effect.key in fresh and not _made_up_for(problem, at, effect, back, prior[effect.key] - x)):
+        mute = there.is_null and any(key == effect.key for key, _ in at.parameters)
+        change = prior[effect.key] - x
+        if known or mute or (effect.key in fresh and not _made_up_for(problem, at, effect, back, change)):
             effects.append(effect)
         else:
-            effects.append(effect.with_vector(np.where(back, prior[effect.key], x)))
+            effects.append(there)
+            returned |= {(effect.key, i) for i in np.flatnonzero(back).tolist()}
     changed = any(new is not old for new, old in zip(effects, problem.model.effects, strict=True))
     return problem.at(effects) if changed else problem
 
@@ -171,14 +186,29 @@ def _enough(problem: Problem, fitted: int) -> None:
         raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
 
 
-def _advance(problem: Problem, at: Slope, step: Array, now: float, tries: int) -> tuple[Problem, float]:
-    """The largest of 1, 1/2, 1/4 .. of the step at which the cost falls."""
-    for k in range(tries):
-        trial = at.moved(problem, step / 2**k)
+def _advance(
+    problem: Problem, at: Slope, now: float, little: float, damping: float, tries: int
+) -> tuple[Problem, float, set[Name], float]:
+    """A step at which the cost falls, held back until it does; its cost, what stops at a bound, the damping after it.
+
+    The more a step does of what the slope foretells, the less the next one is held back (Nielsen 1999).
+    """
+    stopped: set[Name] = set()
+    for _ in range(tries):
+        step, stopped = at.damped(damping).step(problem)
+        foretold = now - at.foretold(problem, step)
+        if foretold <= little:
+            break
+        trial = at.moved(problem, step)
         try:
             cost = at.cost(trial)
         except PostprocError:
-            continue
-        if cost <= now * (1 + 1e-9):
-            return trial, cost
-    return problem, now
+            cost = np.inf
+        faithful = (now - cost) / foretold
+        if faithful > UNFAITHFUL:
+            damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
+            if damping < 0.1 * LEAST:
+                damping = 0.0 if faithful > 0.25 else LEAST
+            return trial, cost, stopped, damping
+        damping = max(4 * damping, LEAST)
+    return problem, now, stopped, damping

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,7 @@ class Slope:
         columns: (N, p) whitened derivatives by the parameters that the data determines, as (effect, index).
         held: parameters that it does not. penalty: (p,) weights of smoothness. anchor: (p,) with the weak pull to null.
         weights: with which the columns are whitened.
+        damping: pull towards where the model stands, on columns of unit length (Levenberg 1944, Marquardt 1963).
     """
 
     columns: Array
@@ -43,6 +44,7 @@ class Slope:
     penalty: Array
     anchor: Array
     weights: Weights
+    damping: float = 0.0
 
     def values(self, problem: Problem) -> Array:
         """(p,) the parameters of a model."""
@@ -74,6 +76,15 @@ class Slope:
             except LinAlgError:
                 pass
         return np.asarray(np.linalg.qr(np.vstack([self.columns / self.length, np.diag(pull)]), mode="r"))
+
+    def damped(self, damping: float) -> Slope:
+        """The same slope, its steps held back."""
+        if damping == self.damping:
+            return self
+        other = replace(self, damping=damping)
+        held = np.vstack([self.factor, np.sqrt(damping) * np.eye(len(self.parameters))])
+        other.__dict__.update(length=self.length, factor=np.linalg.qr(held, mode="r"))
+        return other
 
     def solved(self, right: Array) -> Array:
         """(A^T A + anchor^2)^-1 of one or several columns, by the semi-normal equations (Bjoerck 1996, Sec. 2.4.6)."""

@@ -28,7 +28,9 @@ STAGES = ((3, 6), (6, 3), (25, 2))
 No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
 """
 ENOUGH = 3e-3
-"""Share of the sum of squares below which a step is the last: a full fit follows."""
+"""Share of the sum of squares below which a step is the last."""
+AT_LAST = 60, 1e-6
+"""Steps on all poses in the end, and that share: a full fit follows, whose every step costs as much as ten of these."""
 TWICE = 2.0
 """As much more of the sum of squares may an effect take off in the end as after the first steps."""
 NEARLY = 16.0
@@ -118,6 +120,8 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.searched < least:
             return candidate
+    whole = Glimpse(screen.problem, linear, screen.stock.by_load)
+    some = [_moved(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
@@ -131,8 +135,8 @@ def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
     return list(found.values())
 
 
-def _moved(seen: Glimpse, start: Candidate, tries: int) -> tuple[Candidate, float]:
-    effect, left = shaped(seen, start.effect, start.free, tries)
+def _moved(seen: Glimpse, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
+    effect, left = shaped(seen, start.effect, start.free, tries, closely)
     return replace(start, effect=effect), left
 
 
@@ -154,7 +158,9 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     return replace(start, effect=effect.with_vector(x), evidence=worth, fall=fall, p_value=p)
 
 
-def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = STAGES[-1][0]) -> tuple[Effect, float]:
+def shaped(
+    seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = STAGES[-1][0], closely: float = ENOUGH
+) -> tuple[Effect, float]:
     """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
 
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
@@ -194,6 +200,6 @@ def shaped(seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = 
         begin[amplitude] = size[amplitude] * np.where(np.abs(a) > 0.1, a, 0.1)
     start = np.clip(begin, low + inside, high - inside)
     scale = np.where(amplitude, size, 0.5 * size)
-    bounds, few = (low, high), {"ftol": ENOUGH, "xtol": 1e-4, "max_nfev": tries}
+    bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
     found = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
     return at(found.x), 2 * float(found.cost)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import axis_rotation, body_poses
+from postproc.robot.kinematics import body_poses, joint_turns, times
 
 AXES = np.eye(3)
 
@@ -44,29 +44,30 @@ def deflected_chain(robot: Robot, q: Array, body: Mapping[int, Array], ends: boo
         T = body_poses(robot, q)
         return Chain(q, body, T, T[:, 6] @ robot.link[6], None, None)
     n = len(q)
-    T = np.zeros((n, 7, 4, 4))
-    T[..., 3, 3] = 1.0
-    tip, turn = np.empty((n, 7, 3)), np.empty((n, 7, 3, 3))
-    R, p = np.broadcast_to(AXES, (n, 3, 3)), np.zeros((n, 3))
+    # Poses run along the last axis while they are built.
+    T, tip, turn = np.zeros((7, 4, 4, n)), np.empty((7, 3, n)), np.empty((7, 3, 3, n))
+    T[:, 3, 3] = 1.0
+    turns = [*joint_turns(robot, q), robot.link[6, :3, :3, None]]
+    R, p = np.broadcast_to(AXES[..., None], (3, 3, n)), np.zeros((3, n))
     for b in range(7):
-        T[:, b, :3, :3], T[:, b, :3, 3] = R, p
-        turn[:, b] = R
-        span = robot.link[b, :3, 3]
+        T[b, :3, :3], T[b, :3, 3], turn[b] = R, p, R
+        span = robot.link[b, :3, 3, None]
         if b in body:
-            xi = body[b]
-            p = p + (R @ (span + xi[:, :3])[:, :, None])[:, :, 0]
-            for k in range(3):
-                turn[:, b, :, k] = R[:, :, k]
-                R = R @ axis_rotation(AXES[k], xi[:, 3 + k])
+            xi = body[b].T
+            p = p + times(R, span + xi[:3])
+            R = R.copy()
+            for k, (sine, cosine) in enumerate(zip(np.sin(xi[3:]), np.cos(xi[3:]), strict=True)):
+                turn[b, :, k] = R[:, k]
+                y, z = R[:, (k + 1) % 3], R[:, (k + 2) % 3]
+                R[:, (k + 1) % 3], R[:, (k + 2) % 3] = y * cosine + z * sine, z * cosine - y * sine
         else:
-            p = p + R @ span
-        tip[:, b] = p
-        R = R @ robot.link[b, :3, :3]
-        if b < 6:
-            R = R @ axis_rotation(robot.axis[b], q[:, b])
-    flange = np.zeros((n, 4, 4))
-    flange[:, :3, :3], flange[:, :3, 3], flange[:, 3, 3] = R, p, 1.0
-    return Chain(q, body, T, flange, tip, turn)
+            p = p + times(R, span)
+        tip[b] = p
+        R = times(R, turns[b])
+    flange = np.zeros((4, 4, n))
+    flange[:3, :3], flange[:3, 3], flange[3, 3] = R, p, 1.0
+    poses, ends_at = (np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (T, tip))
+    return Chain(q, body, poses, flange.transpose(2, 0, 1), ends_at, turn.transpose(3, 0, 1, 2))
 
 
 @dataclass(frozen=True)

@@ -17,28 +17,34 @@ def skew(vector: Array) -> Array:
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
 
 
-def axis_rotation(axis: Array, angle: Array) -> Array:
-    """Rotations about one unit axis, I + sin(q) S + (1 - cos(q)) S^2 (Rodrigues), (n,) [rad] -> (n, 3, 3)."""
-    S = skew(axis)
-    return np.eye(3) + np.sin(angle)[:, None, None] * S + (1.0 - np.cos(angle))[:, None, None] * (S @ S)
+def joint_turns(robot: Robot, q: Array) -> Array:
+    """Rotation from each body to the next, its link's and the joint's (Rodrigues), (n, 6) [rad] -> (6, 3, 3, n)."""
+    angles = np.asarray(q, dtype=float).reshape(-1, 6).T[:, None, None]
+    S, turn = skew(robot.axis), robot.link[:6, :3, :3]
+    still, wave, tilt = (M[..., None] for M in (turn @ (np.eye(3) + S @ S), turn @ S, -turn @ S @ S))
+    return np.asarray(still + wave * np.sin(angles) + tilt * np.cos(angles))
+
+
+def times(R: Array, other: Array) -> Array:
+    """(3, 3, n) rotations times matrices (3, m, n) or vectors (3, n): poses along the last axis.
+
+    Long plain sums are faster than many small products.
+    """
+    if other.ndim == 2:
+        return np.asarray(R[:, 0] * other[0] + R[:, 1] * other[1] + R[:, 2] * other[2])
+    return np.asarray(R[:, 0, None] * other[0] + R[:, 1, None] * other[1] + R[:, 2, None] * other[2])
 
 
 def body_poses(robot: Robot, q: Array) -> Array:
     """Poses of the body frames 0 (base) to 6 in the base frame, (n, 6) [rad] -> (n, 7, 4, 4)."""
-    angles = np.asarray(q, dtype=float).reshape(-1, 6).T
-    sine, cosine = np.sin(angles), np.cos(angles)
-    # Poses run along the last axis while they are built: long plain sums are faster than many small products.
-    T = np.zeros((7, 4, 4, angles.shape[1]))
+    turns = joint_turns(robot, q)
+    T = np.zeros((7, 4, 4, turns.shape[-1]))
     T[:, 3, 3] = 1.0
     T[0, [0, 1, 2], [0, 1, 2]] = 1.0
-    S = skew(robot.axis)
-    turn = robot.link[:6, :3, :3]
-    still, wave, tilt = (M[..., None] for M in (turn @ (np.eye(3) + S @ S), turn @ S, -turn @ S @ S))  # Rodrigues
     for j in range(6):
-        R, p, link = T[j, :3, :3], T[j, :3, 3], robot.link[j, :3, 3]
-        step = still[j] + wave[j] * sine[j] + tilt[j] * cosine[j]
-        T[j + 1, :3, 3] = p + R[:, 0] * link[0] + R[:, 1] * link[1] + R[:, 2] * link[2]
-        T[j + 1, :3, :3] = R[:, 0, None] * step[0] + R[:, 1, None] * step[1] + R[:, 2, None] * step[2]
+        R = T[j, :3, :3]
+        T[j + 1, :3, 3] = T[j, :3, 3] + times(R, robot.link[j, :3, 3, None])
+        T[j + 1, :3, :3] = times(R, turns[j])
     return T.transpose(3, 0, 1, 2)
 
 

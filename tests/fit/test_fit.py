@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
 from postproc.effects.base import Displacement, Effect, param
+from postproc.effects.dress_pack import DressPack
 from postproc.effects.registry import effect_library
 from postproc.fit.determined import slope
 from postproc.fit.fitted import rms
@@ -367,8 +368,30 @@ def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is()
         held=(("seat", 3),),
     )
     null = {e.key: e.null_vector() for e in warm.effects}
-    shift = [_held_at_prior(problem, at, null, new).model.effect("seat").shift_m[0] for new in ({"seat"}, set())]
-    assert shift == [1e-3, 0.0]
+
+    def shift(new, returned):
+        return _held_at_prior(problem, at, null, new, returned).model.effect("seat").shift_m[0]
+
+    once = set()
+    assert shift({"seat"}, once) == 1e-3 and not once
+    assert shift(set(), once) == 0.0 and once == {("seat", 3)}
+    assert shift(set(), once) == 1e-3
+
+
+def test_what_a_fitted_slack_length_needs_stays_where_it_is():
+    """A taut hose: others may make up for its pull, but none of its other parameters tells anything without it."""
+    data, _ = cell(seed=401)
+    plain = base_fit(data)
+    hose = DressPack(stiffness_N_per_m=400.0, slack_m=0.4, from_m=[0.1, 0, 0.2], to_m=[0, 0.1, 0])
+    problem = plain.problem.at([*plain.model.effects, hose])
+    free = {e.key: np.ones(len(e.vector()), dtype=bool) for e in problem.model.effects}
+    whole = slope(problem, free, set(), {})
+    kept = [k for k, name in enumerate(whole.parameters) if name != ("dress_pack", 0)]
+    names = tuple(whole.parameters[k] for k in kept)
+    at = replace(whole, columns=whole.columns[:, kept], parameters=names, held=(("dress_pack", 0),))
+    null = {e.key: e.null_vector() for e in problem.model.effects}
+    assert ("dress_pack", 1) in names
+    assert _held_at_prior(problem, at, null, set(), set()).model.effect("dress_pack").stiffness_N_per_m == 400.0
 
 
 class Guess(Effect, reads=("q",), drafted=True):

@@ -10,6 +10,7 @@ import pytest
 
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
+from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
@@ -86,6 +87,15 @@ def test_both_ends_of_a_hose_are_found_from_far_away(start):
     left = seen.linear.rest - seen.linear.project(seen.answers([found]))[:, 0]
     assert square == pytest.approx(left @ left)
     assert seen.linear.square > 3 * len(left) and square < 1.2 * len(left)
+
+
+@pytest.mark.parametrize("start", [[0.3, -0.3, 0.0], [-0.2, 0.2, 0.5], [0.1, 0.4, 0.2]])
+def test_a_full_fit_finds_a_hose_from_far_away(start):
+    """Full steps would leave it without pull, or swing along what its stiffness and its slack have in common."""
+    fit, data, _ = _fitted(_hose)
+    far = DressPack(stiffness_N_per_m=800.0, slack_m=0.6, from_m=start, to_m=[-0.1, 0.1, 0.1])
+    after = fit_model(fit.model, data, [far])
+    assert after.linear.square < 1.2 * after.freedom
 
 
 def test_bodies_are_chosen_after_the_ends_of_every_pair_were_looked_for():
