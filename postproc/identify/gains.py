@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.forms import Forms, Stack
+from postproc.robot.arm import Robot
 
 WIDE = 3.0
 DECADES = (0.1, 1.0, 10.0, 100.0)
@@ -132,26 +135,29 @@ def _spectra(every: Array) -> tuple[Array, Array]:
     return np.stack([middle - reach, middle + reach], axis=1), vector
 
 
-def laplace(linear: Linear, rest: float, gram: Array, x: Array, wide: Array, amplitude: NDArray[np.bool_]) -> float:
+def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Robot, index: NDArray[np.int_]) -> float:
     """What parameters are worth where they have been fitted, 2 log of odds, each counted by what it moves.
 
     nu log(S / (S' + s^2 |a/w|^2)) - log det(I + W C^T M C W / s^2): Laplace's approximation of the marginal likelihood,
-    with S and S' the sums of squares without them and with them, C their columns at the fit, a the amplitudes, and W
-    how far each parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms
-    the effect by its own size. A point or a knee that the data hardly sees costs hardly anything.
+    with S and S' the sums of squares without them and with them, C their columns at the fit, and W how far each
+    parameter scatters: amplitudes by three ordinary sizes, or decades off as in `gains`, what only forms the effect by
+    its own size. A point or a knee that the data hardly sees costs hardly anything. The a are the amplitudes and the
+    places of either sign, in three ordinary sizes: a hose that is tied a metre and a half below the floor is a weight.
     Source: MacKay (2003), Ch. 27.
 
     Args:
-        linear: the fit without them; rest: S'. gram: (p, p) C^T M C; x: (p,) values; wide: (p,) ordinary sizes.
-        amplitude: (p,) which of them are amplitudes.
+        linear: the fit without them; rest: S'. gram: (p, p) C^T M C; index: (p,) which of the effect they are.
     """
     before, freedom = linear.square, linear.freedom
+    x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
+    places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
+    outside = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
     s2 = rest / max(freedom - len(x), 1)
     worth = -np.inf
     for decade in DECADES:
         scatter = np.where(amplitude, WIDE * decade * wide, np.maximum(np.abs(x), wide))
         strength = np.maximum(np.linalg.eigvalsh(gram * np.outer(scatter, scatter)), 0.0)
-        far = s2 * float(np.sum((x[amplitude] / scatter[amplitude]) ** 2))
+        far = s2 * (float(np.sum((x[amplitude] / scatter[amplitude]) ** 2)) + outside)
         gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
         worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
     return worth

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.fitted import Fit
 from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
@@ -166,9 +165,8 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     if effect is None or not len(index):
         return -np.inf
     others = Linear(after.problem.residual, basis_of(after.columns[:, ~own], after.penalty[~own]), after.problem.row)
-    columns, wide = after.columns[:, own], ordinary_sizes(effect, after.model.robot)[index]
-    gram = columns.T @ others.project(columns)
-    return laplace(base, rest, gram, effect.vector()[index], wide, effect.amplitudes()[index])
+    columns = after.columns[:, own]
+    return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:

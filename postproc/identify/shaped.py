@@ -152,10 +152,10 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     x[own] = np.clip(best, low[own], high[own])
     fall = float(x[own] @ (2 * columns.T @ linear.rest - columns.T @ inside[:, amplitude] @ x[own])[amplitude])
     rest = max(linear.square - fall, 0.0)
-    size = ordinary_sizes(effect, screen.problem.model.robot)[index]
-    worth = laplace(linear, rest, columns.T @ inside, x[index], size, amplitude) - start.searched
+    effect = effect.with_vector(x)
+    worth = laplace(linear, rest, columns.T @ inside, effect, screen.problem.model.robot, index) - start.searched
     p = corrected(f_test(linear.square, rest, start.count, linear.freedom - start.count), start.searched)
-    return replace(start, effect=effect.with_vector(x), evidence=worth, fall=fall, p_value=p)
+    return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
 
 
 def shaped(

@@ -12,6 +12,7 @@ from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, param
 from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.contract import State
+from postproc.effects.dress_pack import DressPack
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
@@ -21,6 +22,7 @@ from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.held_out import contiguous_blocks
 from postproc.fit.least_squares import fit_model
+from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
 from postproc.fit.solve import Terms
 from postproc.identify.add import add_effects
@@ -28,11 +30,13 @@ from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.forms import forms_of
+from postproc.identify.gains import laplace
 from postproc.identify.judgement import _by_block, convincing, fitted_best, impossible, judged, predicts_better, refit
 from postproc.identify.ranking import Search
 from postproc.identify.selection import compose
 from postproc.measure.measurements import Measurements
 from postproc.patterns.suspects import Suspect, places
+from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 from tests.independent.arm import ARMS, Wrenches, point_load
@@ -333,3 +337,20 @@ def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():
     assert not convincing(more, base, 20)
     there = replace(base, problem=base.problem.at([*base.model.effects, Backlash()]))
     assert convincing(more, there, 20)
+
+
+def test_a_hose_that_is_tied_far_away_costs_what_its_ends_are_off_in_ordinary_sizes():
+    """Each by a normal law of three ordinary sizes of 0.2 m: the floor would do what a weight does."""
+    rng = np.random.default_rng(4)
+    linear, rest = Linear(rng.normal(size=300), np.zeros((300, 0)), np.arange(300) // 3), 200.0
+
+    def worth(end):
+        hose = DressPack(from_m=end, to_m=[0.0, -0.06, 0.0], slack_m=0.3)
+        return laplace(linear, rest, np.zeros((2, 2)), hose, load_robot("irb4600_60_205"), np.array([0, 1]))
+
+    def left(*places):
+        return 1 + np.sum((np.array(places) / 0.6) ** 2) / 298
+
+    assert worth([0, 0, 0.3]) - worth([0, -0.3, -1.5]) == pytest.approx(
+        300 * np.log(left(0.06, 0.3, 1.5) / left(0.06, 0.3))
+    )
