@@ -77,12 +77,13 @@ Place = tuple[int, Array]
 def _routes(robot: Robot) -> list[tuple[bool, Place, Place]]:
     """Where a search of both ends begins, and whether taut: from every body to the one after next and to the flange.
 
-    From half way along the one, two hands' width to either side, to four places around the axis that carries the other.
+    What hangs from a ceiling or a gantry is tied to body 0 and leads to the forearm or the flange. From half way along
+    the one, two hands' width to either side, to four places around the axis that carries the other.
     """
     found: list[tuple[bool, Place, Place]] = []
-    for body in range(1, 5):
+    for body in range(5):
         middle, (side, other, _, _) = 0.5 * distal_point(robot, body), _across(joint_axis(robot, body))
-        for far in sorted({body + 2, 6}):
+        for far in sorted({body + 2, 6} if body else {3, 6}):
             for way in _across(robot.axis[far - 1]):
                 end = (far, 0.1 * way)
                 near, away = (body, middle + 0.2 * side), (body, middle + 0.2 * other)

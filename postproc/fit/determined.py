@@ -8,8 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
+from postproc.effects.base import Effect
 from postproc.fit.problem import Problem
 from postproc.fit.step import FRAMES, Masks, Name, Slope, sizes
+
+NEARBY = 3.0
+"""Ordinary sizes by which places deviate from the origin of their body."""
 
 
 def slope(
@@ -80,15 +84,19 @@ def _penalty(problem: Problem, parameters: list[Name], strength: Mapping[str, fl
 
 
 def _weak(problem: Problem, parameters: list[Name]) -> Array:
-    """For all amplitudes but frames a weak pull to null, with a deviation of thirty ordinary sizes.
+    every = {e.key: pull(problem, e) for e in problem.model.effects}
+    return np.array([every[key][i] for key, i in parameters])
+
+
+def pull(problem: Problem, effect: Effect) -> Array:
+    """(p,) weights of a weak pull to null, for amplitudes with a deviation of thirty ordinary sizes, but for frames.
 
     It is far below the noise of anything that the data determines, and keeps what it barely determines from running
-    away.
+    away. Places of either sign (the ends of a hose) deviate by three: along a valley of equal fits lies one that an arm
+    may have.
     """
-    every = {
-        e.key: np.zeros(len(e.vector()))
-        if e.key in (*FRAMES, "session")  # the instrument may stand anywhere
-        else np.where(e.amplitudes(), 1 / (30 * sizes(problem, e)), 0.0)
-        for e in problem.model.effects
-    }
-    return np.array([every[key][i] for key, i in parameters])
+    if effect.key in (*FRAMES, "session"):  # the instrument may stand anywhere
+        return np.zeros(len(effect.vector()))
+    places = ~effect.amplitudes() & (effect.bounds()[0] < 0)
+    wide = np.where(effect.amplitudes(), 30.0, np.where(places, NEARBY, np.inf))
+    return np.asarray(1 / (wide * sizes(problem, effect)))

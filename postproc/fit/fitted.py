@@ -11,6 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
 from postproc.fit.independent import independent_share, record_share, repeated_share
 from postproc.fit.linear import Linear, basis_of
@@ -63,6 +64,24 @@ class Fit:
         out = set(self.held) | set(self.at_bound)
         every = [(e.key, int(i)) for e in self.model.effects for i in np.flatnonzero(self.free.get(e.key, []))]
         return tuple(p for p in every if p not in out)
+
+    @cached_property
+    def unknown(self) -> tuple[tuple[str, int], ...]:
+        """What the data does not determine: what is held, and what a form left out that no row could have told.
+
+        Lost motion of a joint that was approached from one side alone is null in a fit of the other joints' for no
+        reason of its own.
+        """
+        found = list(self.held)
+        for effect in self.model.effects:
+            mask = self.free.get(effect.key, np.zeros(0, dtype=bool))
+            left = effect.amplitudes() & ~mask if mask.any() else np.zeros(0, dtype=bool)
+            if left.any():
+                size = ordinary_sizes(effect, self.model.robot)[left]
+                columns = self.linear.project(self.problem.columns(effect, left) * size)
+                silent = np.sum(columns**2, axis=0) < self.variance
+                found += [(effect.key, int(i)) for i in np.flatnonzero(left)[silent]]
+        return tuple(found)
 
     @cached_property
     def linear(self) -> Linear:

@@ -24,9 +24,9 @@ def unseen(fit: Fit) -> Array:
     what they could not take on bounds it: (A_h'^T A_h' / sigma^2 + s^-2)^-1 with A_h' = A_h - A G.
     """
     count = len(fit.parameters)
-    if not fit.held:
+    if not fit.unknown:
         return np.zeros((0, count))
-    found = [(e, [i for key, i in fit.held if key == e.key]) for e in fit.model.effects]
+    found = [(e, [i for key, i in fit.unknown if key == e.key]) for e in fit.model.effects]
     masks = [(e, np.isin(np.arange(len(e.vector())), index)) for e, index in found if index]
     held = [(e.key, i) for e, mask in masks for i in np.flatnonzero(mask).tolist()]
     ordinary = np.concatenate([sizes(fit.problem, e)[mask] for e, mask in masks])
@@ -36,6 +36,8 @@ def unseen(fit: Fit) -> Array:
 
     low, high = np.clip([fit.model.robot.lower, fit.model.robot.upper], -np.pi, np.pi)
     some = anywhere(fit.data.state, low, high, ELSEWHERE)
+    if some.approach is not None:  # all rows may have come from one side
+        some = some.with_(approach=some.approach * np.where(np.arange(ELSEWHERE) % 2, -1.0, 1.0)[:, None])
     D = derivatives(fit.model, some, (*fit.parameters, *held))[0]
     moves = D[:, :, count:] * ordinary - D[:, :, :count] @ taken
     shown = np.flatnonzero(np.sqrt(np.mean(moves**2, axis=(0, 1))) > NOTHING)
@@ -45,7 +47,7 @@ def unseen(fit: Fit) -> Array:
     off = np.zeros((len(shown), count + len(held)))
     off[:, :count] = -(taken[:, shown] @ lower).T
     off[:, count + shown] = (ordinary[shown, None] * lower).T
-    return off[:, [*range(count), *(count + held.index(name) for name in fit.held)]]
+    return off[:, [*range(count), *(count + held.index(name) for name in fit.unknown)]]
 
 
 def anywhere(state: State, low: Array, high: Array, count: int) -> State:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.determined import NEARBY
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.forms import Forms, Stack
@@ -151,7 +152,7 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
     before, freedom = linear.square, linear.freedom
     x, wide, amplitude = effect.vector()[index], ordinary_sizes(effect, robot)[index], effect.amplitudes()[index]
     places = ~effect.amplitudes() & (effect.bounds()[0] < 0)  # those that stopped at a bound, too
-    outside = float(np.sum((effect.vector()[places] / (WIDE * effect.scale()[places])) ** 2))
+    outside = float(np.sum((effect.vector()[places] / (NEARBY * effect.scale()[places])) ** 2))
     s2 = rest / max(freedom - len(x), 1)
     worth = -np.inf
     for decade in DECADES:

@@ -12,6 +12,7 @@ from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.determined import pull
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem, Weights
 from postproc.fit.worth import f_test
@@ -163,6 +164,8 @@ def shaped(
 ) -> tuple[Effect, float]:
     """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
 
+    In the end with the weak pulls of a fit (`determined.pull`).
+
     Bounded least squares with the fitted parameters projected out at every step (variable projection, Golub and Pereyra
     1973): amplitudes, knees and points go together, for a point in space cannot be found on a grid of points.
     """
@@ -182,13 +185,16 @@ def shaped(
     def project(effects: Sequence[Effect]) -> Array:
         return seen.linear.project(seen.answers(effects))
 
+    # The first steps of a hose that hardly pulls yet would lead to where it does nothing.
+    weak = pull(seen.problem, effect)[index] * (closely < ENOUGH)
+
     def rest(z: Array) -> Array:
-        return seen.linear.rest - project([at(z)])[:, 0]
+        return np.concatenate([seen.linear.rest - project([at(z)])[:, 0], weak * z])
 
     def slope(z: Array) -> Array:
         step = np.where(z + inside > high, -inside, inside)
         found = project([at(z), *(at(z + one) for one in np.diag(step))])
-        return (found[:, :1] - found[:, 1:]) / step
+        return np.vstack([(found[:, :1] - found[:, 1:]) / step, np.diag(weak)])
 
     begin = x[index].copy()
     if effect.is_null:
@@ -202,4 +208,5 @@ def shaped(
     scale = np.where(amplitude, size, 0.5 * size)
     bounds, few = (low, high), {"ftol": closely, "xtol": closely / 30, "max_nfev": tries}
     found = least_squares(rest, start, slope, bounds=bounds, x_scale=scale, **few)
-    return at(found.x), 2 * float(found.cost)
+    left = found.fun[: len(seen.linear.rest)]
+    return at(found.x), float(left @ left)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError, Source
+from postproc.effects.backlash import Backlash
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.registry import effect_library
@@ -29,6 +30,7 @@ from postproc.model.equilibrium import predict
 from postproc.model.file import parse_model
 from postproc.model.places import TOOL
 from postproc.model.rewrite import render_model
+from postproc.model.uncertainty import predict_sigma
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
@@ -392,6 +394,22 @@ def test_what_a_fitted_slack_length_needs_stays_where_it_is():
     null = {e.key: e.null_vector() for e in problem.model.effects}
     assert ("dress_pack", 1) in names
     assert _held_at_prior(problem, at, null, set(), set()).model.effect("dress_pack").stiffness_N_per_m == 400.0
+
+
+def test_lost_motion_of_a_joint_that_came_from_one_side_alone_may_be_there():
+    """Nothing in the data contradicts a gap in joint 1: from the other side the arm may be off by a whole one."""
+    data, _ = cell(kinds.backlash, seed=402)
+    side = data.state.approach.copy()
+    side[:, 0] = 1.0
+    data = replace(data, state=data.state.with_(approach=side))
+    free = np.isin(np.arange(6), [1, 2])
+    after = fit_model(base_fit(data).model, data, [Backlash()], terms=Terms({"backlash": free}))
+    assert ("backlash", 0) in after.unknown and ("backlash", 3) not in after.unknown
+    assert "backlash.half_gap_rad[1]" in fit_json(after)["not_identifiable"]
+    model, back = after.recorded(), data.state.with_(approach=side * [-1, 1, 1, 1, 1, 1])
+    wider = predict_sigma(model, back) ** 2 - predict_sigma(model, data.state) ** 2
+    lever = np.linalg.norm(data.position[:, :2], axis=1)
+    assert wider == pytest.approx((2 * 1e-4 * lever) ** 2 / 3, rel=0.05)
 
 
 class Guess(Effect, reads=("q",), drafted=True):

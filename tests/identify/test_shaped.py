@@ -39,6 +39,19 @@ def _hose(g, arm):
     return Hidden("hose", "dress_pack", force=force)
 
 
+def _hung(g, arm):
+    """120 N/m from a gantry above the shoulder to a point beside the flange, slack at times."""
+
+    def force(s, f):
+        e = f.flange[:, :3, 3] + f.flange[:, :3, :3] @ [0.08, -0.1, 0.05]
+        d = np.array([0.3, -0.4, 1.4]) - e
+        length = np.linalg.norm(d, axis=1, keepdims=True)
+        pull = 120 * np.maximum(length - 1.0, 0) * d / length
+        return Wrenches([point_load(6, e, pull)])
+
+    return Hidden("hung", "dress_pack", force=force)
+
+
 def _balancer(g, arm):
     return Hidden(
         "balancer", "gravity_compensator", force=lambda s, f: Wrenches([], column(1, -3000 * np.sin(s.q[:, 1])))
@@ -102,6 +115,13 @@ def test_bodies_are_chosen_after_the_ends_of_every_pair_were_looked_for():
     found, fit = _formed(DressPack, *_fitted(_hose)[:1])
     best = found.starts[0].effect
     assert isinstance(best, DressPack) and (best.body_from, best.body_to) == (3, 6)
+    assert fit.linear.square - found.fall < 1.2 * len(fit.linear.residual)
+
+
+def test_a_hose_hangs_from_a_gantry():
+    found, fit = _formed(DressPack, *_fitted(_hung)[:1])
+    best = found.starts[0].effect
+    assert isinstance(best, DressPack) and (best.body_from, best.body_to) == (0, 6)
     assert fit.linear.square - found.fall < 1.2 * len(fit.linear.residual)
 
 
