@@ -14,10 +14,11 @@ from postproc.effects.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.every import FRAMES, LOADED, SEATED, Patterns, off_everywhere
+from postproc.patterns.every import Patterns
 from postproc.patterns.felt import LEANS, leaning, overturning_moment
 from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
+from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.sight import Sight
 from postproc.patterns.signals import Signal
 from postproc.patterns.tried import ODDS, Tried, above

@@ -11,8 +11,9 @@ from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.patterns.chains import chains
-from postproc.patterns.every import SEATED, Patterns, grown, odds, off_everywhere, switched
+from postproc.patterns.every import Patterns, grown, switched
 from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
+from postproc.patterns.odds import SEATED, odds, off_everywhere
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
 from postproc.patterns.signals import Signal

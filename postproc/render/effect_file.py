@@ -14,8 +14,8 @@ from postproc.diagnostics import Diagnostic
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import suspect_size
-from postproc.patterns.every import FRAMES, LOADED, off_everywhere
 from postproc.patterns.felt import LEAN, LEANS
+from postproc.patterns.odds import FRAMES, LOADED, off_everywhere
 from postproc.patterns.sight import SEEN, WAYS, Sight
 from postproc.patterns.signals import channels_read
 from postproc.patterns.suspects import Suspect

@@ -12,8 +12,9 @@ from postproc.identify.diagnose import diagnose
 from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.breaks import breaks
 from postproc.patterns.cycles import waves
-from postproc.patterns.every import FRAMES, PLACES, Patterns, grown, odds, patterns, switched
+from postproc.patterns.every import Patterns, grown, patterns, switched
 from postproc.patterns.formula import Pattern, sharper, values_of
+from postproc.patterns.odds import FRAMES, PLACES, odds
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
