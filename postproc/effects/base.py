@@ -262,8 +262,8 @@ class Effect:
         """The effect with the terms of another one of its kind after its own; None where it is no sum of terms."""
         return None
 
-    def nearby(self) -> tuple[Variant, ...]:
-        """The effect with a structure of its last term a little off, to try where that term is new."""
+    def nearby(self, new: int = 1) -> tuple[Variant, ...]:
+        """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
         return ()
 
     def __reduce__(self) -> tuple[Any, ...]:

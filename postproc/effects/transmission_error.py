@@ -60,13 +60,18 @@ class TransmissionError(
         every = [(j, float(n)) for j in moving for n in range(1, MOTOR + 1)]
         return tuple(_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known)
 
-    def nearby(self) -> tuple[Variant, ...]:
-        """Orders beside the last one: of gears in stages, and of motors, they need not be whole."""
-        if not self.order:
-            return ()
-        rest = TransmissionError(joint=self.joint[:-1], order=self.order[:-1])
-        near = self.order[-1] + np.concatenate([-CLOSE, CLOSE])
-        return tuple(_longer(rest, self.joint[-1], round(float(n), 2), 1.0) for n in near if n > LOWEST)
+    def nearby(self, new: int = 1) -> tuple[Variant, ...]:
+        """Orders beside one of the last: of gears in stages, and of motors, they need not be whole."""
+        terms, every = list(zip(self.joint, self.order, strict=True)), np.ones(2 * len(self.order), dtype=bool)
+        old, found = len(terms) - new, []
+        for at, (j, order) in enumerate(terms[old:], old):
+            for n in order + np.concatenate([-CLOSE, CLOSE]):
+                one = j, round(float(n), 2)
+                if n > LOWEST and one not in terms:
+                    some = [*terms[:at], one, *terms[at + 1 :]]
+                    other = TransmissionError(joint=tuple(j for j, _ in some), order=tuple(n for _, n in some))
+                    found.append(variant(other, "; ".join(_told(*term) for term in some[old:]), every, every))
+        return tuple(found)
 
 
 def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Variant:
@@ -74,4 +79,8 @@ def _longer(old: TransmissionError, joint: int, order: float, odds: float) -> Va
     term = TransmissionError(joint=(joint,), order=(order,))
     new = old.plus(term) if old.joint else term
     last = np.array(2 * [*[False] * len(old.order), True])
-    return variant(new, f"joint {joint}, order {order:g}", last, np.ones(len(last), dtype=bool), odds)
+    return variant(new, _told(joint, order), last, np.ones(len(last), dtype=bool), odds)
+
+
+def _told(joint: int, order: float) -> str:
+    return f"joint {joint}, order {order:g}"

@@ -227,9 +227,9 @@ class _Columns:
         return found
 
 
-def forms_nearby(problem: Problem, effect: Effect) -> Forms:
-    """Forms of an effect that say its last term a little differently, each with the columns of all its terms."""
-    every = (replace(v, free=v.refit) for v in effect.nearby())
+def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
+    """Forms of an effect that say one of its new terms a little differently, each with the columns of all its terms."""
+    every = (replace(v, free=v.refit) for v in effect.nearby(new))
     return Forms(form for v in every if (form := make_form(problem, v, fresh=False)) is not None)
 
 

@@ -55,7 +55,8 @@ class Search:
     def beside(self, outside: list[Suspect]) -> Search:
         """The search with other patterns beside the fit, and everything fitted again.
 
-        Without any, what only forms an effect stays as it is: what the patterns tell would bend it.
+        Without any, the fit that they were put beside, if nothing has been named since; else one in which what only
+        forms an effect stays as it is: what the patterns tell would bend it.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self
@@ -65,7 +66,11 @@ class Search:
             moves = np.concatenate([one.moves for one in outside], axis=2) if outside else None
             free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in fit.model.effects}
             terms = Terms(free, fit.strength, False, ROUGHLY, frozenset(fit.parameters), moves)
-            self.looks[known] = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms), fit, *outside
+            after = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms)
+            self.looks[known] = after, fit, *outside
+            bare = self.looks.get((id(fit),), (None,))[0] if self.outside else fit
+            if bare is not None:
+                self.looks[(id(after),)] = bare, after
         return replace(self, fit=self.looks[known][0], outside=outside)
 
     def only(self, base: Fit, some: Sequence[Candidate]) -> Fit:

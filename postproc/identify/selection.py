@@ -102,9 +102,9 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
     searched = price + UNLIKELY.get(form.key, 0.0)
     columns = _columns(screen.problem, form, free)
     for _ in range(1, DEEPEST):
-        if nearer := _sharpened(screen.problem, linear, effect, whole):
+        if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):
             nearest, whole, cost = nearer
-            effect, labels[-1], columns = nearest.effect, nearest.label, nearest.columns
+            effect, labels, columns = nearest.effect, nearest.label.split("; "), nearest.columns
             searched += cost
         # As little as `gains` sees of a direction that the fitted parameters nearly make themselves.
         inner = linear.extended(columns, DIM**0.5)
@@ -146,13 +146,17 @@ def _told(
     return Candidate(key, effect, free, label, worth, gain_.fall, gain_.count, searched, gain_.visible, p)
 
 
-def _sharpened(problem: Problem, linear: Linear, effect: Effect, gain_: Gain) -> tuple[Form, Gain, float] | None:
-    """The effect with its last term where it explains most, what it brings there, and what it cost to look.
+def _sharpened(
+    problem: Problem, linear: Linear, effect: Effect, gain_: Gain, new: int
+) -> tuple[Form, Gain, float] | None:
+    """The effect with its new terms where they explain most, what it brings there, and what it cost to look.
+
+    Not the last alone: where the first was found, the others were missing.
 
     None where it stays as it is.
     """
     best, paid = None, 0.0
-    while near := forms_nearby(problem, effect):
+    while near := forms_nearby(problem, effect, new):
         odds = np.array([form.odds for form in near])
         costs, brought = 2 * np.log((1.0 + odds.sum()) / odds), gains(linear, near)
         k = int(np.argmax(brought.evidence - costs))

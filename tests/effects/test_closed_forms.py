@@ -135,6 +135,18 @@ def test_orders_beside_a_line_come_again_within_two_turns(order, nearest, lowest
     assert max(below) == nearest and min(below) == lowest
 
 
+def test_orders_beside_several_lines_are_those_of_the_new_ones():
+    lines = TransmissionError(joint=(3, 2, 3), order=(5.0, 2.0, 2.5))
+    found = [tuple(zip(v.effect.joint, v.effect.order, strict=True)) for v in lines.nearby(2)]
+    assert all(terms[0] == (3, 5.0) for terms in found)
+    assert {terms[1] for terms in found if terms[2] == (3, 2.5)} >= {(2, 1.5), (2, 2.5), (2, 2.02)}
+    assert {terms[2] for terms in found if terms[1] == (2, 2.0)} >= {(3, 2.0), (3, 3.0)}
+    assert lines.nearby(2)[0].label == "joint 2, order 1.98; joint 3, order 2.5"
+    # One line is not told twice.
+    twins = TransmissionError(joint=(3, 3), order=(2.0, 2.5)).nearby(2)
+    assert twins and all(len(set(v.effect.order)) == 2 for v in twins)
+
+
 def test_transmission_error_with_two_lines_on_one_joint():
     effect = TransmissionError(
         joint=(3, 3, 6), order=(3, 120.5, 1), sine_rad=[1e-4, 2e-5, 0], cosine_rad=[0, 3e-5, 1e-6]

@@ -60,3 +60,12 @@ def test_what_forms_an_effect_stays_where_the_patterns_beside_it_are_taken_away(
     assert forms.any() and (told.vector()[forms] == bare.vector()[forms]).all()
     assert alone.fit.problem.beside is None and alone.outside == [] and alone.fit.rms > 5 * beside.fit.rms
     assert alone.beside([]) is alone and beside.beside([law]) is beside
+
+
+def test_patterns_are_taken_away_again_as_they_were_put_there():
+    """Nothing was named meanwhile: what the fit left before it leaves again, and is not looked for anew."""
+    base, law = swaying(cell(seed=74, noise=0.02, poses=60)[0])
+    search = Search(base, {}, None, [])
+    again = replace(law, values=law.values**2)
+    both = search.beside([law]).beside([law, again])
+    assert both.beside([]).fit is base and both.beside([]).outside == []

@@ -26,7 +26,7 @@ def two_lines():
 @pytest.mark.parametrize("nearby", [False, True])
 def test_lines_of_a_gear_gain_joint_by_joint_what_they_gain_by_their_columns(fit, nearby, ratio):
     # A line after one of another joint turns two joints at once.
-    forms = forms_nearby(fit.problem, two_lines()) if nearby else forms_of(fit.problem, TransmissionError)
+    forms = forms_nearby(fit.problem, two_lines(), 2) if nearby else forms_of(fit.problem, TransmissionError)
     assert all(isinstance(form.seen, Turned) for form in forms)
     found = gains(fit.linear, forms.times(np.full(len(fit.linear.residual), ratio)))
     for i in range(0, len(forms), 1 if nearby else 97):

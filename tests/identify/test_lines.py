@@ -15,8 +15,10 @@ from postproc.identify import lines
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import _steps, diagnose
 from postproc.identify.forms import forms_of
+from postproc.identify.gains import gain
 from postproc.identify.lines import lines_or_map
 from postproc.identify.ranking import Search, ranking
+from postproc.identify.selection import _sharpened, columns_of
 from postproc.identify.whole import Missing, formed_anew
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
@@ -91,6 +93,17 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     # Nothing stands beside them: the search has judged them already.
     alone = Search(fit, effect_library(), None, [])
     assert formed_anew(alone, base, told) is told and alone.fit is fit
+
+
+@pytest.mark.parametrize(("new", "order"), [(2, 11.0), (1, 11.4)])
+def test_a_line_moves_to_its_order_once_the_other_is_in(new, order):
+    """Where the first was found, the second was missing."""
+    data, _ = cell(_hidden(_line(2, 2), _line(2, 11)), seed=640133, poses=60)
+    fit = base_fit(data)
+    early = TransmissionError(joint=(3, 3), order=(11.4, 2.0))
+    before = gain(fit.linear, columns_of(fit.problem, early, np.ones(4, dtype=bool)))
+    found = _sharpened(fit.problem, fit.linear, early, before, new)
+    assert (early if found is None else found[0].effect).order[0] == order
 
 
 def test_joint_zeros_come_before_what_else_could_say_the_same():
