@@ -39,18 +39,9 @@ def expect_accuracy(model: Model, motion: Motion, source: Source) -> tuple[Accur
     text = "the program leaves the range in which the model was measured: "
     help_ = "measure poses there too (`postproc plan`), or take the expected accuracy as a guess"
     findings = [
-        Diagnostic("CMP010", "warning", text + _range_text(b.channel, b.low, b.high, b.reached), source, help=help_)
-        for b in beyond_range(model, at_goals)
+        Diagnostic("CMP010", "warning", text + b.text, source, help=help_) for b in beyond_range(model, at_goals)
     ]
     sigma = predict_sigma(model, at_goals, instrument=False)
     if np.isnan(sigma).any():
         return None, findings
     return Accuracy(float(np.sqrt(np.mean(sigma**2))), float(WITHIN_95 * sigma.max())), findings
-
-
-def _range_text(channel: str, low: float, high: float, reached: float) -> str:
-    if channel.startswith("q"):
-        low, high, reached = np.degrees([low, high, reached]).tolist()
-        return f"joint {channel[1:]} reaches {reached:.1f} deg, measured from {low:.1f} to {high:.1f}"
-    unit = {"payload": " kg", "temperature": " degC"}.get(channel, "")
-    return f"{channel} is {reached:.1f}{unit}, measured from {low:.1f} to {high:.1f}"

@@ -126,6 +126,8 @@ def _pickles(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
 
 
 def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    if cls.drafted:
+        return  # A diagnosis saw it on its data, which these poses need not be like.
     for form in _forms(cls, state):
         effect = form.effect.with_vector(_scaled(form.effect, 1.0))
         freed = np.flatnonzero(form.refit)

@@ -26,6 +26,8 @@ from postproc.model.arm import Model
 
 HELPS = 0.005
 """Share by which the held-out error must fall to be called a fall: half a percent is lost in three digits."""
+LITTLE = 0.05
+"""Share of the way to the floor that must be gone to be called more than hardly any: chance goes a few percent."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +94,15 @@ class Addition:
         floor = "the noise is" if known else "any smooth function of the channels would leave"
         floor = f"{floor} {1e3 * self.floor:.3f} mm"
         names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
+        gone, unseen = self.ladder[-1].share, "on rows that the fit has not seen"
+        falls = f"the error falls from {first:.3f} to {last:.3f} mm per axis"
+        said = f"O{unseen[1:]}, {falls}"
+        if not helps:
+            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} mm per axis, {first:.3f} before"
+        elif gone is not None and gone < LITTLE:
+            helps, said = False, f"Adding {names} hardly helps: {unseen}, {falls}"
         lines = [
-            f"On rows that the fit has not seen, the error falls from {first:.3f} to {last:.3f} mm per axis; {floor}."
-            if helps
-            else f"Adding {names} does not help: on rows that the fit has not seen, the error is {last:.3f} mm per "
-            f"axis, {first:.3f} before; {floor}.",
+            f"{said}; {floor}.",
             "The next `compensate` with this model corrects what it now predicts."
             if helps
             else "Keep the model as it was, and ask `diagnose` what it lacks.",

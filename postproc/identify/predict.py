@@ -11,7 +11,6 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.fit.channels import shown
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -67,10 +66,8 @@ def predict_rows(model: Model, data: Measurements) -> Prediction:
             )
             found.append(Diagnostic("DAT021", "info", message, data.source, help=help_))
     for beyond in beyond_range(model, state):
-        low, high, reached = (shown(beyond.channel, v) for v in (beyond.low, beyond.high, beyond.reached))
-        message = (
-            f"{int(beyond.rows.sum())} rows leave the range in which the model was measured: "
-            f"{beyond.channel} reaches {reached}, measured {low} to {high}"
-        )
+        count = int(beyond.rows.sum())
+        rows = "1 row leaves" if count == 1 else f"{count} rows leave"
+        message = f"{rows} the range in which the model was measured: {beyond.text}"
         found.append(Diagnostic("DAT023", "warning", message, data.source, help="measure there before relying on it"))
     return Prediction(data.pose_id, position, sigma, tuple(found))

@@ -26,7 +26,9 @@ AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
-Channel = Literal["q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature"]
+Channel = Literal[
+    "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
+]
 
 
 class _Table(BaseModel):

@@ -145,7 +145,7 @@ class Beyond:
     """A channel that leaves the measured range.
 
     Args:
-        channel: ``q1`` .. ``q6`` [rad], ``payload`` [kg], ``temperature`` [degC].
+        channel: ``q1`` .. ``q6`` [rad], ``payload`` [kg], ``temperature`` [degC], ``dir1`` .. ``dir6`` (+1 or -1).
         low, high: measured; reached: the value farthest outside; rows: (n,) which states are outside.
     """
 
@@ -154,6 +154,18 @@ class Beyond:
     high: float
     reached: float
     rows: NDArray[np.bool_]
+
+    @property
+    def text(self) -> str:
+        low, high, reached = self.low, self.high, self.reached
+        if self.channel.startswith("dir"):
+            side = "+" if reached > 0 else "-"
+            return f"joint {self.channel[3:]} comes from its {side} side, and was measured from the other alone"
+        if self.channel.startswith("q"):
+            low, high, reached = np.degrees([low, high, reached]).tolist()
+            return f"joint {self.channel[1:]} reaches {reached:.1f} deg, measured from {low:.1f} to {high:.1f}"
+        unit = {"payload": " kg", "temperature": " degC"}.get(self.channel, "")
+        return f"{self.channel} is {reached:.1f}{unit}, measured from {low:.1f} to {high:.1f}"
 
 
 def range_table(states: Sequence[State] | State) -> dict[str, list[float]]:
@@ -176,7 +188,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
             continue
         low, high = (float(x) for x in table[name])
         slack = MARGIN * (high - low)
-        excess = np.maximum(low - slack - values, values - high - slack)
+        excess = np.nan_to_num(np.maximum(low - slack - values, values - high - slack))
         if (excess > 0).any():
             found.append(Beyond(name, low, high, float(values[int(np.argmax(excess))]), excess > 0))
     return tuple(found)
@@ -187,4 +199,8 @@ def _channels(state: State) -> dict[str, Array]:
     for name, values in (("payload", state.payload_mass), ("temperature", state.temperature)):
         if values is not None and np.isfinite(values).any():
             channels[name] = np.broadcast_to(np.asarray(values, dtype=float), (len(state),))
+    # What no row comes from is a gap of a model that may lack lost motion; 0 is a side that nobody knows.
+    for j, side in enumerate(() if state.approach is None else np.where(state.approach == 0, np.nan, state.approach).T):
+        if np.isfinite(side).any():
+            channels[f"dir{j + 1}"] = side
     return {name: values for name, values in channels.items() if len(values)}

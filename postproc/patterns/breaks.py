@@ -11,7 +11,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.patterns.formula import Edge, Family, Pattern, family, together
-from postproc.patterns.signals import Signal
+from postproc.patterns.signals import Movable, Signal
 
 STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
 GAP = 0.08
@@ -90,9 +90,12 @@ def _rise(signal: Signal, centre: float, width: float, fine: int) -> Pattern:
     def finer() -> Family:
         return _rises(signal, around(signal.values, centre, width, 40, fine), fine + 1)
 
-    at = ((centre, centre), (2 * width, 2 * width))
+    at, ways = (
+        ((centre, centre), (2 * width, 2 * width)),
+        (Movable(centre, "knot", signal), Movable(width, "width", signal)),
+    )
     form, move = f"rising about {{}}, over {{}}{signal.of}", finer if fine < FINEST else None
-    return Pattern((signal,), form, lambda x: _rising(x, centre, width), "step", at, finer=move)
+    return Pattern((signal,), form, lambda x: _rising(x, *ways), "step", at, finer=move)
 
 
 def around(values: Array, centre: float, width: float, places: int, fine: int) -> list[tuple[float, float]]:
@@ -108,8 +111,8 @@ def _kink(signal: Signal, knot: float) -> Pattern:
         near = ((place,) for place in knots(signal.values))
         return family((signal,), _bent, partial(_kink, signal), near).settled()
 
-    form = f"kink near {{}}{signal.of}"
-    return Pattern((signal,), form, lambda x: _bent(x, knot), "kink", ((knot, knot),), None, finer)
+    form, bend = f"kink near {{}}{signal.of}", Movable(knot, "knot", signal)
+    return Pattern((signal,), form, lambda x: _bent(x, bend), "kink", ((knot, knot),), None, finer)
 
 
 def _bent(x: Any, knot: Any) -> Any:
@@ -135,8 +138,8 @@ def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
     over = ("below {}", "to either side of {}", "above {}")[side + 1] + (", with the square" if power > 1 else "")
     gate = only(f"{over}, growing", signal)[:1]
     form, at = f"growing {over}{signal.of}", ((knot, knot),)
-    law = partial(growing, side)
-    return Pattern((signal,), form, lambda x: law(x, knot, power), "ramp", at, None, finer, gate)
+    law, bend = partial(growing, side), Movable(knot, "knot", signal)
+    return Pattern((signal,), form, lambda x: law(x, bend, power), "ramp", at, None, finer, gate)
 
 
 def nearest(places: list[Edge], edge: Edge) -> list[Edge]:

@@ -13,7 +13,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.channels import shown
 from postproc.patterns.formula import Edge, Family, Pattern, family, together
-from postproc.patterns.signals import Signal
+from postproc.patterns.signals import Movable, Signal
 
 LOW, GEAR, TEETH = (1, 2, 3), 12, 128
 """Orders of what tilts, bends or hangs; the highest of most gears; of pole pairs, teeth and marks on one turn."""
@@ -81,8 +81,14 @@ def _wave(signal: Signal, order: float, phase: float) -> Pattern:
     verb = "swaying" if signal.name == "time" else "wave"
     kind = "sway" if not turns(signal) else "wave" if order <= GEAR else "fine wave"
     form = f"{verb} {each(signal, order)}{signal.of}, {crest(signal, order, phase)}"
-    rounder = partial(_ellipse, signal, order, kind)
-    return Pattern((signal,), form, lambda x: cosine(x, order, phase), kind, finer=finer, rounder=rounder)
+    rounder, ways = partial(_ellipse, signal, order, kind), ways_of(signal, order, phase)
+    return Pattern((signal,), form, lambda x: cosine(x, *ways), kind, finer=finer, rounder=rounder)
+
+
+def ways_of(signal: Signal, order: float, phase: float) -> tuple[float, float]:
+    """Order and phase as a fit may move them; what turns a whole number of times does so."""
+    whole = turns(signal) and float(order).is_integer()
+    return order if whole else Movable(order, "order", signal), Movable(phase, "phase", signal)
 
 
 def _ellipse(signal: Signal, order: float, kind: str) -> Pattern:

@@ -11,7 +11,19 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.channels import shown
 from postproc.patterns.breaks import FINEST
-from postproc.patterns.cycles import EIGHTHS, GEAR, LOW, comes_again, cosine, crest, each, neighbours, periods, turns
+from postproc.patterns.cycles import (
+    EIGHTHS,
+    GEAR,
+    LOW,
+    comes_again,
+    cosine,
+    crest,
+    each,
+    neighbours,
+    periods,
+    turns,
+    ways_of,
+)
 from postproc.patterns.formula import Family, Pattern, family
 from postproc.patterns.shapes import levels, line
 from postproc.patterns.signals import Signal
@@ -79,7 +91,8 @@ def _wave(
     waves = (f"{s.name}, {o:g} times a turn {crest(s, o, p)}" for s, o, p in each_)
     form = f"wave of {', times one of '.join(waves)}"
     move = finer if fine <= FINEST else None
-    return Pattern((first, second), form, lambda x, y: _crossed(x, y, *orders, *phases), "product of waves", finer=move)
+    ((k, p), (j, r)) = (ways_of(*way) for way in zip((first, second), orders, phases, strict=True))
+    return Pattern((first, second), form, lambda x, y: _crossed(x, y, k, j, p, r), "product of waves", finer=move)
 
 
 def _near(phase: float, fine: int) -> Array:
@@ -110,9 +123,8 @@ def _swelling(angle: Signal, part: Pattern, order: float, phase: float, where: s
             orders = order + (neighbours(angle.values, order) - order) / 4**fine
         return _swell(angle, part, product(orders, _near(phase, fine)), where, fine + 1)
 
-    wave = Pattern(
-        (angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: cosine(x, order, phase)
-    )
+    ways = ways_of(angle, order, phase)
+    wave = Pattern((angle,), f"wave {each(angle, order)} {crest(angle, order, phase)}", lambda x: cosine(x, *ways))
 
     def law(x: Any, y: Any) -> Any:
         return wave.law(x) * part.law(y)

@@ -15,7 +15,7 @@ from postproc.arrays import Array
 from postproc.fit.channels import shown
 from postproc.patterns.breaks import FINEST, STEPS, above, around, breaks, edges, gaps, knots, nearest, only, step
 from postproc.patterns.formula import Edge, Family, Pattern, family, sharper, together
-from postproc.patterns.signals import Signal
+from postproc.patterns.signals import Movable, Signal
 
 SOME = 30
 """Places of a bump, and of steps among bumps."""
@@ -131,8 +131,8 @@ def _settling(signal: Signal, within_: float, law: Callable[[Any], Any] = _fadin
         return together([some.settled() for some in every])
 
     said = "settling within" if law is _fading else "growing with the logarithm, bent at"
-    form, at = f"{said} {{}}{signal.of}", ((within_, within_),)
-    return Pattern((signal,), form, lambda x: after(law, x, within_), "settling", at, None, finer)
+    form, at, time = f"{said} {{}}{signal.of}", ((within_, within_),), Movable(within_, "width", signal)
+    return Pattern((signal,), form, lambda x: after(law, x, time), "settling", at, None, finer)
 
 
 def _window(signal: Signal, low: Edge, high: Edge, exact: bool = False) -> Pattern:
@@ -218,6 +218,5 @@ def _bump(signal: Signal, centre: float, width: float, fine: int = 0, smooth: bo
 
     at, near = ((centre, centre), (2 * width, 2 * width)), "near {}, {} wide"
     gate, move = only(near, signal)[:1], finer if fine < FINEST else None
-    return Pattern(
-        (signal,), f"bump {near}{signal.of}", lambda x: _bell(x, centre, width), "window", at, None, move, gate
-    )
+    ways = Movable(centre, "knot", signal), Movable(width, "width", signal)
+    return Pattern((signal,), f"bump {near}{signal.of}", lambda x: _bell(x, *ways), "window", at, None, move, gate)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import operator
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
@@ -128,6 +128,45 @@ def place_code(state: State, position: Array) -> str:
     return f"({TOOL} @ [{', '.join(f'{x:.4f}' for x in point)}, 1.0])"
 
 
+_UNITS = {"q": "rad", "v": "rad/s", "a": "rad/s^2", "load": "N m", "temperature": "K", "time": "s", "payload": "kg"}
+_MARKED = re.compile("«([^«»]*)»")
+
+
+class Movable(float):
+    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave.
+
+    As text it carries what a parameter needs, which `plain` takes off and `moved` finds.
+    """
+
+    def __new__(cls, value: float, kind: str, signal: Signal) -> Movable:
+        return super().__new__(cls, value)
+
+    def __init__(self, value: float, kind: str, signal: Signal) -> None:
+        self.kind, self.signal = kind, signal
+
+    @property
+    def marked(self) -> str:
+        low, high = float(self.signal.values.min()), float(self.signal.values.max())
+        own, apart = _UNITS.get(self.signal.unit.rstrip("123456"), "1"), np.pi / max(high - low, 1e-300)
+        unit, low, high, typical = {
+            "knot": (own, min(low, self), max(high, self), 0.1 * (high - low)),
+            "width": (own, 0.1 * self, 10.0 * self, 0.3 * self),
+            "order": ("1", self - apart, self + apart, 0.3 * apart),
+            "phase": ("rad", self - np.pi, self + np.pi, 0.3),
+        }[self.kind]
+        return f"«{self.kind}|{self:.7g}|{unit}|{low:.7g}|{high:.7g}|{typical:.2g}»"
+
+
+def plain(code: str) -> str:
+    """An expression with all its numbers as they are."""
+    return _MARKED.sub(lambda mark: mark[1].split("|")[1], code)
+
+
+def moved(codes: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """Numbers that may move, by how they stand in the text: kind, value, unit, low, high and typical size."""
+    return {mark[0]: tuple(mark[1].split("|")) for code in codes for mark in _MARKED.finditer(code)}
+
+
 class Text(np.lib.mixins.NDArrayOperatorsMixin):
     """An expression: what is calculated with it is written down."""
 
@@ -136,7 +175,7 @@ class Text(np.lib.mixins.NDArrayOperatorsMixin):
         self.text, self.bare = text, bare
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> Text:
-        said = [x.text if isinstance(x, Text) else f"{x:.7g}" for x in inputs]
+        said = [x.text if isinstance(x, Text) else x.marked if isinstance(x, Movable) else f"{x:.7g}" for x in inputs]
         sign = SIGNS.get(ufunc.__name__)
         if sign is None:
             return Text(f"np.{ufunc.__name__}({', '.join(said)})")

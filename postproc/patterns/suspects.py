@@ -20,7 +20,7 @@ from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.sight import Sight
-from postproc.patterns.signals import Signal
+from postproc.patterns.signals import Signal, plain
 from postproc.patterns.tried import ODDS, Tried, above
 
 TOGETHER = 0.97
@@ -39,7 +39,8 @@ class Suspect:
             of having no name.
         place: (n, r, m) how the prediction moves with the place; values: (n,) of the pattern, or (n, k).
         channels: all that the pattern follows, this one among them.
-        codes: what gives the values, as expressions of a state; empty where a state does not tell them.
+        drafts: what gives the values, as expressions of a state, with what the numbers need that a fit may move; empty
+            where a state does not tell them.
         given: (n,) of each signal that it is a function of.
     """
 
@@ -52,7 +53,7 @@ class Suspect:
     place: Array
     values: Array
     channels: tuple[str, ...] = ()
-    codes: tuple[str, ...] = ()
+    drafts: tuple[str, ...] = ()
     given: tuple[Array, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
@@ -76,6 +77,11 @@ class Suspect:
             smooth.append(legvander(2 * (given - low) / max(high - low, 1e-300) - 1, SMOOTH)[:, 1:])
         every = [values, *smooth, *((values[:, :, None] * p[:, None]).reshape(len(p), -1) for p in smooth)]
         return replace(self, values=np.hstack(every)).columns(problem)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The expressions with all numbers as they are."""
+        return tuple(map(plain, self.drafts))
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -148,7 +154,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
             tried.moves[found.where],
             one.values,
             one.channels,
-            smooth[found.where].codes if found.where in smooth else one.codes,
+            smooth[found.where].codes if found.where in smooth else one.drafts,
             tuple(s.values for s in one.signals),
         )
         result += [replace(first, channel=c) for c in one.channels]

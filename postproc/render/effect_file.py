@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from string import ascii_lowercase
 
 import numpy as np
 
 from postproc.diagnostics import Diagnostic
+from postproc.effects.parameters import unit_suffix
 from postproc.effects.registry import effect_library
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.verdict import suspect_size
 from postproc.patterns.felt import LEAN, LEANS
 from postproc.patterns.odds import FRAMES, LOADED, off_everywhere
 from postproc.patterns.sight import SEEN, WAYS, Sight
-from postproc.patterns.signals import channels_read
+from postproc.patterns.signals import channels_read, moved
 from postproc.patterns.suspects import Suspect
 from postproc.render.templates import environment, fill, load_template
 
@@ -26,6 +28,18 @@ _PLACE = re.compile(
     rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:({FRAME}|as it leans|shifted|turned|{'|'.join(WAYS)})$|.*))?"
 )
 """A part of the arm or the instrument, and how it moves, if not in every direction."""
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A number of a law that the fit moves: its name, and what its declaration holds."""
+
+    name: str
+    unit: str
+    value: str
+    low: str
+    high: str
+    typical: str
 
 
 @dataclass(frozen=True)
@@ -68,6 +82,9 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
     # What a place is off in every pose is one number, whatever else moves it.
     terms = list({(term.law, term.place, term.axes, term.along, term.body): term for term in every}.values())
+    ways = _ways(term.law for term in terms)
+    for mark, way in ways.items():
+        terms = [replace(term, law=term.law.replace(mark, f"self.{way.name}")) for term in terms]
     sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
     places = tuple(dict.fromkeys(term.place for term in terms if not term.body))
     loads = [term for term in terms if term.unit == "kg"]
@@ -82,12 +99,24 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
         "reads": ", ".join(json.dumps(name, ensure_ascii=False) for name in reads),
         "seen": f"{SEEN} = {sight}" if sight else "",
         "terms": terms,
+        "ways": list(ways.values()),
         "arrays": any(term.wide for term in terms),
         "places": places,
         "loads": loads,
         "moved": ", ".join([f"{p}={p}" for p in places if p[:4] != "body"] + [f"body={{{bodies}}}"] * bool(bodies)),
     }
     return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values) + "\n"
+
+
+def _ways(laws: Iterable[str]) -> dict[str, _Way]:
+    """The numbers that laws share and a fit may move, by how they stand in them."""
+    found: dict[str, _Way] = {}
+    count = Counter[str]()
+    for mark, (kind, value, unit, low, high, typical) in moved(laws).items():
+        count[kind] += 1
+        name = kind + (str(count[kind]) if count[kind] > 1 else "") + unit_suffix(unit)
+        found[mark] = _Way(name, unit, value, low, high, typical)
+    return found
 
 
 def _inside(text: str) -> str:
@@ -131,8 +160,8 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
     for unit, axes, along, own in parts:
         size = float(np.abs(suspect.values).max() * sizes[own].max())
-        for part, code in enumerate(suspect.codes):
-            name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.codes) > 1 else "")
+        for part, code in enumerate(suspect.drafts):
+            name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.drafts) > 1 else "")
             name += f"_{unit.replace(' ', '')}" if unit != "1" else ""
             wide = kind != "joint" and not along and unit != "kg"
             yield _Term(name, said, code, place, axes, unit, wide, size, along, loaded)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
 from postproc.fit.solve import Terms, _held_at_prior
-from postproc.identify.add import add_effects
+from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
@@ -258,6 +259,26 @@ def test_an_effect_that_does_not_help_is_said_so():
     assert "Keep the model as it was" in text
     better = base_fit(cell(kinds.backlash, seed=962)[0])
     assert " falls from " in add_effects(better.model, better.data, ["backlash"]).text().split("\n")[0]
+
+
+def test_an_effect_that_hardly_helps_is_said_so():
+    def fit(held_out: float) -> SimpleNamespace:
+        return SimpleNamespace(held_out_rms=held_out, rms=held_out, noise=SimpleNamespace(position=2.5e-5))
+
+    def said(held_out: float, share: float) -> list[str]:
+        steps = Step("base", fit(143e-6), None), Step("+ own", fit(held_out), share)
+        return Addition(steps, {}, 2.5e-5).text().split("\n")[:2]
+
+    first, then = said(142e-6, 0.008)
+    assert first.startswith(
+        "Adding `own` hardly helps: on rows that the fit has not seen, the error falls from 0.143 to"
+    )
+    assert then.startswith("Keep the model as it was")
+    first, then = said(132e-6, 0.09)
+    assert first.startswith(
+        "On rows that the fit has not seen, the error falls from 0.143 to 0.132 mm per axis; the noise"
+    )
+    assert then.startswith("The next `compensate`")
 
 
 def test_what_stays_unexplained_is_the_error_on_other_poses_and_nothing_where_nothing_is_missing():

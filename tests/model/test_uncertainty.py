@@ -131,6 +131,18 @@ def test_a_file_carries_it(tmp_path: Path) -> None:
     assert read_uncertainty(fewer).parameters == (("joint_compliance", 2),)  # type: ignore[union-attr]
 
 
+def test_a_side_from_which_no_row_came_is_outside_the_range() -> None:
+    side = np.where(RNG.random((40, 6)) < 0.5, -1.0, 1.0)
+    side[:, 0], side[:, 3] = 1.0, 0.0
+    model = default_model()
+    state = model.state(RNG.uniform(-1, 1, (40, 6)), approach=side)
+    fitted = replace(model, fit={"range": range_table(state)})
+    assert beyond_range(fitted, state) == ()
+    assert beyond_range(fitted, state.with_(approach=np.where(side == -1.0, 0.0, side))) == ()
+    [found] = beyond_range(fitted, state.with_(approach=-side))
+    assert found.rows.all() and found.text == "joint 1 comes from its - side, and was measured from the other alone"
+
+
 def test_a_model_without_a_fit_says_so() -> None:
     model = default_model()
     assert np.isnan(predict_sigma(model, model.state(np.zeros((2, 6))))).all()

@@ -16,9 +16,12 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
+from postproc.patterns.breaks import _kink, _ramp, _rise
+from postproc.patterns.cycles import _wave
 from postproc.patterns.every import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.levels import of_words, words
+from postproc.patterns.shapes import _bump, _settling, _slowing
 from postproc.patterns.signals import channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
@@ -234,6 +237,81 @@ def test_a_weight_that_follows_a_column_is_drafted_as_a_load(tmp_path: Path) -> 
     assert true_error(grown.fit, true) < 0.6 * 0.03e-3
 
 
+MOVED: list[tuple[str, str, tuple[str, ...], Callable[..., np.ndarray]]] = [
+    ("temperature", "growing to either side of 20", ("knot_K",), lambda x, k: (x - k) ** 2),
+    ("temperature", "rising about", ("knot_K", "width_K"), lambda x, k, w: np.tanh((x - k) / w)),
+    ("cable", "growing with the logarithm", ("width",), lambda x, w: np.log1p(np.maximum(x - X.min(), 0) / w)),
+    ("q3", "kink near", ("knot_rad",), lambda x, k: np.abs(x - k)),
+    ("load4", "bump near", ("knot_Nm", "width_Nm"), lambda x, k, w: np.exp(-0.5 * ((x - k) / w) ** 2)),
+    ("q2", "wave 2.5 times a turn", ("order", "phase_rad"), lambda x, n, p: np.cos(n * x - p)),
+    ("q2", "wave 2 times a turn", ("phase_rad",), lambda x, p: np.cos(2 * x - p)),
+]
+X = np.linspace(16.0, 30.0, 60)
+
+
+def bent(channel: str, form: str) -> Pattern:
+    """A pattern of a channel whose values are X."""
+    signal = channel_signal(channel, X)
+    every = {
+        "growing to": lambda: _ramp(signal, 20.2, 0, 2),
+        "rising": lambda: _rise(signal, 24.0, 2.0, 0),
+        "growing with": lambda: _settling(signal, 3.0, _slowing),
+        "kink": lambda: _kink(signal, 21.0),
+        "bump": lambda: _bump(signal, 22.0, 1.5),
+        "wave 2.5": lambda: _wave(signal, 2.5, 0.4),
+        "wave 2 ": lambda: _wave(signal, 2.0, 0.4),
+    }
+    return next(make() for start, make in every.items() if form.startswith(start))
+
+
+@pytest.mark.parametrize(("channel", "form", "names", "law"), MOVED, ids=[form for _, form, *_ in MOVED])
+def test_what_forms_a_law_is_a_parameter_of_its_draft(
+    tmp_path: Path, channel: str, form: str, names: tuple[str, ...], law: Callable[..., np.ndarray]
+) -> None:
+    found, pattern = hidden_found(unknown.angle_step, seed=401), bent(channel, form)
+    assert pattern.text.startswith(form)
+    first = replace(found.suspects[0], where="joint 2", pattern=pattern.text, drafts=pattern.drafts)
+    # The same law at another place has the same numbers.
+    also = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2))
+    text = effect_file(replace(found, suspects=(first,), beside=(also,)), "own", "cell.csv")[1]
+    assert text is not None
+    path = tmp_path / "own.py"
+    path.write_text(text, encoding="utf-8")
+    [effect] = load_effect_file(path)
+    assert check_effect(effect) == [] and set(effect.parameters()) == {"size_rad", "size2_m", *names}
+    null = effect.null()
+    numbers = 1.05 * null.vector()[~null.amplitudes()]
+    moved = null.with_vector(np.concatenate([[1e-3, 0.0, 0.0, 0.0], numbers])).displacement(
+        State(
+            q=np.outer(X, np.ones(6)), joint_load=np.outer(X, np.ones(6)), temperature=X, channels={"cable": X}
+        )
+    )  # fmt: skip
+    largest = np.abs(law(X, *null.vector()[~null.amplitudes()])).max()
+    assert moved.joint[:, 1] == pytest.approx(1e-3 * law(X, *numbers) / largest, rel=2e-3, abs=1e-6)
+
+
+def square_of_warmth(g: np.random.Generator, arm: A.Arm) -> Hidden:
+    """The tool's holder bows with the square of how far it is from the temperature at which it was made."""
+
+    def world(s, p):
+        turn = arm.forward(s.q, np.eye(4)).flange[:, :3, :3]
+        return 2e-5 * (s.temperature[:, None] - 28.43) ** 2 * (turn @ [0.3, -0.8, 0.5])
+
+    return Hidden("square_of_warmth", "unknown", channels=("temperature",), world=world)
+
+
+def test_a_knot_is_fitted_with_its_law(tmp_path: Path) -> None:
+    data, true = cell(square_of_warmth, seed=411)
+    found = hidden_found(square_of_warmth, seed=411)
+    path = tmp_path / "own.py"
+    path.write_text(effect_file(found, "own", "cell.csv")[1] or "", encoding="utf-8")
+    [effect] = load_effect_file(path)
+    grown = add_effects(found.base.model, data, ["own"], [effect])
+    fitted = grown.fit.model.effect("own")
+    assert fitted is not None and fitted.knot_K == pytest.approx(28.43, abs=0.05)
+    assert true_error(grown.fit, true) < 0.4 * 0.03e-3
+
+
 def test_a_key_of_the_library_is_not_taken() -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     assert effect_file(found, "backlash", "cell.csv")[0] == "own_backlash"
@@ -249,9 +327,9 @@ def test_a_key_of_the_library_is_not_taken() -> None:
 def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     first = found.suspects[0]
-    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), codes=("np.cos(2 * state.q[:, 5])",))
-    more = replace(first, where="joint 5", codes=("state.temperature > 21",))
-    text = effect_file(replace(found, beside=(wave, more, replace(more, codes=()))), "own", "cell.csv")[1]
+    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), drafts=("np.cos(2 * state.q[:, 5])",))
+    more = replace(first, where="joint 5", drafts=("state.temperature > 21",))
+    text = effect_file(replace(found, beside=(wave, more, replace(more, drafts=()))), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"
     path.write_text(text, encoding="utf-8")
@@ -274,7 +352,7 @@ def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     name = 'hose 5" \\ 7'
     own = Pattern((channel_signal(name, np.arange(9.0)),), "proportional", lambda x: x)
-    size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, codes=own.codes)
+    size = replace(found.suspects[0], channel=name, channels=(name,), pattern=own.text, drafts=own.drafts)
     text = effect_file(replace(found, suspects=(size,), beside=()), "own", 'a """b""".csv')[1]
     assert text is not None
     path = tmp_path / "own.py"
@@ -287,7 +365,7 @@ def test_each_level_of_a_column_is_drafted_with_a_size_of_its_own(tmp_path: Path
     found = hidden_found(unknown.angle_step, seed=401)
     word = {f"dock={w}": (np.arange(len(found.suspects[0].values)) % 3 == k) * 1.0 for k, w in enumerate("abc")}
     [each] = (p for p in of_words(words({n: channel_signal(n, x) for n, x in word.items()})["dock"]) if p.wide)
-    docks = replace(found.suspects[0], pattern=each.text, values=each.values, codes=each.codes)
+    docks = replace(found.suspects[0], pattern=each.text, values=each.values, drafts=each.drafts)
     text = effect_file(replace(found, suspects=(docks,), beside=()), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"
