@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.fit.fitted import Fit
+from postproc.fit.fitted import Fit, distances
 from postproc.fit.record import cautions
 from postproc.fit.wording import FEW, held_text, values_lines
 
@@ -16,7 +16,9 @@ def held_lines(fit: Fit) -> list[str]:
 
 def set_aside_lines(fit: Fit) -> list[str]:
     """Rows that no figure counts."""
-    return [f"R{fit.data.name(i)[1:]} was left out: it lies far from everything else." for i in fit.set_aside]
+    off = 1e3 * distances(fit.problem.error[:, :3])
+    rows = [(f"R{fit.data.name(i)[1:]}", off[i]) for i in fit.set_aside]
+    return [f"{row} was left out: it lies {far:.1f} mm off, far from everything else." for row, far in rows]
 
 
 def fit_text(fit: Fit) -> str:

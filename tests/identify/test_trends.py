@@ -38,7 +38,10 @@ def test_rows_that_stand_out_are_named_and_in_no_figure_of_a_comparison():
     position[7, 1] *= -1  # a sign that was forgotten
     model = base_fit(data).recorded()
     found = compare(model, replace(data, position=position))
-    assert "Row 8 was left out: it lies far from everything else." in found.text()
+    far = found.as_json()["worst"][0]["error_mm"]
+    assert f"Row 8 was left out: it lies {far:.1f} mm off, far from everything else." in found.text()
+    assert "per axis), without a row that lies far from everything else; " in found.text().splitlines()[0]
+    assert "without" not in compare(model, data).text().splitlines()[0]
     told, others = found.as_json(), np.delete(np.arange(len(data)), 7)
     assert told["set_aside_rows"] == [8] and told["worst"][0]["row"] == 8
     clean = compare(model, data.rows(others)).as_json()
