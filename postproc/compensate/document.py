@@ -61,14 +61,7 @@ def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
 def summary(r: Mapping[str, Any]) -> str:
     """A document in one line."""
     known = r["expected_accuracy"]
-    transient, jump = (
-        f", {r[key]:.3f} mm {where}" if r[key] > r["tolerance_mm"] else ""
-        for key, where in (
-            ("max_transient_mm", "while it changes"),
-            ("max_transition_mm", "where the correction jumps"),
-        )
-    )
-    passing = f" at steady speed{transient}{jump}" if transient else jump
+    passing = ", ".join([" at steady speed", *told]) if (told := elsewhere(r)) else ""
     expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
     doubt = unseen = ""
     if r["unproved_statements"]:
@@ -90,6 +83,12 @@ def summary(r: Mapping[str, Any]) -> str:
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
         f" cycle time {r['cycle_time_s']:.1f} s{expected}"
     )
+
+
+def elsewhere(document: Mapping[str, Any]) -> list[str]:
+    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
+    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
+    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 
 
 def arc_alone(document: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from postproc.arrays import Array
-from postproc.compensate.document import arc_alone
+from postproc.compensate.document import arc_alone, elsewhere
 from postproc.compensate.proof import Deviation
 from postproc.convert import Conversion
 from postproc.report.charts import course
@@ -59,14 +59,7 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "Nothing was corrected."
     burning = f" ({arc} mm while the arc burns)" if (arc := arc_alone(document)) else ""
     fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm{burning}"
-    beside = [
-        f"{document[key]:.3f} mm {where}"
-        for key, where in (
-            ("max_transient_mm", "while the speed changes"),
-            ("max_transition_mm", "where the correction jumps"),
-        )
-        if document[key] > document["tolerance_mm"]
-    ]
+    beside = elsewhere(document)
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     end = f".{doubt if count else ''}"
