@@ -1,4 +1,4 @@
-"""The array type of the package, the inverse of poses that it holds, and rows a block at a time.
+"""The array type of the package, the inverse of poses, whole turns between angles, and rows a block at a time.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
@@ -18,6 +18,12 @@ def invert(T: Array) -> Array:
     R = result[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
     result[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
     return result
+
+
+def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
+    """The whole turns [rad] that bring angles nearest to others; both broadcast."""
+    turns: Array = 2 * np.pi * np.round((near - angle) / (2 * np.pi))
+    return turns
 
 
 def blocks(n: int, size: int) -> Iterator[slice]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postproc.arrays import Array, blocks, invert
+from postproc.arrays import Array, blocks, invert, whole_turns
 from postproc.effects.contract import State
 from postproc.model.arm import Model
 from postproc.model.chain import deflected_chain
@@ -120,7 +120,7 @@ def _start(model: Model, state: State, desired: Array) -> Array:
 def _nearest(model: Model, T_base_flange: Array, q: Array) -> Array:
     """The closed-form solution nearest to joint angles, turns included; those angles where nothing is reachable."""
     solutions = inverse(model.robot, T_base_flange)
-    solutions = solutions + 2 * np.pi * np.round((q[:, None] - solutions) / (2 * np.pi))
+    solutions = solutions + whole_turns(solutions, near=q[:, None])
     far = np.abs(solutions - q[:, None]).max(axis=-1)
     best = np.argmin(np.where(np.isnan(far), np.inf, far), axis=1)
     found = solutions[np.arange(len(q)), best]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from postproc.arrays import Array
+from postproc.arrays import Array, whole_turns
 from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import TURNING, confdata
@@ -37,21 +37,21 @@ def unreachable(robot: Robot, T_base_flange: Array) -> NDArray[np.int64]:
     """Indices of poses that the arm cannot take within its limits in any configuration."""
     q = inverse(robot, T_base_flange)
     turned = q.copy()
-    turned[..., TURNING] += 2 * np.pi * np.round(_middle(robot, q)[..., TURNING] / (2 * np.pi))
+    turned[..., TURNING] += whole_turns(q, near=_middle(robot))[..., TURNING]
     inside = np.all((turned >= robot.lower) & (turned <= robot.upper), axis=-1)
     return np.flatnonzero(~np.any(inside, axis=1))
 
 
-def _middle(robot: Robot, q: Array) -> Array:
-    """How far the middle of each joint's range is away, (..., 6)."""
-    return (robot.lower + robot.upper) / 2 - q
+def _middle(robot: Robot) -> Array:
+    """The middle of each joint's range, (6,)."""
+    return (robot.lower + robot.upper) / 2
 
 
 def _in_range(robot: Robot, q: Array) -> Array:
     """The same way (n, 6) moved by whole turns of axes 1, 4 and 6 towards the middle of their ranges."""
     way = (q.min(axis=0) + q.max(axis=0)) / 2
     moved = q.copy()
-    moved[:, TURNING] += 2 * np.pi * np.round(_middle(robot, way)[TURNING] / (2 * np.pi))
+    moved[:, TURNING] += whole_turns(way, near=_middle(robot))[TURNING]
     return moved
 
 
