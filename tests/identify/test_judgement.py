@@ -211,9 +211,8 @@ def test_what_no_arm_can_be_is_held_and_the_rest_is_judged(cls):
     assert judged(base, refit(base, alone), alone).evidence == -np.inf
 
 
-@pytest.mark.parametrize("seed", [640123, 640124, 640125])
-def test_a_payload_that_was_stated_and_never_taken_up_is_nothing_impossible(seed):
-    g = np.random.default_rng(seed)
+def test_a_payload_that_was_stated_and_never_taken_up_is_nothing_impossible():
+    g = np.random.default_rng(640123)
     arm = ARMS["irb4600_60_205"]()
     s = draw_states(g, 50, arm, False, False)
     places = measure(draw_cell(g, arm, ()), replace(s, mass=np.zeros(50))) + g.normal(0, 3e-5, (50, 3))
