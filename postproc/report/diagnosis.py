@@ -38,6 +38,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
         **_verdict(document),
         "error per axis as it came": document["held_out_rms_mm"],
         "with what was found": document["held_out_rms_mm_after"] if document["missing"] else None,
+        "with what has no name": document["held_out_rms_mm_unnamed"],
         "noise per axis": document["floor_mm"],
     }
     sections = [

@@ -88,31 +88,43 @@ def channel_section(
 
 
 def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
-    """The error of the suspect's joint over its channel, without the share that the fit has taken on; empty elsewhere.
+    """The error of the suspect's place over its channel, without the share that the fit has taken on.
 
-    Component plus residual (Larsen and McCleary 1972): c s + J_j^+ r, with c the size of the pattern s fitted beside
-    all parameters, r the residual after it, J_j the joint's column, damped as in ``joint_inverse``.
+    Component plus residual (Larsen and McCleary 1972): c s + J^+ r, with c the size of the pattern s fitted beside all
+    parameters, r the residual after it, J the place's column along c, damped as in ``joint_inverse``. Empty for what
+    has several sizes, or neither turns nor shifts.
     """
-    named = fit_channels(fit)
-    if suspect.channel not in named or not suspect.where.startswith("joint"):
+    named, ours = fit_channels(fit), _moves(suspect.where)
+    if suspect.channel not in named or suspect.values.ndim > 1 or not ours:
         return ""
-    linear = fit.linear
-    columns = linear.project(suspect.columns(fit.problem))
-    (size,) = suspect_size(fit, suspect)
-    rest = fit.problem.weights.measured(linear.rest - columns[:, 0] * size)
-    lever = suspect.place[:, :3, 0] * np.isfinite(fit.problem.error[:, :3])
+    linear, sizes = fit.linear, suspect_size(fit, suspect)
+    rest = fit.problem.weights.measured(linear.rest - linear.project(suspect.columns(fit.problem)) @ sizes)
+    ways = sizes[: suspect.place.shape[2]]
+    along = ways / np.linalg.norm(ways) if len(ways) > 1 else np.ones(1)
+    lever = (suspect.place[:, :3] @ along) * np.isfinite(fit.problem.error[:, :3])
     square = (lever**2).sum(axis=1)
-    shown = size * suspect.values + (lever * np.nan_to_num(rest[:, :3])).sum(axis=1) / (square + DAMPING**2)
+    taken = (lever * np.nan_to_num(rest[:, :3])).sum(axis=1) / (square + DAMPING**2)
+    shown = (ways @ along) * suspect.values + taken
+    direction = f", along ({', '.join(f'{x:z.1f}' for x in along)})" if len(along) > 1 else ""
     unit, factor = unit_of(suspect.channel)
     return scatter(
         named[suspect.channel] * factor,
         1e3 * shown,
         f"{suspect.channel} [{unit}]" if unit else suspect.channel,
-        f"mrad at {suspect.where}",
+        f"{ours} at {suspect.where}{direction}",
         band=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
         title=f"{suspect.where}: {suspect.pattern}",
         size=(560, 260),
     )
+
+
+def _moves(where: str) -> str:
+    """In what a place is off: turns or shifts; empty for one that does both, or is neither."""
+    kind, _, how = where.partition(", ")
+    kind = kind.rstrip(" 123456")
+    if kind in ("joint", "base", "body", "tool", "instrument") and how in ("", "turned", "shifted"):
+        return "mm" if how == "shifted" or (kind in ("tool", "instrument") and not how) else "mrad"
+    return ""
 
 
 def _chart(fit: Fit, trend: Trend, values: Array, worst: list[int], band: float | None) -> str:

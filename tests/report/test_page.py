@@ -37,6 +37,8 @@ from postproc.report.page import Section, grid, render_page, table
 from postproc.report.residuals import suspect_chart
 from postproc.report.svg import arrows, ticks
 from postproc.resources import resource
+from tests.identify.cells import hidden_found
+from tests.render.test_effect_file import square_of_warmth
 
 BASE = (InstrumentFrame, ToolFrame, JointOffset)
 
@@ -225,6 +227,31 @@ def test_an_unknown_effect_shows_as_it_is_without_what_the_fit_took_on() -> None
     split = max(edges, key=lambda x: abs(at[at[:, 0] < x, 1].mean() - at[at[:, 0] >= x, 1].mean()))
     left, right = at[at[:, 0] < split, 1], at[at[:, 0] >= split, 1]
     assert abs(left.mean() - right.mean()) > 4 * max(left.std(), right.std())
+
+
+def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> None:
+    found = hidden_found(square_of_warmth, seed=411)
+    [first] = (s for s in found.suspects if s.where == "tool")
+    chart = suspect_chart(found.searched, first, found.floor)
+    x, y = np.array(points(chart)).T
+    square = np.polynomial.Polynomial.fit(x, y, 2)
+    warmth = found.searched.data.state.temperature
+    scale = np.ptp(warmth) / np.ptp(x)
+    assert np.std(y - square(x)) < 0.03 * np.ptp(y)
+    assert warmth.min() + (square.deriv().roots()[0] - x.min()) * scale == pytest.approx(28.43, abs=0.3)
+    assert "mm at tool, along (" in chart
+    wide = replace(first, values=np.stack([first.values] * 2, axis=1))
+    assert suspect_chart(found.searched, wide, found.floor) == ""
+    for where, ours in (
+        ("base", "mrad"),
+        ("body 3", "mrad"),
+        ("body 3, shifted", "mm"),
+        ("instrument, turned", "mrad"),
+    ):
+        assert f"{ours} at {where}, along (" in suspect_chart(found.searched, replace(first, where=where), found.floor)
+    for where in ("instrument, shifted and turned", "tool, under a weight", "instrument, azimuth"):
+        assert suspect_chart(found.searched, replace(first, where=where), found.floor) == ""
+    assert "<dt>with what has no name</dt><dd>0.03" in diagnosis_page("cell.toml cell.csv", found)
 
 
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
