@@ -12,9 +12,9 @@ Values: `records` (what a robtarget or tooldata is) and `values` (how it is comp
 `accessor` write and read it, `state` is what instructions set (GripLoad, PDispSet, ConfL ..).
 
 Followed as it runs: `walk` starts routines, `execution` runs statements, `calls` binds parameters, `flow` branches,
-`loops` and `jumps` (GOTO) repeat; `ways` knows where the arm may come from. `recorder` and `repeats` make `events` of
-motions, one by one in `steps`: their `targets`, `settings` (tool, speed, zone, weld), `terms` (numbers they go with),
-and what is wrong with them: `missing`, `rough`.
+`choices` are branches that only set data, `loops` and `jumps` (GOTO) repeat; `ways` knows where the arm may come from.
+`recorder` and `repeats` make `events` of motions, one by one in `steps`: their `targets`, `settings` (tool, speed,
+zone, weld), `terms` (numbers they go with), and what is wrong with them: `missing`, `rough`.
 
 For the rooms below: `units` (metres and matrices), `world` (frames seen from the base), `edits` (bytes that change),
 `diff` with `align`, `difference` and `wording` (two programs compared by meaning).

@@ -84,13 +84,18 @@ def shown(key: str, program: Program) -> str:
     return f"what {SETTERS[key]} sets" if declaration is None else f"`{declaration.name}`"
 
 
+def undecided(key: str, program: Program) -> str:
+    """Why data or state has no value where ways meet that leave it different."""
+    return f"{shown(key, program)} depends on a condition that is not known"
+
+
 def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
     """What holds where several ways meet: a value only if all of them agree."""
     result = dict(ends[0])
     for end in ends[1:]:
         for key in result.keys() | end.keys():
             if key not in result or key not in end or (result[key] is not end[key] and result[key] != end[key]):
-                result[key] = NotKnown(f"{shown(key, program)} depends on a condition that is not known")
+                result[key] = NotKnown(undecided(key, program))
     return result
 
 

@@ -52,8 +52,8 @@ class Execution(ABC):
         self.returned: Value | NotKnown | None = None
         self.left: list[dict[str, Data]] = []  # what data is on the ways by which the present routine was left
         self.jumps: dict[str, Mapping[str, int]] = {}
-        # Long programs may take more steps.
-        self.steps = -10 * len(program.statements)
+        self.spare = 10 * len(program.statements)  # long programs may take more steps
+        self.steps = -self.spare
         self.depth = 0
         self.data = Accessor()
 

@@ -6,10 +6,12 @@ from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined
+from postproc.rapid.choices import Choices, Ends, Place
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.jumps import jumps_in, structured
 from postproc.rapid.loops import Loops
 from postproc.rapid.memory import Memory
+from postproc.rapid.program import Program
 from postproc.rapid.syntax import Routine, Statement
 from postproc.rapid.values import Data, NotKnown, Value
 
@@ -17,7 +19,11 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 
 
 class Flow(Loops):
-    """Executes statements."""
+    """Executes statements; of the branches among the ``choices`` one arm is taken."""
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.choices = Choices()
 
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
         """Run a routine's body; what it returns."""
@@ -81,11 +87,14 @@ class Flow(Loops):
         return True
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
+        place = (memory.frame.routine.source.path, statement.span[0])
+        if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
+            return self.forced(statement, place, memory)
         changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
         begin, stands = self.ways.ends, frozenset[int]()
         ends: list[dict[str, Data]] = []
-        uncertain = False
-        for branch in statement.branches:
+        uncertain, out, arms = False, len(self.left), dict[int, dict[str, Data] | None]()
+        for arm, branch in enumerate(statement.branches):
             verdict = self.chosen(statement, branch.conditions, memory) if branch.conditions else True
             if verdict is False:
                 continue
@@ -93,11 +102,15 @@ class Flow(Loops):
                 return self.body(branch.body, memory)
             uncertain = True
             self.conditional += 1
+            left = len(self.left)
             if self.body(branch.body, memory):
                 ends.append(memory.changed)
                 stands |= self.ways.ends
+                arms[arm] = memory.changed
             else:
                 self.ways.leave()
+                if len(self.left) > left:
+                    arms[arm] = self.left[-1]
             self.conditional -= 1
             memory.changed, memory.frame.bindings = dict(changed), dict(bindings)
             self.ways.ends = begin
@@ -108,6 +121,9 @@ class Flow(Loops):
                 return True
             ends.append(memory.changed)  # none of the conditions holds
             stands |= begin
+            arms[len(statement.branches)] = None
+        if self.recorder.emitting and len(arms) > 1:
+            self.choose(statement, arms, len(self.left) > out, memory)
         self.ways.ends = stands
         if not ends:
             return False
@@ -115,6 +131,32 @@ class Flow(Loops):
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
         forget(memory, parameters, "depends on a condition that is not known")
         return True
+
+    def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
+        """Note a branch that moves nothing (see ``Choices.met``)."""
+        routine, changes = memory.frame.routine, self.changes
+        keys = changes.of_one(statement, routine)
+        if "@moves" not in keys:
+            written = [
+                frozenset[str]().union(*(changes.of_one(inner, routine) for inner in branch.body))
+                for branch in statement.branches
+            ]
+            self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
+
+    def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
+        """Whether it is not known which arm is taken, and this may be the one."""
+        verdicts = [self.chosen(statement, b.conditions, memory) if b.conditions else True for b in statement.branches]
+        possible = arm == len(verdicts) or verdicts[arm] is not False
+        return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
+
+    def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
+        """One arm of a branch (see ``Choices``); whether its end is reached."""
+        if self.recorder.emitting and self.choices.again(place):
+            self.ways.doubt()  # the arm may have come here by another choice
+        arm, choice = self.choices.forced[place], self.choices.found[place]
+        reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
+        forget(memory, choice.keys - choice.certain, "depends on a condition that is not known")
+        return reached
 
     def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
         """Whether a branch is taken; None if that is not known."""

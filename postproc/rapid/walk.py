@@ -5,14 +5,16 @@ A branch whose condition is not known is followed both ways; what the ways leave
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.assign import forget
 from postproc.rapid.calls import unbound_frame
 from postproc.rapid.changes import holds_word
+from postproc.rapid.choices import Choice, Choices, Place, combinations
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.execution import MAX_STEPS
 from postproc.rapid.flow import Flow
 from postproc.rapid.memory import Memory
 from postproc.rapid.program import Program, statements_in, statements_of
@@ -49,7 +51,6 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     Raises:
         PostprocError: there is no routine ``entry``.
     """
-    flow = Flow(program)
     uncalled = _uncalled(program)
     chosen = program.routine("main" if entry is None else entry)
     if entry is not None and chosen is None:
@@ -57,8 +58,7 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
         help = f"the routines are: {names}"
         raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
     started = uncalled if chosen is None else [chosen]
-    for routine in started:
-        _start(flow, routine, State.initial())
+    flow = _followed(program, started)
     count, found = len(flow.ways.events), tuple(flow.diagnostics)
     flow.recorder.only_new = True
     unknown = State.initial().forgotten(flow.changes.everything)
@@ -76,6 +76,27 @@ def walk_program(program: Program, entry: str | None = None) -> Walk:
     loose = [replace(event, loose=True) for event in events[count:]]
     later = map(forgiven, flow.diagnostics[len(found) :])
     return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events)))
+
+
+def _followed(program: Program, started: Sequence[Routine]) -> Flow:
+    """The routines run one after the other; once for every choice of what motions need (see ``Choices``)."""
+    branches: dict[Place, tuple[int, ...]] = {}
+    ways, met = combinations(branches), dict[Place, Choice]()
+    while True:
+        flow = Flow(program)
+        for forced in ways or [{}]:
+            flow.choices = Choices(forced, met)
+            for routine in started:
+                _start(flow, routine, State.initial())
+        more = flow.choices.lacking(flow.ways.events, program) if ways else {}
+        if not more:
+            flow.choices = Choices()
+            return flow
+        branches |= more
+        one = (flow.steps + flow.spare) // len(ways)
+        ways = combinations(branches)
+        if one * len(ways) > MAX_STEPS:
+            ways = []  # of a long program what they set is not known
 
 
 def forgiven(finding: Diagnostic) -> Diagnostic:

@@ -45,6 +45,26 @@ def test_each_way_keeps_the_promise(taken: bool) -> None:
     assert found.report["max_error_after_mm"] <= 0.01
 
 
+@pytest.mark.parametrize("taken", [True, False])
+def test_a_station_that_an_input_chooses_keeps_the_promise(taken: bool) -> None:
+    """The branch moves nothing: the program is followed once for each station, and one text serves both."""
+    data = 'PERS wobjdata wOne:=[FALSE,TRUE,"",[[1250,300,200],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n'
+    data += data.replace("wOne", "wTwo").replace("300,200", "420,230") + data.replace("wOne", "wNow")
+    weld = "".join(
+        f"{move},fine,tT\\WObj:=wNow;\n"
+        for move in ("MoveJ q,v500", "ArcLStart p1,v100,sm,wd", "ArcLEnd p2,v100,sm,wd")
+    )
+    places = {"q": (60, -700, 560), "p1": (60, -700, 500), "p2": (90, -550, 500)}
+    data += "".join(f"CONST robtarget {name}:={target(*place)};\n" for name, place in places.items())
+    text = module(data, f"IF DInput(di1)=1 THEN\n  wNow:=wTwo;\nELSE\n  wNow:=wOne;\nENDIF\n{weld}")
+    found = convert(text)
+    assert [o.status for o in found.outcomes] == ["compensated"] * 3
+    report = check(way(text, taken), way(written(found), taken), ARMS["irb4600_60_205"](), np.array(FORCE))
+    assert report.violations == []
+    assert report.before > 0.5
+    assert report.after <= found.report["max_error_after_mm"] + 0.001 < 0.02
+
+
 def test_a_way_out_of_a_routine_goes_on_behind_the_call() -> None:
     more = f"  PROC part()\n    MoveL {B},v50,fine,tT;\n    IF DInput(di1)=1 RETURN;\n    MoveL {C},v50,fine,tT;\n  ENDPROC\n"
     found = convert(module("", f"MoveJ {A},v200,fine,tT;\npart;\nMoveL {END},v50,fine,tT;", more))
@@ -187,9 +207,8 @@ def test_what_is_wrong_where_nothing_leads_is_left_and_said(values: dict[str, st
 
 @pytest.mark.parametrize(("more", "measured"), [("", 0), (f"MoveL {A},v50,fine,tT;\nMoveL {B},v50,fine,tT;", 1)])
 def test_lines_that_nobody_can_follow_are_in_no_figure(more: str, measured: int) -> None:
-    choice = "IF DInput(di1)=1 THEN\np:=a;\nELSE\np:=b;\nENDIF\nMoveL p,v50,fine,tT;\n"
-    data = f"CONST robtarget a:={A};\nCONST robtarget b:={B};\nVAR robtarget p;"
-    found = convert(module(data, f"MoveJ {C},v200,fine,tT;\n{choice}{more}"))
+    measured_place = "p:=CRobT();\nMoveL p,v50,fine,tT;\n"
+    found = convert(module("VAR robtarget p;", f"MoveJ {C},v200,fine,tT;\n{measured_place}{more}"))
     assert found.report["measured_statements"] == measured
     assert found.report["unmeasured_statements"] == 1 + measured  # the line that begins there is right at its target
     for told in (found.summary, written(found)):

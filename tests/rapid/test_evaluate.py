@@ -165,9 +165,9 @@ def test_orobt_takes_the_displacement_in() -> None:
     assert (found.target.robconf, found.displacement.trans) == ((0, -1, 2, 1), (0, 0, 0))
     kept = events("PDispSet a; q0:=ORobT(p\\InPDisp); PDispOff; MoveL q0,v5,z0,tool0;", DATA + "VAR robtarget q0;")[0]
     assert kept.target == moved("p")
-    unknown = events("IF di1=1 PDispSet a; q0:=ORobT(p); PDispOff; MoveL q0,v5,z0,tool0;", DATA + "VAR robtarget q0;")[
-        0
-    ]
+    choice = "IF di1=1 PDispSet a; q0:=ORobT(p); PDispOff; MoveL q0,v5,z0,tool0;"
+    assert [e.target for e in events(choice, DATA + "VAR robtarget q0;")] == [found.target, moved("p")]
+    unknown = events(choice.replace("PDispSet a", "PDispOn p,tool0"), DATA + "VAR robtarget q0;")[0]
     assert unknown.reason == "what PDispSet or PDispOn sets depends on a condition that is not known"
 
 
