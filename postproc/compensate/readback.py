@@ -64,7 +64,7 @@ def owners_of(
         owners.append(at)
         key = original[event.statement.key]
         if key is not None:
-            if key != events[at].statement.key:
+            if key != events[at].statement.key or event.loose != events[at].loose:
                 return None
             at += 1
     return owners if at == len(events) else None

@@ -17,7 +17,8 @@ class Recorder:
 
     Args:
         ways: the events, and after which of them the arm may stand.
-        visited: offsets of the statements that have an event, by file; first: indices of their first events.
+        visited: offsets of the statements that have an event, by file; first: indices of their first events; went: of
+            the first event of a statement to each target.
         elsewhere: statements that run again with another target; astray: that begin elsewhere.
         only_new: only what has not been recorded yet counts.
         supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
@@ -32,6 +33,7 @@ class Recorder:
         self.ways = Ways()
         self.visited: dict[str, set[int]] = {}
         self.first: dict[StatementKey, int] = {}
+        self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
         self.astray: set[StatementKey] = set()
         self.only_new = self.supposed = self.chosen = False
@@ -50,9 +52,11 @@ class Recorder:
         seen = self.visited.setdefault(statement.source.path, set())
         new = statement.span[0] not in seen
         seen.add(statement.span[0])
-        if not new and self.only_new and (self.supposed or self._same_target(statement, memory)):
-            self._pass(statement.key)
-            return 0
+        if not new and self.only_new:
+            before_it = self.first.get(statement.key) if self.supposed else self._earlier(statement, memory)
+            if self.supposed or before_it is not None:
+                self._pass(statement.key, before_it)
+                return 0
         make = self.maker.event if new else self.repeats.event
         event = make(statement, memory, conditional)
         if not new and self.only_new and event.reason is not None:
@@ -67,24 +71,25 @@ class Recorder:
         if start is not None:
             event = replace(event, start=start)
         self.ways.go(event)
-        if statement.key not in self.first:
-            self.first[statement.key] = next(i for i in range(before, len(events)) if events[i].again is None)
+        index = next(i for i in range(before, len(events)) if events[i].again is None)
+        self.first.setdefault(statement.key, index)
+        if isinstance(event.target, RobTarget):
+            self.went.setdefault((statement.key, event.target), index)
         return len(events) - before - 1
 
-    def _pass(self, key: StatementKey) -> None:
-        """Run a statement again to the place to which it went first."""
-        first = self.first.get(key)
-        if first is None:
+    def _pass(self, key: StatementKey, index: int | None) -> None:
+        """Run a statement again to the place to which an event brought the arm."""
+        if index is None:
             self.ways.lose()
             return
-        if (self.chosen or not self.supposed) and not self.ways.begin_as(first):
+        if (self.chosen or not self.supposed) and not self.ways.begin_as(index):
             self.astray.add(key)
-        self.ways.stay(first)
+        self.ways.stay(index)
 
-    def _same_target(self, statement: MotionStatement, memory: Memory) -> bool:
-        """Whether a further execution goes where the first one went."""
-        first = self.ways.events[self.first[statement.key]]
-        to = statement.argument("to")
-        if to is None or not isinstance(first.target, RobTarget):
-            return True
-        return self.maker.targets.robtarget(statement.source, to.span, memory)[0] == first.target
+    def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
+        """The first event in which the statement went where it goes now; its first one where no target tells."""
+        first, to = self.first[statement.key], statement.argument("to")
+        if to is None or not isinstance(self.ways.events[first].target, RobTarget):
+            return first
+        target = self.maker.targets.robtarget(statement.source, to.span, memory)[0]
+        return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None

@@ -87,6 +87,42 @@ def test_a_text_that_cannot_run_as_meant_is_not_written(tmp_path: Path, old: str
     assert "CMP004" in codes(found)
 
 
+@pytest.mark.parametrize(("old", "new"), [("one;", "one;one;"), ("two;", "one;"), ("two;", "")])
+def test_a_text_whose_calls_run_otherwise_is_not_written(tmp_path: Path, old: str, new: str) -> None:
+    """As many statements as planned, but one of them again, instead of another, or where nothing leads any more."""
+    more = "".join(
+        f"  PROC {name}()\n    MoveL {target(1350, y)},v50,fine,tT;\n  ENDPROC\n"
+        for name, y in (("one", -460), ("two", -420))
+    )
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\none;\ntwo;", more)
+    (tmp_path / "module.j2").write_text(
+        f"{{% for part in parts %}}{{{{ part | replace({old!r}, {new!r}) }}}}{{% endfor %}}"
+    )
+    assert convert(text).exit_code == 0
+    found = convert(text, template_dir=tmp_path)
+    assert found.exit_code == 1 and not found.outputs
+    assert "CMP004" in codes(found)
+
+
+def test_a_routine_that_another_start_runs_again_goes_where_it_went_before() -> None:
+    """A loop to one place gets text that goes with its index: the runs by a routine that nobody calls are none anew."""
+    data = f"CONST robtarget p:={target(1350, -420)};\nCONST robtarget q{{2}}:=[{target(1350, -460)},{target(1300, -300)}];"
+    more = """  PROC work()
+    FOR i FROM 1 TO 2 DO
+      MoveL q{i},v100,fine,tT;
+      PDispSet [[0,0,30*i],[1,0,0,0]];
+      MoveL p,v100,fine,tT;
+      PDispOff;
+    ENDFOR
+  ENDPROC
+  PROC service()
+    work;
+  ENDPROC
+"""
+    found = convert(module(data, f"MoveJ {target(1350, -500)},v200,fine,tT;\nwork;", more))
+    assert found.exit_code == 0 and "MoveL Offs(" in written(found)
+
+
 def test_distance_from_lines_and_arcs() -> None:
     """A quarter circle of 100 mm radius, and the line that leads to it: distances by hand."""
     T = [pose(1.0, 0.0, 0.6), pose(1.0, 0.2, 0.6), pose(0.9, 0.3, 0.6)]
