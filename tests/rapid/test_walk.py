@@ -402,6 +402,13 @@ def test_what_choices_in_turn_may_leave_is_not_told_from_one_choice_alone(body: 
     assert set(x("k:=0; n:=0; " + body.format(move("k+n")), P + "VAR num k; VAR num n;")) == {None}
 
 
+def test_what_one_arm_alone_sets_may_be_of_the_choice_before() -> None:
+    data = f"CONST robtarget a:={target(1, 0, 0)}; CONST robtarget b:={target(2, 0, 0)}; VAR robtarget s; VAR num k; "
+    data += "PROC choose() IF di1=1 THEN s:=a; k:=5; ELSE s:=b; ENDIF ENDPROC "
+    body = "choose; MoveL s,v5,z0,tool0; choose; MoveL Offs(s,k,0,0),v5,z0,tool0;"  # also to (7, 0, 0)
+    assert places(events(body, data)) == [(1, 0, 0), None, (2, 0, 0), None]
+
+
 @pytest.mark.parametrize(
     ("end", "known"), [("TRYNEXT;", 0), ("RETRY;", 0), ("RETURN;", 0), ("RAISE;", 1), ("EXIT;", 1)]
 )
