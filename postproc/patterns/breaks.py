@@ -90,10 +90,8 @@ def _rise(signal: Signal, centre: float, width: float, fine: int) -> Pattern:
     def finer() -> Family:
         return _rises(signal, around(signal.values, centre, width, 40, fine), fine + 1)
 
-    at, ways = (
-        ((centre, centre), (2 * width, 2 * width)),
-        (Movable(centre, "knot", signal), Movable(width, "width", signal)),
-    )
+    at = ((centre, centre), (2 * width, 2 * width))
+    ways = Movable(centre, "knot", signal), Movable(width, "width", signal)
     form, move = f"rising about {{}}, over {{}}{signal.of}", finer if fine < FINEST else None
     return Pattern((signal,), form, lambda x: _rising(x, *ways), "step", at, finer=move)
 
