@@ -11,17 +11,18 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, has_errors
-from postproc.effects.base import Effect, State, Variant
+from postproc.effects.base import Effect, State, Variant, variant
 from postproc.effects.declaration import declaration, own_channels
-from postproc.effects.example import example_state
+from postproc.effects.example import example_arm, example_state
 from postproc.effects.failures import Failure, raised
 from postproc.effects.findings import describe, finding
 from postproc.effects.trial import contribution, displaced, locked, sensitivity
 
 ROWS = 240
 MOST_VARIANTS = 12
+MOST = 0.02
+"""Move [m] and turn [rad] that no single cause makes at its ordinary size: an arm as delivered is within 10 mm."""
 
 
 def check_effect(cls: type[Effect]) -> list[Diagnostic]:
@@ -30,7 +31,7 @@ def check_effect(cls: type[Effect]) -> list[Diagnostic]:
     if has_errors(found):
         return found
     state = _declared_channels(cls, example_state(ROWS))
-    for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable):
+    for check in (_shapes, _null, _rows, _repeats, _derivative, _pickles, _identifiable, _sizes, _columns):
         try:
             found += check(cls, state)
         except Failure as failure:
@@ -106,9 +107,11 @@ def _derivative(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
             yield finding("EFF012", f"`basis` and `displacement` of `{cls.key}` disagree", cls, member="basis")
             return
     if cls.linear:
-        base, once, twice = (contribution(effect.with_vector(_scaled(effect, s)), few) for s in (0.0, 1.0, 2.0))
-        largest = np.abs(twice).max(initial=0.0)
-        if not np.allclose(twice - base, 2 * (once - base), rtol=1e-6, atol=1e-6 * largest):
+        # Halved, not doubled: an ordinary size may lie at a bound.
+        none, full = effect.null_vector(), effect.vector()
+        base, half, whole = (contribution(effect.with_vector(x), few) for x in (none, (none + full) / 2, full))
+        largest = np.abs(whole).max(initial=0.0)
+        if not np.allclose(whole - base, 2 * (half - base), rtol=1e-6, atol=1e-6 * largest):
             help = "declare it: class Name(Effect, linear=False), or mark forming parameters with amplitude=False"
             yield finding("EFF012", f"`{cls.key}` says it is linear in its amplitudes and is not", cls, help=help)
 
@@ -129,7 +132,7 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
     if cls.drafted:
         return  # A diagnosis saw it on its data, which these poses need not be like.
     for form in _forms(cls, state):
-        effect = form.effect.with_vector(_scaled(form.effect, 1.0))
+        effect = _sized(form.effect)
         freed = np.flatnonzero(form.refit)
         columns = sensitivity(effect, state, freed)
         size = np.linalg.norm(columns, axis=0)
@@ -156,17 +159,49 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
             return
 
 
+def _sizes(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Warns of more than `MOST`, or than the arm's whole weight at full reach: mm for m, N mm for N m."""
+    arm = example_arm()
+    weight = 9.81 * float(arm.mass.sum())
+    reach = float(np.linalg.norm(arm.link[:, :3, 3], axis=1).sum())
+    for form in _forms(cls, state):
+        # (18, 6): joints; bodies 0 to 6, tool and instrument; torques; wrenches on bodies 0 to 6
+        size = np.abs(contribution(_sized(form.effect), state)).max(axis=0).reshape(18, 6)
+        for member, does, largest, most in (
+            ("displacement", "turns something by {:.3g} rad", max(size[0].max(), size[1:10, 3:].max()), MOST),
+            ("displacement", "moves something by {:.3g} m", size[1:10, :3].max(), MOST),
+            ("load", "pulls with {:.3g} N", size[11:, :3].max(), weight),
+            ("load", "turns with {:.3g} N m", max(size[10].max(), size[11:, 3:].max()), weight * reach),
+        ):
+            if largest > most:
+                message = f"at its ordinary size `{cls.key}` {does.format(largest)}; no single cause does so much"
+                help = "give results in rad, m, N and N m; if they are, say a smaller `typical` of its parameters"
+                yield finding("EFF018", message, cls, member=member, help=help, warn=True)
+                return
+
+
+def _columns(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
+    """Warns of columns that are only declared: data without them would silence the effect for nothing."""
+    effects = [_sized(form.effect) for form in (variant(cls.null()), *_forms(cls, state))]
+    for name in own_channels(cls):
+        without = replace(state, channels={n: x for n, x in state.channels.items() if n != name})
+        try:
+            for effect in effects:
+                effect.displacement(without)
+                effect.load(without)
+        except Exception:
+            continue  # it is used, and missed
+        message, help = f"`{cls.key}` reads the column `{name}` and does not use it", "leave it out of `reads`"
+        yield finding("EFF016", message, cls, help=f"{help}, or correct its spelling", warn=True)
+
+
 def _forms(cls: type[Effect], state: State) -> tuple[Variant, ...]:
     forms = cls.variants(state)
     return forms[:: max(1, len(forms) // MOST_VARIANTS)]
 
 
-def _scaled(effect: Effect, share: float) -> Array:
-    """Amplitudes at a share of their typical size from null, forming parameters as they are."""
+def _sized(effect: Effect) -> Effect:
+    """Amplitudes at their typical size from null, forming parameters as they are."""
     x, null = effect.vector(), effect.null_vector()
     low, high = effect.bounds()
-    return np.where(effect.amplitudes(), np.clip(null + share * effect.scale(), low, high), x)
-
-
-def _sized(effect: Effect) -> Effect:
-    return effect.with_vector(_scaled(effect, 1.0))
+    return effect.with_vector(np.where(effect.amplitudes(), np.clip(null + effect.scale(), low, high), x))

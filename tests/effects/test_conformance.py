@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
-from postproc.effects.base import Effect, param
+from postproc.effects.base import Effect, State, param
 from postproc.effects.conformance import check_effect
 from postproc.effects.declaration import declaration
-from postproc.effects.example import example_state
+from postproc.effects.example import example_arm, example_state
 from postproc.effects.loading import load_effect_file
 from postproc.effects.registry import BUILT_IN
 from postproc.effects.trial import contribution, sensitivity
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
 
 HEAD = """\
 import numpy as np
@@ -223,6 +225,52 @@ def test_a_threshold_without_slope_is_a_warning(effect_file):
     (found,) = check_effect(cls)
     assert (found.code, found.severity) == ("EFF014", "warning")
     assert found.message == "`angle_rad` of `gear_step` changes nothing on a rich set of poses"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (GOOD.replace("= self.step_rad", "= 1000 * self.step_rad"), "`gear_step` turns something by 0.1 rad"),
+        (GOOD.replace(", typical=1e-4", "").replace("-0.01, high=0.01", "-1, high=1"), "`gear_step` turns something by 1 rad"),
+        (body('a_m: float = param(unit="m", typical=1e-4)\ndef displacement(self, state): return Displacement(tool=1e3 * self.a_m * np.sin(state.q) * [1, 0, 0, 0, 0, 0])\n'), "`broken` moves something by 0.1 m"),
+        (body('pull_N: float = param(unit="N", typical=100)\ndef load(self, state): return Load(body={3: 1e3 * self.pull_N * np.sin(state.q)})\n'), "`broken` pulls with 1e+05 N"),
+        (body('k_Nm: float = param(unit="N m", typical=100)\ndef load(self, state): return Load(joint=1e3 * self.k_Nm * np.sin(state.q))\n'), "`broken` turns with 1e+05 N m"),
+    ],
+)  # fmt: skip
+def test_more_than_one_cause_can_do_is_a_warning(effect_file, text, says):
+    (cls,) = load_effect_file(effect_file(text))
+    (found,) = check_effect(cls)
+    assert (found.code, found.severity) == ("EFF018", "warning")
+    assert says in found.message
+
+
+def test_a_column_that_is_only_declared_is_a_warning(effect_file):
+    (cls,) = load_effect_file(effect_file(GOOD.replace('"q",', '"q", "humidty"')))
+    (found,) = check_effect(cls)
+    assert (found.code, found.severity) == ("EFF016", "warning")
+    assert found.message == "`gear_step` reads the column `humidty` and does not use it"
+
+
+def test_lists_do_wherever_arrays_do(effect_file):
+    text = """\
+    class Lists(Effect):
+        '''A pull and a shift, as lists.'''
+
+        a_m: float = param(unit="m", typical=1e-4)
+        b_Nm: float = param(unit="N m", typical=10)
+
+        def displacement(self, state):
+            d = (self.a_m * np.sin(state.q)).tolist()
+            return Displacement(joint=d, body={3: d}, tool=d, instrument=d)
+
+        def load(self, state):
+            d = (self.b_Nm * np.sin(state.q)).tolist()
+            return Load(joint=d, body={3: d})
+    """
+    (cls,) = load_effect_file(effect_file(text))
+    model, q = Model(example_arm(), (cls(a_m=1e-4, b_Nm=10.0),)), example_state(3).q
+    moved = predict(model, State(q=q)) - predict(Model(example_arm()), State(q=q))
+    assert np.abs(moved[:, :3, 3]).max() > 1e-4
 
 
 def test_own_columns_of_the_table_are_channels(effect_file):
