@@ -9,6 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Any, Literal, Self
 
@@ -157,6 +158,12 @@ class PostprocError(Exception):
 
     def __str__(self) -> str:
         return "\n".join(d.render() for d in self.diagnostics)
+
+
+def did_you_mean(name: str, known: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:
+    """The question for a misspelt name, with the nearest of the known ones; empty where none is near."""
+    close = get_close_matches(name, list(known), most, cutoff)
+    return "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else ""
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

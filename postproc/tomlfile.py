@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.diagnostics import Diagnostic, PostprocError, Source, Span, did_you_mean
 
 Keys = tuple[str | int, ...]
 Schema = TypeVar("Schema", bound=BaseModel)
@@ -150,21 +149,13 @@ def check(schema: type[Schema], content: dict[str, Any], source: Source, code: s
         raise PostprocError([_finding(schema, dict(e), source, code) for e in error.errors()]) from error
 
 
-def unknown_key(keys: Keys, allowed: list[str], source: Source, code: str) -> Diagnostic:
-    """Finding about a key that nothing reads, naming what is allowed."""
-    name = str(keys[-1])
-    close = get_close_matches(name, allowed, 1)
-    hint = f"did you mean `{close[0]}`? " if close else ""
-    listed = ", ".join(f"`{a}`" for a in allowed) or "nothing"
-    return Diagnostic(
-        code, "error", f"unknown key `{name}`", source, span_of(source, keys), f"{hint}allowed here: {listed}"
-    )
-
-
 def _finding(schema: type[BaseModel], error: dict[str, Any], source: Source, code: str) -> Diagnostic:
     keys: Keys = tuple(error["loc"])
     if error["type"] == "extra_forbidden":
-        return unknown_key(keys, _allowed(schema, keys[:-1]), source, code)
+        key, allowed = str(keys[-1]), _allowed(schema, keys[:-1])
+        listed = "allowed here: " + (", ".join(f"`{a}`" for a in allowed) or "nothing")
+        help_ = f"{did_you_mean(key, allowed)} {listed}".lstrip()
+        return Diagnostic(code, "error", f"unknown key `{key}`", source, span_of(source, keys), help_)
     name = ".".join(str(k) for k in keys)
     if error["type"] == "missing" and isinstance(keys[-1], int):
         at = span_of(source, keys[:-1], value=True)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import PostprocError, did_you_mean
 from postproc.resources import resource
 
 SECTION = re.compile(r"^## ([A-Z]{3}\d{3})\b.*?(?=^## |\Z)", re.MULTILINE | re.DOTALL)
@@ -26,8 +25,7 @@ def run(code: str, /) -> int:
     known = sections()
     wanted = code.strip("[]").upper()
     if wanted not in known:
-        close = difflib.get_close_matches(wanted, known, n=3, cutoff=0.5)
-        help_ = f"did you mean {', '.join(f'`{c}`' for c in close)}?" if close else "codes look like `RAP012`"
+        help_ = did_you_mean(wanted, known, 3, 0.5) or "codes look like `RAP012`"
         raise PostprocError.of("CLI009", f"there is no diagnostic `{code}`", help=help_)
     print(known[wanted].removeprefix("## "))
     return 0

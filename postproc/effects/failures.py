@@ -6,11 +6,10 @@ import inspect
 import re
 from collections.abc import Iterator
 from dataclasses import FrozenInstanceError, fields
-from difflib import get_close_matches
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import Effect, State
 from postproc.effects.contract import FIELDS
 from postproc.effects.findings import describe, finding, line_of
@@ -50,11 +49,9 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
     if isinstance(error, AttributeError):
         owner = type(error.obj)
         known = [*cls.structures(), *cls.parameters()] if owner is cls else [f.name for f in fields(State)]
-        close = get_close_matches(error.name or "", known, n=1)
-        if close and owner in (cls, State):
-            yield f"did you mean `{close[0]}`?"
         if owner in (cls, State):
-            yield f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"
+            has = f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"
+            yield did_you_mean(error.name or "", known) or has
     yield from (help_ for kind, words, help_ in HELPS if isinstance(error, kind) and words in text)
     yield (
         "it is asked for many states at once: `from postproc.effects.example import example_state` gives the 240 on "

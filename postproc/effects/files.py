@@ -5,12 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.diagnostics import Diagnostic, Source, Span, did_you_mean
 from postproc.effects.parameters import broadcast
 
 if TYPE_CHECKING:
@@ -41,8 +40,7 @@ def check_table(cls: type[Effect], table: Mapping[str, Any]) -> list[FieldProble
     found: list[FieldProblem] = []
     for name in table:
         if name not in allowed:
-            close = get_close_matches(name, allowed, n=1)
-            hint = f"did you mean `{close[0]}`?" if close else "allowed: " + ", ".join(f"`{a}`" for a in allowed)
+            hint = did_you_mean(name, allowed) or "allowed: " + ", ".join(f"`{a}`" for a in allowed)
             found.append(FieldProblem("EFF021", name, f"`{cls.key}` has no parameter `{name}`", hint))
     chosen = {name: table[name] for name in cls.structures() if name in table}
     for name, value in chosen.items():

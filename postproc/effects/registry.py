@@ -6,14 +6,13 @@ import sys
 from collections.abc import Iterable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import replace
-from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from itertools import chain
 from pathlib import Path
 from types import ModuleType
 
-from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError, did_you_mean
 from postproc.effects.arm_load import ArmLoad
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect
@@ -106,8 +105,8 @@ def find_effect(key: str, library: Library) -> type[Effect]:
     """
     if key in library:
         return library[key]
-    close = get_close_matches(key, list(library), n=3, cutoff=0.5)
-    hint = "did you mean " + " or ".join(f"`{c}`" for c in close) + "?" if close else "known: " + ", ".join(library)
+    other = "`postproc effects list` shows the library; one of your own is made known with `--effects FILE.py`"
+    hint = did_you_mean(key, library, 3, 0.5) or other
     broken = installed_effects()[1]
     hint = f"a package of effects is broken, as told below; {hint}" if broken else hint
     raise PostprocError([Diagnostic("EFF020", "error", f"there is no effect `{key}`", help=hint), *broken])

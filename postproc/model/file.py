@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
 from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
@@ -19,7 +19,7 @@ from postproc.model.arm import Model
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.pose import rpy, transform
-from postproc.tomlfile import check, parse_toml, read_source, span_of, unknown_key
+from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 DEFAULT_ROBOT = "irb4600_60_205"
 AGAIN = {"help": "fit the model again, or take the table [fit] out"}
@@ -154,9 +154,10 @@ def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -
     for key, table in file.effects.items():
         where = ("effects", key)
         if key not in library:
-            at = unknown_key(where, sorted(library), source, "MOD003")
-            help_ = f"an effect of your own is made known with `--effects FILE.py`; {at.help}"
-            found.append(Diagnostic("MOD003", "error", f"there is no effect `{key}`", source, at.span, help_))
+            own = "an effect of your own is made known with `--effects FILE.py`"
+            help_ = f"{did_you_mean(key, library)} If not, {own}".removeprefix(" If not, ")
+            message = f"there is no effect `{key}`"
+            found.append(Diagnostic("MOD003", "error", message, source, span_of(source, where), help_))
             continue
         problems = library[key].problems(table)
         found += [p.diagnostic(source, span_of(source, (*where, p.field))) for p in problems]

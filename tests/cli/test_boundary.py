@@ -350,7 +350,9 @@ Nothing stands under this name. Relative names start at the current folder; quot
 """)
     outcome = call("explain", "CLI099")
     assert outcome.code == 2
-    assert outcome.err.startswith("error[CLI009]: there is no diagnostic `CLI099`\n  = help: did you mean `CLI009`, ")
+    assert outcome.err.startswith(
+        "error[CLI009]: there is no diagnostic `CLI099`\n  = help: did you mean `CLI009` or `"
+    )
 
 
 def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
