@@ -23,7 +23,7 @@ SCARCE = 3.0
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
-    known = Uncertainty(fit.parameters, fit.covariance, _left(fit), fit.unknown, unseen(fit))
+    known = Uncertainty(fit.parameters, fit.covariance, _left(fit), *unseen(fit))
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         "rms_mm": mm(fit.rms),
@@ -146,7 +146,7 @@ def structure_json(fit: Fit, key: str) -> dict[str, Any]:
 
 def not_identifiable(fit: Fit) -> list[str]:
     """Parameters that this data cannot determine, ``joint_offset.offset_rad[1]``."""
-    return [parameter_name(fit, key, i) for key, i in fit.unknown]
+    return [parameter_name(fit, key, i) for key, i in unseen(fit)[0]]
 
 
 def parameter_name(fit: Fit, key: str, index: int) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.fit.fitted import Fit
-from postproc.fit.step import sizes
+from postproc.fit.step import Name, sizes
 from postproc.model.uncertainty import derivatives
 
 ELSEWHERE = 60
@@ -16,16 +16,17 @@ NOTHING = 1e-7
 """Move [m] by an ordinary size that is none: such a parameter only says the same in other axes (joint 1, the base)."""
 
 
-def unseen(fit: Fit) -> Array:
-    """(r, p + h) directions in which parameters may be off unseen, each by one standard deviation.
+def unseen(fit: Fit) -> tuple[tuple[Name, ...], Array]:
+    """The h parameters that the data does not determine, and (r, p + h) directions in which they may be off unseen.
 
-    Of the p that were fitted and the h that were held. A held parameter x_h scatters by its ordinary size s about where
+    Each by one standard deviation, of the p that were fitted and the h. What is not held and only says the same in
+    other axes is left out. A held parameter x_h scatters by its ordinary size s about where
     it is held. If it is off, the fitted ones have taken on what the data saw of it, -G x_h with G = (A^T A)^-1 A^T A_h;
     what they could not take on bounds it: (A_h'^T A_h' / sigma^2 + s^-2)^-1 with A_h' = A_h - A G.
     """
     count = len(fit.parameters)
     if not fit.unknown:
-        return np.zeros((0, count))
+        return (), np.zeros((0, count))
     found = [(e, [i for key, i in fit.unknown if key == e.key]) for e in fit.model.effects]
     masks = [(e, np.isin(np.arange(len(e.vector())), index)) for e, index in found if index]
     held = [(e.key, i) for e, mask in masks for i in np.flatnonzero(mask).tolist()]
@@ -47,7 +48,8 @@ def unseen(fit: Fit) -> Array:
     off = np.zeros((len(shown), count + len(held)))
     off[:, :count] = -(taken[:, shown] @ lower).T
     off[:, count + shown] = (ordinary[shown, None] * lower).T
-    return off[:, [*range(count), *(count + held.index(name) for name in fit.unknown)]]
+    names = tuple(n for n in fit.unknown if n in fit.held or held.index(n) in shown)
+    return names, off[:, [*range(count), *(count + held.index(name) for name in names)]]
 
 
 def anywhere(state: State, low: Array, high: Array, count: int) -> State:

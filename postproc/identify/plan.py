@@ -24,6 +24,8 @@ from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
 
 CANDIDATES = 3000
+APART = 5.0
+"""Standard deviations by which a difference must stand out before it tells two effects apart."""
 SEED = 20
 
 
@@ -89,19 +91,29 @@ class Plan:
                     f"{self.after:.1f} standard deviations: standing still, on positions, they do nearly the same. "
                     f"`postproc effects show {a}` says what tells them apart."
                 )
+            enough = (
+                "the data so far tells them apart already"
+                if self.before >= APART
+                else "enough to tell them apart"
+                if self.after >= APART
+                else f"{APART:.0f} tell them apart: ask for more poses with `-n`"
+            )
             return (
                 f"With these {n} poses the difference between `{a}` and `{b}` stands out by {self.after:.1f} standard "
-                f"deviations (now {self.before:.1f}); five or more tell them apart. Approach every joint from the "
-                "stated side and wait a second."
+                f"deviations (now {self.before:.1f}); {enough}. Approach every joint from the stated side and wait a "
+                "second."
             )
         never = (
             f" No pose determines {held_text(self.fit, self.never)}: others do the same, or no load moves them."
             if self.never
             else ""
         )
+        if not self.worst:
+            return f"The data so far determines what poses can determine.{never}"
+        hardly = " More than 1 is as good as unknown: little moves there on any pose." if self.after > 1.0 else ""
         return (
-            f"With these {n} poses the worst parameter is known to {self.after:.2g} ordinary sizes "
-            f"(now {self.before:.2g}). Worst now: {held_text(self.fit, self.worst) or 'none'}.{never}"
+            f"Least is known of {held_text(self.fit, self.worst)}: to ± {self.before:.2g} times the ordinary size of "
+            f"such a parameter now, to ± {self.after:.2g} times with these {n} poses.{hardly}{never}"
         )
 
 

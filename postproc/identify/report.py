@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from postproc.effects.registry import BUILT_IN
 from postproc.fit.record import mm, parameters_json, structure_json
 from postproc.fit.report import held_lines
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
@@ -20,8 +21,12 @@ if TYPE_CHECKING:
 
 UNNAMED = "+ what was found, without a name"
 TELLING = 0.05
-"""Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do."""
+"""Chance below which a candidate stands in the ranking on the terminal; the first FEWEST and no more than MOST do.
+
+Those of the user's own always do.
+"""
 FEWEST, MOST = 3, 8
+LIBRARY = frozenset(cls.key for cls in BUILT_IN)
 
 
 def _known(value: float | None) -> float | None:
@@ -94,9 +99,8 @@ def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
 def diagnosis_text(d: Diagnosis) -> str:
     """The verdict in sentences, then what was found, the ladder, the ranking and what was seen."""
     lines = [headline(d), *doubts(d), "", *_found(d), *_ladder(d)]
-    lines += ["", "Ranking on the model as it came (error if this effect alone were added):"]
-    telling = sum(c.p_value < TELLING for c in d.candidates[:MOST])
-    for c in d.candidates[: max(FEWEST, telling)]:
+    lines += ["", "Ranking on the model as it came (rms per axis on the fitted rows if this effect alone were added):"]
+    for c in _told(d.candidates):
         row = f"  {c.key:24s} {_candidate(d, c)['rms_mm_after']:8.3f} mm   p {p_text(c.p_value):>8s}   {place(c.label)}"
         lines.append(row.rstrip())
     if d.suspects:
@@ -106,6 +110,12 @@ def diagnosis_text(d: Diagnosis) -> str:
         lines += ["", "This data could not have shown (`postproc effects show KEY` says what to measure):"]
         lines += [f"  {key}: {why}" for key, why in d.blind.items()]
     return "\n".join([*lines, *held_lines(d.told)])
+
+
+def _told(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """Those that stand in the ranking on the terminal."""
+    first = max(FEWEST, sum(c.p_value < TELLING for c in ranked[:MOST]))
+    return [*ranked[:first], *(c for c in ranked[first:] if c.key not in LIBRARY)]
 
 
 def _followed(suspects: Iterable[Suspect]) -> Iterator[str]:

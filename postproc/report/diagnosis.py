@@ -93,7 +93,7 @@ def _found(found: Diagnosis, document: dict[str, Any]) -> Section:
         effect = found.told.model.effect(m["effect"])
         title = effect.title if effect is not None else ""
         rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), m["held_out_rms_mm_after"]))
-    columns = ("effect", "what it is", "form", "p", "error with it [mm]")
+    columns = ("effect", "what it is", "form", "p", "held out with it [mm]")
     values = parameter_table(found.told, [m["effect"] for m in document["missing"]])
     note = " ".join([*doubts(found), "`postproc add` writes the model that has it."])
     return Section("What is missing", table(columns, rows) + values, note)
@@ -106,8 +106,9 @@ def _ranking(document: dict[str, Any]) -> Section:
         rows.append((c["effect"], form, c["rms_mm_after"], _p(c["p_value"]), c["evidence"], why))
     columns = ("effect", "form", "rms after [mm]", "p", "evidence", "not testable because")
     note = (
-        "Each effect alone on the model as it came. Evidence is twice the logarithm of the odds, after paying for "
-        "parameters and for the number of forms that were tried: above 0 it speaks for the effect."
+        "Each effect alone on the model as it came; rms per axis on the fitted rows. Evidence is twice the logarithm "
+        "of the odds, after paying for parameters and for the number of forms that were tried: above 0 it speaks for "
+        "the effect."
     )
     return Section("Ranking of effects", table(columns, rows), note)
 

@@ -14,6 +14,7 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.dress_pack import DressPack
+from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
 from postproc.fit.determined import slope
 from postproc.fit.fitted import rms
@@ -431,6 +432,20 @@ def test_lost_motion_of_a_joint_that_came_from_one_side_alone_may_be_there():
     wider = predict_sigma(model, back) ** 2 - predict_sigma(model, data.state) ** 2
     lever = np.linalg.norm(data.position[:, :2], axis=1)
     assert wider == pytest.approx((2 * 1e-4 * lever) ** 2 / 3, rel=0.05)
+
+
+def test_what_only_says_the_same_in_other_axes_is_not_listed_as_not_determined():
+    """The pedestal moves with the frame of the instrument, the flange with that of the tool; body 2 tells of its own."""
+    data, _ = cell(seed=403, poses=60)
+    plain = base_fit(data)
+    names = LinkGeometry().names()
+    free = np.array([name == "shift_m[4,x]" for name in names])
+    after = fit_model(plain.model, data, [LinkGeometry()], terms=Terms({"link_geometry": free}))
+    out = [names[i] for key, i in after.unknown if key == "link_geometry"]
+    listed = [n.split(".")[1] for n in fit_json(after)["not_identifiable"] if n.startswith("link_geometry")]
+    assert {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} <= set(out)
+    assert not {"shift_m[1,x]", "shift_m[7,x]", "turn_rad[1,z]"} & set(listed)
+    assert after.recorded().fit["not_identifiable"] == fit_json(after)["not_identifiable"]
 
 
 class Guess(Effect, reads=("q",), drafted=True):

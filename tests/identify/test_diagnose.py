@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.base import Displacement, Effect, param
+from postproc.effects.contract import State
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
@@ -18,6 +19,7 @@ from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
+from postproc.identify.plan import Plan as PosePlan
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
 from postproc.identify.trends import joint_errors
@@ -350,6 +352,21 @@ def test_planned_poses_separate_what_the_data_could_not():
     assert ("joint_offset", 0) in sharper.never and not set(sharper.never) & set(sharper.worst)
     assert "joint_offset.offset_rad[1]" in sharper.as_json()["no_pose_determines"]
     assert "No pose determines joint_offset offset[1 6]" in sharper.text()
+    told = f"to ± {sharper.before:.2g} times the ordinary size of such a parameter now, to ± {sharper.after:.2g} times with"
+    assert told in sharper.text() and ("as good as unknown" in sharper.text()) == (sharper.after > 1.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        (6.0, 9.0, "9.0 standard deviations (now 6.0); the data so far tells them apart already."),
+        (3.0, 5.5, "5.5 standard deviations (now 3.0); enough to tell them apart."),
+        (3.0, 4.0, "4.0 standard deviations (now 3.0); 5 tell them apart: ask for more poses with `-n`."),
+    ],
+)
+def test_a_plan_says_whether_it_is_enough(before, after, says):
+    state = State(q=np.zeros((4, 6)))
+    assert says in PosePlan(None, state, np.zeros((4, 4, 4)), ("backlash", "arm_load"), before, after).text()
 
 
 def test_a_pair_that_does_the_same_is_said_to_do_so():

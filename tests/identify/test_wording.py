@@ -22,7 +22,7 @@ from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import Diagnosis
-from postproc.identify.report import _followed
+from postproc.identify.report import _followed, _told
 from postproc.identify.verdict import doubts, headline, of_little_worth
 from postproc.identify.whole import Missing
 from postproc.report.diagnosis import _verdict
@@ -170,6 +170,12 @@ def test_channels_that_show_the_same_pattern_stand_in_one_line():
         "  joint 2, q2 and load3: step, 60 % of what is above the noise",
         "  joint 2, load2: step, 50 % of what is above the noise",
     ]
+
+
+def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
+    chances = {"backlash": 1e-9, "arm_load": 0.2, "session": 0.3, "payload_error": 0.4, "gear_step": 0.6}
+    ranked = [SimpleNamespace(key=key, p_value=p) for key, p in chances.items()]
+    assert [c.key for c in _told(ranked)] == ["backlash", "arm_load", "session", "gear_step"]
 
 
 @pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
