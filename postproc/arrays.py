@@ -1,4 +1,4 @@
-"""The array type of the package, the inverse of poses, whole turns between angles, and rows a block at a time.
+"""The array type of the package, the inverse of poses, whole turns and orders of angles, and rows a block at a time.
 
 Everything physical takes n poses at once; shapes stand in docstrings, units are SI and radians.
 Six-vectors have the linear part before the angular part, as in pinocchio.
@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+SAME = 2e-3
+"""Angles [rad] that are readings of one place differ by no more."""
 
 
 def invert(T: Array) -> Array:
@@ -24,6 +27,15 @@ def whole_turns(angle: Array, near: NDArray[np.floating]) -> Array:
     """The whole turns [rad] that bring angles nearest to others; both broadcast."""
     turns: Array = 2 * np.pi * np.round((near - angle) / (2 * np.pi))
     return turns
+
+
+def finest(angle: Array) -> float:
+    """Highest order of a wave that (n,) angles [rad] tell from every lower one: half of one between the nearest two.
+
+    On a grid, order n and order 2 pi / step - n are the same wave (Nyquist). Readings of one place count once.
+    """
+    steps = np.diff(np.sort(angle))
+    return float(np.pi / np.min(steps[steps > SAME], initial=np.inf))
 
 
 def blocks(n: int, size: int) -> Iterator[slice]:

@@ -6,15 +6,15 @@ from typing import Self
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
 GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
-LOWEST = 0.5
-"""What does not come again within two turns is an offset, or a slope."""
+LOWEST = 1.0
+"""No wheel turns more slowly than the joint that it moves: what comes again more rarely is a slope, and no gear's."""
 
 
 class TransmissionError(
@@ -50,14 +50,15 @@ class TransmissionError(
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
-        """One more term: every joint that moves, orders from 1 up.
+        """One more term: every joint that moves, orders from 1 up, as high as its angles tell them from lower ones.
 
         An order is a scale, whose logarithm is even: order n has the odds 1/n (Jeffreys 1939).
         """
         old = cls(joint=(), order=()) if current is None else current
         moving = [int(i) + 1 for i in np.flatnonzero(np.ptp(state.q, axis=0) > 0.1)]
         known = set(zip(old.joint, old.order, strict=True))
-        every = [(j, float(n)) for j in moving for n in range(1, MOTOR + 1)]
+        highest = {j: min(MOTOR, finest(state.q[:, j - 1])) for j in moving}
+        every = [(j, float(n)) for j in moving for n in range(1, int(highest[j]) + 1)]
         return tuple(_longer(old, j, n, 1 / n) for j, n in every if (j, n) not in known)
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
@@ -67,7 +68,7 @@ class TransmissionError(
         for at, (j, order) in enumerate(terms[old:], old):
             for n in order + np.concatenate([-CLOSE, CLOSE]):
                 one = j, round(float(n), 2)
-                if n > LOWEST and one not in terms:
+                if n >= LOWEST and one not in terms:
                     some = [*terms[:at], one, *terms[at + 1 :]]
                     other = TransmissionError(joint=tuple(j for j, _ in some), order=tuple(n for _, n in some))
                     found.append(variant(other, "; ".join(_told(*term) for term in some[old:]), every, every))

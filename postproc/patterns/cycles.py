@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from postproc.arrays import Array
+from postproc.arrays import Array, finest
 from postproc.fit.channels import shown
 from postproc.patterns.formula import Edge, Family, Pattern, family, together
 from postproc.patterns.signals import Movable, Signal
@@ -28,7 +28,14 @@ DUTIES = (0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5)
 
 def waves(signal: Signal, orders: Iterable[float]) -> Family:
     """Waves of an angle; their shape is that of a saw tooth or a pulse where it turns out so."""
-    return _waves(signal, ((order, phase) for order in orders for phase in (QUARTERS if order <= GEAR else THIRDS)))
+    some = told_apart(signal, orders)
+    return _waves(signal, ((order, phase) for order in some for phase in (QUARTERS if order <= GEAR else THIRDS)))
+
+
+def told_apart(signal: Signal, orders: Iterable[float]) -> list[float]:
+    """Orders that are no other names of lower ones at the values of an angle; those of what is no angle as they are."""
+    highest = finest(signal.values) if turns(signal) else np.inf
+    return [order for order in orders if order <= highest]
 
 
 def comes_again(signal: Signal) -> bool:

@@ -21,6 +21,7 @@ from postproc.patterns.cycles import (
     each,
     neighbours,
     periods,
+    told_apart,
     turns,
     ways_of,
 )
@@ -61,7 +62,7 @@ def swelling(angle: Signal, size: Signal, orders: Iterable[float]) -> Iterator[F
 
     Low ones anywhere, a gear's at its own joint.
     """
-    middle, every = float(size.values.mean()), list(product(orders, (0.0, np.pi / 2)))
+    middle, every = float(size.values.mean()), list(product(told_apart(angle, orders), (0.0, np.pi / 2)))
     low = [(order, phase) for order, phase in every if order <= max(LOW) or not turns(angle)]
     # Where a channel hardly leaves one side, its part that does not change is a wave of its own.
     for mean in (0.0, middle) if abs(middle) > 0.3 * size.values.std() else (0.0,):

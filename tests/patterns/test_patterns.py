@@ -15,6 +15,7 @@ from postproc.patterns.cycles import waves
 from postproc.patterns.every import Patterns, grown, patterns, switched
 from postproc.patterns.formula import Pattern, sharper, values_of
 from postproc.patterns.odds import FRAMES, PLACES, odds
+from postproc.patterns.pairs import swelling
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, find_suspects, places
@@ -511,3 +512,15 @@ def test_a_law_that_begins_with_the_first_row_is_finite_before_it():
     settling = next(p for p in of_signal(row) if p.kind == "settling")
     logs = [p for p in sharper(settling) if "logarithm" in p.form]
     assert logs and all(np.isfinite(p.law(np.linspace(-500.0, 500.0, 41))).all() for p in logs)
+
+
+def test_waves_of_an_angle_on_a_grid_are_those_that_its_places_tell_apart():
+    """In places 60 degrees apart a wave that comes 5 times a turn is one that comes once, turned back."""
+    grid = np.radians(np.random.default_rng(7).choice([-60.0, 0.0, 60.0], 60))
+    angle, level = channel_signal("q4", grid), channel_signal("level", np.linspace(0, 1, 60), "channels")
+    said = [
+        p.form
+        for p in (*waves(angle, range(1, 13)), *(p for part in swelling(angle, level, range(1, 13)) for p in part))
+    ]
+    times = {int(found[1]) for form in said if (found := re.search(r"(\d+) times a turn", form))}
+    assert times == {1, 2, 3}
