@@ -22,9 +22,10 @@ class ThermalGrowth(
 ):
     """The castings grow and shrink.
 
-    Equation: translation ((alpha + extra_b) (T - T_ref) + strain) p_b at the distal end p_b of each listed body, in its
-    axes. The strain is the growth at the reference temperature: it stands for a T0 that is not the reference. The extra
-    is what one casting grows beyond the others: a pedestal or a motor housing does not warm as the air does.
+    Equation: translation ((alpha + extra_b) (T - T_ref) + strain + strain_b) p_b at the distal end p_b of each listed
+    body, in its axes. The strains are the growth at the reference temperature: they stand for a T0 that is not the
+    reference. The extra is what one casting grows beyond the others, and its strain strain_b goes with it: a pedestal
+    or a motor housing does not warm as the air does.
     Source: linear expansion; 11 to 12e-6 per kelvin for iron and steel, 23e-6 for aluminium.
     Typical size: 25 micrometres per kelvin on an arm stretched to 2 m.
     """
@@ -34,6 +35,7 @@ class ThermalGrowth(
     growth_per_K: float = param(unit="1/K", low=-1e-3, high=1e-3, typical=1.2e-5)
     strain: float = param(unit="1", low=-0.01, high=0.01, typical=5e-5)
     extra_per_K: Array = param(unit="1/K", shape=("body",), low=-1e-3, high=1e-3, typical=3e-6)
+    extra_strain: Array = param(unit="1", shape=("body",), low=-0.01, high=0.01, typical=1e-5)
 
     def displacement(self, state: State) -> Displacement | None:
         if state.temperature is None or state.robot is None:
@@ -41,8 +43,8 @@ class ThermalGrowth(
         warmth = state.temperature - self.reference_C
         still = np.zeros(3)
         found: dict[int, Array] = {}
-        for b, extra in zip(self.body, self.extra_per_K, strict=True):
-            stretch = (self.growth_per_K + extra) * warmth + self.strain
+        for b, extra, more in zip(self.body, self.extra_per_K, self.extra_strain, strict=True):
+            stretch = (self.growth_per_K + extra) * warmth + self.strain + more
             found[b] = stretch[:, None] * np.concatenate([distal_point(state.robot, b), still])
         return Displacement(body=found)
 
@@ -50,13 +52,13 @@ class ThermalGrowth(
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         effect = current or cls()
         index = np.arange(len(effect.vector()))
-        # The strain is fitted along, but a strain without growth is geometry.
-        alone, both = index == 0, index < 2
-        found = [variant(effect, "all castings", alone, both)]
+        # A strain is fitted along, but a strain without growth is geometry.
+        found = [variant(effect, "all castings", index == 0, index < 2)]
         if state.robot is None:
             return tuple(found)
         long = long_bodies(state.robot, 0.1)
         for k, b in enumerate(effect.body):
             if b in long or b == 0:
-                found.append(variant(effect, f"body {b}", index == 2 + k, both & (index == 1) | (index == 2 + k)))
+                own = index == 2 + k
+                found.append(variant(effect, f"body {b}", own, own | (index == 2 + len(effect.body) + k)))
         return tuple(found)

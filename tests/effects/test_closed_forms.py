@@ -302,6 +302,17 @@ def test_one_casting_grows_beyond_the_others():
     assert_allclose(given[4][:, 0], [0.7 * 1.3e-5 * 5, 0.7 * 1.3e-5 * -8])
 
 
+def test_the_strains_stand_for_another_reference_of_what_grows_apart():
+    """All grow from 22.5 deg C on, body 4 more than the others; the effect is told for 20."""
+    state = states(temperature=np.array([25.0, 12.0]), robot=example_arm())
+    effect = ThermalGrowth(
+        body=(2, 4), growth_per_K=1e-5, strain=-2.5e-5, extra_per_K=[0, 3e-6], extra_strain=[0, -7.5e-6]
+    )
+    given = displacement_of(effect, state).body
+    assert_allclose(given[2][:, 2], [0.9 * 1e-5 * 2.5, 0.9 * 1e-5 * -10.5])
+    assert_allclose(given[4][:, 0], [0.7 * 1.3e-5 * 2.5, 0.7 * 1.3e-5 * -10.5])
+
+
 def test_thermal_joint_drift():
     effect = ThermalJointDrift(reference_C=22.0, drift_rad_per_K=SIX * 1e-6)
     given = displacement_of(effect, states(temperature=np.array([22.0, 32.0]))).joint
