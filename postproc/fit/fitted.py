@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
@@ -215,7 +216,10 @@ class Fit:
 
         Ten contiguous blocks, repeats together.
         """
-        blocks = contiguous_blocks(self.data.repeats)
+        return self.held_out_by(contiguous_blocks(self.data.repeats))
+
+    def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
+        """(n, 3) the same for other blocks, (n,) the number of each row's."""
         linear = self.linear
         out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
         return self.problem.weights.measured(out)[:, :3]

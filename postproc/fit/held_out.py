@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
+FEWEST = 10
+"""Blocks that are left out one after another."""
+
 
 def hold_out(y: Array, U: Array, blocks: NDArray[np.int_]) -> Array:
     """(N,) whitened held-out residual: every block predicted by a fit to the others.
@@ -58,5 +61,27 @@ def contiguous_blocks(groups: NDArray[np.int_]) -> NDArray[np.int_]:
     """(n,) block of each row: contiguous rows in file order, repeats of one pose never split; ten, or 25 poses each."""
     _, first, index = np.unique(groups, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
-    count = min(max(10, len(first) // 25), len(first))
+    count = min(max(FEWEST, len(first) // 25), len(first))
     return np.asarray(rank[index] * count // len(first))
+
+
+def neighbouring_blocks(groups: NDArray[np.int_], q: Array) -> NDArray[np.int_]:
+    """(n,) block of each row: ten parts of the joint space with about as many poses, repeats of one never split.
+
+    The largest part is cut in two across the joint that moves most in it, at the median, until there are ten.
+
+    Args:
+        q: (n, 6) [rad].
+    """
+    _, first, index = np.unique(groups, return_index=True, return_inverse=True)
+    poses = q[first]
+    parts = [np.arange(len(poses))]
+    while len(parts) < min(FEWEST, len(poses)):
+        parts.sort(key=len)
+        whole = parts.pop()
+        order = whole[np.argsort(poses[whole, np.argmax(np.std(poses[whole], axis=0))], kind="stable")]
+        parts += np.array_split(order, 2)
+    block = np.empty(len(poses), dtype=int)
+    for k, part in enumerate(parts):
+        block[part] = k
+    return block[index]

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
-from postproc.fit.held_out import contiguous_blocks
+from postproc.fit.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
@@ -29,6 +29,8 @@ MATERIAL = 0.01
 """An effect must explain at least this share of what is left, however many rows make it significant."""
 ROUNDS = 6
 """Times that amplitudes are told again with the scatter that they turned out to have, if it is no ordinary one."""
+CLEARLY = 2.0
+"""Standard errors over blocks by which what predicts clearly better does so."""
 QUIET = 1.2
 """Residual variance, in that of the repeats, at which no other start can be better."""
 
@@ -101,7 +103,7 @@ def fitted_best(
         after = refit(base, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
-            if after.noise.position is not None and after.variance < QUIET:
+            if white(after):
                 break
     best = max(found, key=lambda pair: pair[0].evidence, default=None)
     fewer = best and _without_idle(base, *best, closely)
@@ -169,19 +171,38 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
+def white(fit: Fit) -> bool:
+    """Whether nothing but noise is left, as far as that is known."""
+    return fit.noise.position is not None and fit.variance < QUIET
+
+
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:
     """Whether a fit predicts rows that it has not seen better than another, by so many standard errors over the blocks.
 
     Neighbours share what a model lacks, and what helps one block by chance harms the next.
     """
-    gain = _by_block(before) - _by_block(after)
+    return _falls(after.held_out_error, before.held_out_error, contiguous_blocks(before.data.repeats), errors)
+
+
+def reaches_further(after: Fit, before: Fit) -> bool:
+    """Whether a fit clearly predicts poses better that are unlike all that it has seen.
+
+    Where more than noise is left, poses that are alike share it, and anything flexible tells one by the other: in file
+    order a block has its like in the next ones. What an arm has, it has in all its joint space.
+    """
+    blocks = neighbouring_blocks(before.data.repeats, before.data.state.q)
+    return _falls(after.held_out_by(blocks), before.held_out_by(blocks), blocks, CLEARLY)
+
+
+def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float) -> bool:
+    """Whether the sum of squares of (n, 3) errors falls by so many standard errors over the blocks."""
+    gain = _by_block(before, blocks) - _by_block(after, blocks)
     return bool(gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
-def _by_block(fit: Fit) -> Array:
-    """Held-out sum of squares of every block."""
-    blocks = contiguous_blocks(fit.data.repeats)
-    return np.asarray(np.bincount(blocks, np.nansum(fit.held_out_error**2, axis=1)), dtype=float)
+def _by_block(error: Array, blocks: NDArray[np.int_]) -> Array:
+    """Sum of squares of the errors in every block."""
+    return np.asarray(np.bincount(blocks, np.nansum(error**2, axis=1)), dtype=float)
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

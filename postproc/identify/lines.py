@@ -14,7 +14,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.judgement import fitted_best, predicts_better
+from postproc.identify.judgement import CLEARLY, fitted_best, predicts_better
 from postproc.identify.ranking import Search
 from postproc.identify.selection import compose
 from postproc.identify.whole import Missing
@@ -22,15 +22,14 @@ from postproc.identify.whole import Missing
 LINES, MAP = "transmission_error", "joint_error_map"
 MANY = 3
 """Lines in all from which a map is tried in their place; on one joint two are enough."""
-CLEARLY = 2.0
-"""Standard errors by which the map must predict better; half as many where other joints have one already."""
 
 
 def lines_or_map(search: Search, missing: list[Missing], noise: float | None) -> list[Missing]:
     """What is missing with a map in the place of all gear lines, or of those of crowded joints, if it predicts better.
 
     A line pays for two numbers and a map for many, so that a search takes lines one by one where a smooth function is
-    meant. The search is left with the better fit. Lines of a motor's order stay: no map reaches them.
+    meant. Where other joints have one, half as clearly is enough. The search is left with the better fit. Lines of a
+    motor's order stay: no map reaches them.
     """
     trial = _trial(search, missing, noise)
     standing = search.fit.model.effect(MAP) is not None

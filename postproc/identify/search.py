@@ -11,7 +11,7 @@ from postproc.fit.leftover import SLOW
 from postproc.fit.worth import schwarz
 from postproc.identify.alike import CLOSE, confusable
 from postproc.identify.candidate import Candidate
-from postproc.identify.judgement import MATERIAL, QUIET, convincing, judged, predicts_better, refit
+from postproc.identify.judgement import MATERIAL, convincing, judged, predicts_better, reaches_further, refit, white
 from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
 from postproc.identify.whole import Missing, formed_anew, worth
@@ -156,13 +156,16 @@ def _take(search: Search, best: Candidate, ranked: list[Candidate]) -> Missing |
 
     None where a single row asks for it, rows that the fit has not seen are not predicted better, or no arm is like
     that. Where more than noise is left, what neighbours have in common makes anything significant: then by more than
-    its own scatter from block to block. What no arm can be is not asked again, whatever comes beside it.
+    its own scatter from block to block, and in parts of the joint space that the fit has not seen, too. What no arm can
+    be is not asked again, whatever comes beside it.
     """
     if _lives_on_a_row(search.fit, best):
         return None
     before = search.fit
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if _white(after) else 1.0):
+    if after is None or not predicts_better(after, before, 0.0 if white(after) else 1.0):
+        return None
+    if not (white(after) or reaches_further(after, before)):
         return None
     taken = judged(before, after, best)
     if taken.evidence < 0:
@@ -184,10 +187,6 @@ def _lives_on_a_row(fit: Fit, best: Candidate) -> bool:
 def _more_left(fit: Fit) -> bool:
     """Whether more is left than the noise, where that is known."""
     return fit.noise.position is not None and fit.unexplained > 0
-
-
-def _white(fit: Fit) -> bool:
-    return fit.noise.position is not None and fit.variance < QUIET
 
 
 def with_patterns(search: Search, most: int = PATTERNS) -> Search:

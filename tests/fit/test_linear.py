@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from postproc.fit import linear as module
-from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
+from postproc.fit.held_out import contiguous_blocks, hold_out, neighbouring_blocks, standardised
 from postproc.fit.independent import independent_share, serial_share
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.worth import f_test
@@ -80,6 +80,23 @@ def test_blocks_are_contiguous_and_keep_repeats_together():
     blocks = contiguous_blocks(groups)
     assert (np.diff(blocks) >= 0).all() and len(np.unique(blocks)) == 10
     assert all(len(set(blocks[groups == k])) == 1 for k in range(25))
+
+
+def test_neighbouring_blocks_are_cells_of_the_joint_space():
+    g = np.random.default_rng(5)
+    places = np.zeros((40, 6))
+    places[:, :2] = [3.0, 1.0] * g.uniform(-1, 1, (40, 2))
+    order = g.permutation(np.repeat(np.arange(40), 3))
+    # Repeats of a pose differ by what the encoders tell.
+    blocks = neighbouring_blocks(order, places[order] + g.normal(0, 1e-6, (120, 6)))
+    assert all(len(set(blocks[order == k])) == 1 for k in range(40))
+    each = np.array([blocks[order == k][0] for k in range(40)])
+    assert np.bincount(each).tolist().count(0) == 0 and len(set(each)) == 10 and np.ptp(np.bincount(each)) <= 3
+    # No pose of another block lies inside the box that one spans.
+    for k in range(10):
+        low, high = places[each == k].min(axis=0), places[each == k].max(axis=0)
+        assert not ((places >= low) & (places <= high)).all(axis=1)[each != k].any()
+    assert set(neighbouring_blocks(np.zeros(5, dtype=int), np.zeros((5, 6)))) == {0}
 
 
 def test_a_penalised_basis_gives_the_penalised_fit_and_its_hold_out():

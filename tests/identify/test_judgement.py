@@ -14,6 +14,7 @@ from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.contract import State
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.gravity_compensator import GravityCompensator
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.payload_error import PayloadError
@@ -25,16 +26,28 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
 from postproc.fit.solve import Terms
+from postproc.identify import search
 from postproc.identify.add import add_effects
 from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
 from postproc.identify.diagnose import diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.gains import laplace
-from postproc.identify.judgement import _by_block, convincing, fitted_best, impossible, judged, predicts_better, refit
+from postproc.identify.judgement import (
+    _by_block,
+    convincing,
+    fitted_best,
+    impossible,
+    judged,
+    predicts_better,
+    reaches_further,
+    refit,
+)
 from postproc.identify.ranking import Search
+from postproc.identify.search import _take
 from postproc.identify.selection import compose
 from postproc.measure.measurements import Measurements
+from postproc.model.equilibrium import predict
 from postproc.patterns.suspects import Suspect, places
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell
@@ -238,6 +251,29 @@ def test_better_is_what_predicts_better_in_most_blocks():
     assert predicts_better(one, base, 0.0) and not predicts_better(one, base, 1.1)
 
 
+def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch):
+    """Forty places seen twice, hours apart, each off by what no law tells: a map of an angle learns them all."""
+    g = np.random.default_rng(640131)
+    data, _ = cell(seed=640120, poses=40)
+    again = g.permutation(np.repeat(np.arange(40), 2))
+    data, arm = data.rows(again), base_fit(data).model
+    q = data.state.q + g.normal(0, 1e-3, (80, 6))
+    off = np.column_stack([g.normal(0, 3e-4, 40)[again], np.zeros((80, 5))])
+    places = predict(arm, replace(data.state, q=q + off))[:, :3, 3] + g.normal(0, 3e-5, (80, 3))
+    base = base_fit(replace(data, state=replace(data.state, q=q), position=places, rotation=None))
+    after = fit_model(base.model, base.data, [JointErrorMap(joint=(1,), order=25)])
+    assert predicts_better(after, base, 2.0) and not reaches_further(after, base)
+    free = np.ones(len(after.model.effect("joint_error_map").vector()), dtype=bool)
+    effect, fall = after.model.effect("joint_error_map"), base.linear.square - after.linear.square
+    learnt = Candidate("joint_error_map", effect, free, "joint 1", 100.0, fall, 50, 0.0, 9.0, 0.0, fit=after)
+    assert _take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is None
+    monkeypatch.setattr(search, "reaches_further", lambda after, before: True)
+    assert _take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is not None
+    data, _ = cell(_short_wave, seed=640120, poses=80)
+    base = base_fit(data)
+    assert reaches_further(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base)
+
+
 def test_what_hides_is_told_from_fits_that_use_other_rows():
     data, _ = cell(_waves, seed=640120, poses=80)
     before = base_fit(data)
@@ -276,8 +312,9 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
         x = np.linalg.lstsq(columns[~own], y[~own], rcond=None)[0]
         wanted.append(np.sum(((y[own] - columns[own] @ x) / weights.values[weights.used][own]) ** 2))
     beside = Search(fit, {}, None, []).beside([one]).fit
-    assert _by_block(beside) == pytest.approx(np.array(wanted), rel=1e-2)
-    assert _by_block(beside).sum() < 0.5 * np.nansum(fit.held_out_error**2)
+    found = _by_block(beside.held_out_error, blocks)
+    assert found == pytest.approx(np.array(wanted), rel=1e-2)
+    assert found.sum() < 0.5 * np.nansum(fit.held_out_error**2)
 
 
 def test_growth_at_the_reference_counts_once_growth_with_temperature_is_seen():
