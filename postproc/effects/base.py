@@ -97,7 +97,7 @@ class Effect:
         super().__init_subclass__()
         # dataclass() invents a docstring where there is none, so the title is taken before it runs.
         doc = cls.__dict__.get("__doc__") or ""
-        cls.title = doc.strip().split("\n")[0]
+        cls.title = doc.strip().split("\n")[0].partition(" Source:")[0]
         cls.key = key or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         cls.reads = cls.reads if reads is None else (reads,) if isinstance(reads, str) else tuple(reads)
         cls.linear = cls.linear if linear is None else linear

@@ -55,7 +55,7 @@ def headline(d: Diagnosis) -> str:
     s = d.suspects[0]
     same = [x.channel for x in d.suspects if (x.where, x.pattern, x.share) == (s.where, s.pattern, s.share)]
     own = joined(sorted(same, key=lambda name: name not in d.base.data.state.channels))
-    at = s.where + ("," if "," in s.where else "")
+    at = ("" if s.where.startswith(("joint", "body")) else "the ") + s.where + ("," if "," in s.where else "")
     follows = f"The remaining structure sits at {at} and follows {own} ({s.pattern}{_extent(d, s)})."
     if s.channel == "row":
         follows += " If the rows stand in the order of measuring, something moved or drifted there."

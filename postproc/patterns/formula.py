@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.fit.channels import within
 from postproc.fit.wording import joined
-from postproc.patterns.signals import Signal, plain, unit, written
+from postproc.patterns.signals import Draft, Signal, text_of, unit, written
 
 Edge = tuple[float, float]
 """Between which values an edge lies."""
@@ -74,14 +74,14 @@ class Pattern:
     @property
     def codes(self) -> tuple[str, ...]:
         """What gives its values, as expressions of a state; none where a state does not tell them."""
-        return tuple(map(plain, self.drafts))
+        return tuple(map(text_of, self.drafts))
 
     @property
-    def drafts(self) -> tuple[str, ...]:
+    def drafts(self) -> tuple[Draft, ...]:
         """The same, with what the numbers need that a fit may move."""
         found, largest = written(self.law, self.signals), float(np.abs(self._raw()).max())
         every = () if found is None else found if self.wide else [found]
-        return tuple(part.text if abs(largest - 1) < 1e-3 else (part / largest).text for part in every)
+        return tuple((part if abs(largest - 1) < 1e-3 else part / largest).draft for part in every)
 
     @property
     def text(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import operator
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import Any
@@ -53,7 +53,9 @@ class Signal:
     @property
     def size(self) -> Signal:
         code = written(np.abs, [self])
-        return replace(self, values=np.abs(self.values), code=code.text if code else "", label=f"|{self.label}|")
+        return replace(
+            self, values=np.abs(self.values), code=text_of(code.draft) if code else "", label=f"|{self.label}|"
+        )
 
     @property
     def of(self) -> str:
@@ -129,14 +131,26 @@ def place_code(state: State, position: Array) -> str:
 
 
 _UNITS = {"q": "rad", "v": "rad/s", "a": "rad/s^2", "load": "N m", "temperature": "K", "time": "s", "payload": "kg"}
-_MARKED = re.compile("«([^«»]*)»")
+
+
+@dataclass(frozen=True)
+class Way:
+    """What a parameter needs that stands in the place of a number of a law: all as text."""
+
+    kind: str
+    value: str
+    unit: str
+    low: str
+    high: str
+    typical: str
+
+
+Draft = tuple[str | Way, ...]
+"""An expression of a state in parts: text, and between it the numbers that a fit may move."""
 
 
 class Movable(float):
-    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave.
-
-    As text it carries what a parameter needs, which `plain` takes off and `moved` finds.
-    """
+    """A number of a law that the fit of its draft may move: a knot, a width, the order or the phase of a wave."""
 
     def __new__(cls, value: float, kind: str, signal: Signal) -> Movable:
         return super().__new__(cls, value)
@@ -145,7 +159,7 @@ class Movable(float):
         self.kind, self.signal = kind, signal
 
     @property
-    def marked(self) -> str:
+    def way(self) -> Way:
         low, high = float(self.signal.values.min()), float(self.signal.values.max())
         own, apart = _UNITS.get(self.signal.unit.rstrip("123456"), "1"), np.pi / max(high - low, 1e-300)
         unit, low, high, typical = {
@@ -154,38 +168,40 @@ class Movable(float):
             "order": ("1", self - apart, self + apart, 0.3 * apart),
             "phase": ("rad", self - np.pi, self + np.pi, 0.3),
         }[self.kind]
-        return f"«{self.kind}|{self:.7g}|{unit}|{low:.7g}|{high:.7g}|{typical:.2g}»"
+        return Way(self.kind, f"{self:.7g}", unit, f"{low:.7g}", f"{high:.7g}", f"{typical:.2g}")
 
 
-def plain(code: str) -> str:
-    """An expression with all its numbers as they are."""
-    return _MARKED.sub(lambda mark: mark[1].split("|")[1], code)
-
-
-def moved(codes: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """Numbers that may move, by how they stand in the text: kind, value, unit, low, high and typical size."""
-    return {mark[0]: tuple(mark[1].split("|")) for code in codes for mark in _MARKED.finditer(code)}
+def text_of(draft: Draft, names: Mapping[Way, str] | None = None) -> str:
+    """An expression with all its numbers as they are, or those that may move by their names."""
+    return "".join(x if isinstance(x, str) else names[x] if names else x.value for x in draft)
 
 
 class Text(np.lib.mixins.NDArrayOperatorsMixin):
     """An expression: what is calculated with it is written down."""
 
-    def __init__(self, text: str, bare: bool = False) -> None:
+    def __init__(self, draft: Draft, bare: bool = False) -> None:
         """bare: whether it needs brackets inside another one."""
-        self.text, self.bare = text, bare
+        self.draft, self.bare = draft, bare
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any) -> Text:
-        said = [x.text if isinstance(x, Text) else x.marked if isinstance(x, Movable) else f"{x:.7g}" for x in inputs]
         sign = SIGNS.get(ufunc.__name__)
         if sign is None:
-            return Text(f"np.{ufunc.__name__}({', '.join(said)})")
-        closed = (f"({t})" if isinstance(x, Text) and x.bare else t for t, x in zip(said, inputs, strict=True))
-        return Text(f" {sign} ".join(closed), True)
+            return Text((f"np.{ufunc.__name__}(", *_joined(", ", map(_said, inputs)), ")"))
+        closed = (("(", *_said(x), ")") if isinstance(x, Text) and x.bare else _said(x) for x in inputs)
+        return Text(_joined(f" {sign} ", closed), True)
+
+
+def _said(x: Any) -> Draft:
+    return x.draft if isinstance(x, Text) else (x.way,) if isinstance(x, Movable) else (f"{x:.7g}",)
+
+
+def _joined(between: str, parts: Iterable[Draft]) -> Draft:
+    return reduce(lambda first, second: (*first, between, *second), parts)
 
 
 def written(law: Callable[..., Any], signals: Sequence[Signal]) -> Any:
     """The expression of a state, or the list of them, that a law of signals is; None where no state tells them all."""
-    return law(*(Text(s.code, s.bare) for s in signals)) if all(s.code for s in signals) else None
+    return law(*(Text((s.code,), s.bare) for s in signals)) if all(s.code for s in signals) else None
 
 
 def unit(values: Array) -> Array:

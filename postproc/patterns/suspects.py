@@ -20,7 +20,7 @@ from postproc.patterns.fields import fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.sight import Sight
-from postproc.patterns.signals import Signal, plain
+from postproc.patterns.signals import Draft, Signal, text_of
 from postproc.patterns.tried import ODDS, Tried, above
 
 TOGETHER = 0.97
@@ -53,7 +53,7 @@ class Suspect:
     place: Array
     values: Array
     channels: tuple[str, ...] = ()
-    drafts: tuple[str, ...] = ()
+    drafts: tuple[Draft, ...] = ()
     given: tuple[Array, ...] = ()
 
     def columns(self, problem: Problem) -> Array:
@@ -81,7 +81,7 @@ class Suspect:
     @property
     def codes(self) -> tuple[str, ...]:
         """The expressions with all numbers as they are."""
-        return tuple(map(plain, self.drafts))
+        return tuple(map(text_of, self.drafts))
 
     def as_json(self) -> dict[str, Any]:
         return {"channel": self.channel, "where": self.where, "share": round(self.share, 4), "pattern": self.pattern}
@@ -154,7 +154,7 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
             tried.moves[found.where],
             one.values,
             one.channels,
-            smooth[found.where].codes if found.where in smooth else one.drafts,
+            tuple((code,) for code in smooth[found.where].codes) if found.where in smooth else one.drafts,
             tuple(s.values for s in one.signals),
         )
         result += [replace(first, channel=c) for c in one.channels]

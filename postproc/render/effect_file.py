@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from string import ascii_lowercase
 
 import numpy as np
@@ -19,7 +19,7 @@ from postproc.identify.verdict import suspect_size
 from postproc.patterns.felt import LEAN, LEANS
 from postproc.patterns.odds import FRAMES, LOADED, off_everywhere
 from postproc.patterns.sight import SEEN, WAYS, Sight
-from postproc.patterns.signals import channels_read, moved
+from postproc.patterns.signals import Draft, Way, channels_read, text_of
 from postproc.patterns.suspects import Suspect
 from postproc.render.templates import environment, fill, load_template
 
@@ -28,18 +28,6 @@ _PLACE = re.compile(
     rf"(joint|base|body|tool|instrument)(?: (\d))?(?:, (?:({FRAME}|as it leans|shifted|turned|{'|'.join(WAYS)})$|.*))?"
 )
 """A part of the arm or the instrument, and how it moves, if not in every direction."""
-
-
-@dataclass(frozen=True)
-class _Way:
-    """A number of a law that the fit moves: its name, and what its declaration holds."""
-
-    name: str
-    unit: str
-    value: str
-    low: str
-    high: str
-    typical: str
 
 
 @dataclass(frozen=True)
@@ -79,12 +67,11 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     if first is None:
         return "_".join(words), None
     told = [first, *(s for s in found.beside if s.codes and s is not first)]
-    every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else ""))
+    ways = _names(draft for suspect in told for draft in suspect.drafts)
+    own = {way: f"self.{name}" for way, name in ways.items()}
+    every = (term for n, suspect in enumerate(told) for term in _terms(found, suspect, str(n + 1) if n else "", own))
     # What a place is off in every pose is one number, whatever else moves it.
     terms = list({(term.law, term.place, term.axes, term.along, term.body): term for term in every}.values())
-    ways = _ways(term.law for term in terms)
-    for mark, way in ways.items():
-        terms = [replace(term, law=term.law.replace(mark, f"self.{way.name}")) for term in terms]
     sight = Sight.of(found.searched.problem.rest).code if any(SEEN in t.law + t.along for t in terms) else ""
     places = tuple(dict.fromkeys(term.place for term in terms if not term.body))
     loads = [term for term in terms if term.unit == "kg"]
@@ -99,7 +86,7 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
         "reads": ", ".join(json.dumps(name, ensure_ascii=False) for name in reads),
         "seen": f"{SEEN} = {sight}" if sight else "",
         "terms": terms,
-        "ways": list(ways.values()),
+        "ways": ways,
         "arrays": any(term.wide for term in terms),
         "places": places,
         "loads": loads,
@@ -108,14 +95,13 @@ def effect_file(found: Diagnosis, name: str, data: str) -> tuple[str, str | None
     return "_".join(words), fill(load_template(environment(), "effect.py.j2"), values) + "\n"
 
 
-def _ways(laws: Iterable[str]) -> dict[str, _Way]:
-    """The numbers that laws share and a fit may move, by how they stand in them."""
-    found: dict[str, _Way] = {}
+def _names(drafts: Iterable[Draft]) -> dict[Way, str]:
+    """The numbers that drafts share and a fit may move, by the names of their parameters."""
+    found: dict[Way, str] = {}
     count = Counter[str]()
-    for mark, (kind, value, unit, low, high, typical) in moved(laws).items():
-        count[kind] += 1
-        name = kind + (str(count[kind]) if count[kind] > 1 else "") + unit_suffix(unit)
-        found[mark] = _Way(name, unit, value, low, high, typical)
+    for way in dict.fromkeys(part for draft in drafts for part in draft if isinstance(part, Way)):
+        count[way.kind] += 1
+        found[way] = way.kind + (str(count[way.kind]) if count[way.kind] > 1 else "") + unit_suffix(way.unit)
     return found
 
 
@@ -134,7 +120,7 @@ def nothing_to_draft(found: Diagnosis) -> Diagnostic:
     return Diagnostic("DAT028", "info", f"no effect was drafted: {why}", help=help_)
 
 
-def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
+def _terms(found: Diagnosis, suspect: Suspect, number: str, names: Mapping[Way, str]) -> Iterator[_Term]:
     """A suspect's law at its place; at the end of a casting with what that is off everywhere: no base knows of it."""
     where = _PLACE.fullmatch(suspect.where)
     assert where is not None
@@ -160,11 +146,11 @@ def _terms(found: Diagnosis, suspect: Suspect, number: str) -> Iterator[_Term]:
     said = f"{suspect.where}, {' and '.join(suspect.channels)}: {suspect.pattern}."
     for unit, axes, along, own in parts:
         size = float(np.abs(suspect.values).max() * sizes[own].max())
-        for part, code in enumerate(suspect.drafts):
+        for part, draft in enumerate(suspect.drafts):
             name = f"size{number}" + (f"_{ascii_lowercase[part]}" if len(suspect.drafts) > 1 else "")
             name += f"_{unit.replace(' ', '')}" if unit != "1" else ""
             wide = kind != "joint" and not along and unit != "kg"
-            yield _Term(name, said, code, place, axes, unit, wide, size, along, loaded)
+            yield _Term(name, said, text_of(draft, names), place, axes, unit, wide, size, along, loaded)
         if off_everywhere(suspect.where):
             everywhere = "np.ones(len(state))"
             yield _Term(f"always{number}_{unit}", "In every pose.", everywhere, place, axes, unit, True, size)

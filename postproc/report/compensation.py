@@ -58,7 +58,7 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
     if not any(row["status"] == "compensated" for row in document["statements"]):
         return "Nothing was corrected."
     burning = f" ({arc} mm while the arc burns)" if (arc := arc_alone(document)) else ""
-    fell = f"{document['max_error_before_mm']:.2f} mm to {document['max_error_after_mm']:.3f} mm{burning}"
+    fell = f"{document['max_error_before_mm']:.3f} mm to {document['max_error_after_mm']:.3f} mm{burning}"
     beside = elsewhere(document)
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."

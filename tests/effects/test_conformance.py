@@ -77,7 +77,7 @@ def test_library(cls):
 
 def test_a_users_effect_of_nine_lines_passes(effect_file):
     (cls,) = load_effect_file(effect_file(GOOD))
-    assert (cls.key, cls.title) == ("gear_step", "Joint 2 jumps beyond an angle. Source: own measurements.")
+    assert (cls.key, cls.title) == ("gear_step", "Joint 2 jumps beyond an angle.")
     assert check_effect(cls) == []
 
 

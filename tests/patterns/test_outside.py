@@ -156,7 +156,10 @@ def test_what_a_pose_tells_is_listed_where_it_does_not_tell_the_first():
     nothing, way = np.zeros((1, 3, 1)), np.ones(1)
     late = Suspect("temperature", "joint 2", "late", 1.0, 500.0, 500.0, nothing, way)
     others = [("body 1", 0.99, 480.0), ("joint 2", 0.6, 60.0)]
-    ranked = [late, *(Suspect("time", w, "line", s, e, e, nothing, way, drafts=("state.time",)) for w, s, e in others)]
+    ranked = [
+        late,
+        *(Suspect("time", w, "line", s, e, e, nothing, way, drafts=(("state.time",),)) for w, s, e in others),
+    ]
     assert by_channel(ranked)[1] is ranked[2]
 
 

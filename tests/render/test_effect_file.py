@@ -327,8 +327,10 @@ def test_a_key_of_the_library_is_not_taken() -> None:
 def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     first = found.suspects[0]
-    wave = replace(first, where="tool", place=np.repeat(first.place, 3, axis=2), drafts=("np.cos(2 * state.q[:, 5])",))
-    more = replace(first, where="joint 5", drafts=("state.temperature > 21",))
+    wave = replace(
+        first, where="tool", place=np.repeat(first.place, 3, axis=2), drafts=(("np.cos(2 * state.q[:, 5])",),)
+    )
+    more = replace(first, where="joint 5", drafts=(("state.temperature > 21",),))
     text = effect_file(replace(found, beside=(wave, more, replace(more, drafts=()))), "own", "cell.csv")[1]
     assert text is not None
     path = tmp_path / "own.py"

@@ -72,7 +72,7 @@ def test_compensation_page(conversion: Conversion) -> None:
     r = conversion.report
     for asked in ("cell.toml", "0,0,-50", r["robot"]):
         assert f"<td>{asked}</td>" in page.partition("How this was made")[2]
-    assert f"from {r['max_error_before_mm']:.2f} mm to {r['max_error_after_mm']:.3f} mm" in page
+    assert f"from {r['max_error_before_mm']:.3f} mm to {r['max_error_after_mm']:.3f} mm" in page
     assert f"<dt>after</dt><dd>{r['max_error_after_mm']:.3f} mm</dd>" in page
     assert "a&lt;b&gt;.mod" in page
     assert len(re.findall(r'<svg [^>]*role="img" aria-label="[^"]+"', page)) == 4
@@ -88,14 +88,14 @@ def test_what_remains_beside_the_steady_way_stands_in_the_first_sentence(convers
 
     steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01}
     assert sentence(**steady, max_transient_mm=0.01, max_transition_mm=0.0) == (
-        "The largest deviation falls from 0.50 mm to 0.004 mm."
+        "The largest deviation falls from 0.500 mm to 0.004 mm."
     )
     assert sentence(**steady, max_transient_mm=0.062, max_transition_mm=0.2) == (
-        "At steady speed the deviation falls from 0.50 mm to 0.004 mm; there remain up to 0.062 mm while the speed changes "
+        "At steady speed the deviation falls from 0.500 mm to 0.004 mm; there remain up to 0.062 mm while the speed changes "
         "and 0.200 mm where the correction jumps."
     )
     assert sentence(**steady, max_transient_mm=0.01, max_transition_mm=0.0, unproved_statements=3) == (
-        "The largest deviation falls from 0.50 mm to 0.004 mm. 3 of these statements also run where they cannot be followed: "
+        "The largest deviation falls from 0.500 mm to 0.004 mm. 3 of these statements also run where they cannot be followed: "
         "what remains there is not proved."
     )
 
