@@ -156,7 +156,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     missing = perhaps_a_map(search, missing, noise)
     named = search.beside([])
     final = named.fit if start is base else final_fit(base, named.fit, [m.candidate for m in missing], noise)
-    missing = _steps(named, start, missing, final)
+    missing = _steps(named, base, missing, final, noise)
     lacking = _lack_of_fit(final)
     suspects = _suspects(named, search.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
@@ -181,12 +181,19 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     )
 
 
-def _steps(search: Search, start: Fit, missing: list[Missing], final: Fit) -> list[Missing]:
-    """What is missing with the held-out error of each step on the way; a map is called what it is in the end."""
+def _steps(search: Search, base: Fit, missing: list[Missing], final: Fit, noise: float | None) -> list[Missing]:
+    """What is missing with the held-out error of each step on the way; a map is called what it is in the end.
+
+    Args:
+        base: the model as it came, on the whole data; final: with all that is missing; the search's own fit where that
+            was on the whole data, too.
+    """
     some = [m.candidate for m in missing]
     last = [(final.model.effect(c.key), c) for c in some]
     told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
-    fits = [search.only(start, some[: k + 1]) for k in range(len(some) - 1)]
+    fewer = [some[:k] for k in range(1, len(some))]
+    whole = final is search.fit
+    fits = [search.only(base, few) if whole else final_fit(base, search.fit, few, noise) for few in fewer]
     steps = zip(missing, told, [*fits, final], strict=False)
     return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
 

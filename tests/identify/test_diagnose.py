@@ -15,6 +15,7 @@ from postproc.effects.contract import State
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
+from postproc.identify import refits
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
 from postproc.identify.compare import compare
@@ -61,6 +62,17 @@ def test_two_missing_effects_are_both_named():
     found = diagnose(base_fit(data).model, data)
     assert {m.candidate.key for m in found.missing} == {"backlash", "arm_load"}
     assert true_error(found.final, true) < 0.6 * NOISE
+
+
+def test_every_step_of_a_thinned_search_is_told_for_all_rows(monkeypatch):
+    monkeypatch.setattr(refits, "ENOUGH", 200)
+    data, _ = cell(kinds.backlash, kinds.arm_load, seed=222, poses=150)
+    found = diagnose(base_fit(data).model, data)
+    assert len(found.screened.data) < 0.7 * len(data)
+    first, last = found.missing
+    alone = add_effects(found.base.model, data, [first.candidate.key]).fit
+    assert first.held_out_after == pytest.approx(alone.held_out_rms, rel=1e-3)
+    assert last.held_out_after == found.final.held_out_rms
 
 
 @pytest.mark.parametrize("seed", [553006, 553007])
