@@ -196,10 +196,11 @@ def forms_of(problem: Problem, cls: type[Effect], current: Effect | None = None,
     known = {form.label: form for form in alone if form.label} if small else {}
     for v in cls.variants(state, current):
         same = known.get(v.label)
+        fresh = current is None or len(v.free) == len(current.vector())
         if same is None or same.width != v.free.sum():
-            form = make_form(problem, v, current is None, columns)
+            form = make_form(problem, v, fresh, columns)
         else:
-            along = same.along if current is None else None
+            along = same.along if fresh else None
             form = replace(same, effect=v.effect, refit=v.refit, screened=v.free, odds=v.odds, along=along)
         if form is not None:
             found.append(form)
@@ -244,7 +245,7 @@ def make_form(
     """The whitened columns of a variant, None where they vanish on this data.
 
     Args:
-        fresh: the model holds nothing of this effect (terms that it holds are free in its fit already).
+        fresh: the variant has no more terms than the model holds (those that it holds are free in its fit already).
         columns: as `Problem.columns`, which is asked else.
     """
     columns = problem.columns if columns is None else columns

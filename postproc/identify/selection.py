@@ -96,7 +96,6 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
     if form.along is not None:
         linear = linear.extended(form.along)
         beside = form.refit & form.effect.amplitudes() & ~form.screened
-    before = linear.square
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
     alone: Candidate | None = None
     searched = price + UNLIKELY.get(form.key, 0.0)
@@ -118,12 +117,20 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         same = kind(new) == kind(effect)
         mask = option.refit | free if same else option.refit
         counted = mask & ~beside if len(mask) == len(beside) else mask
+        further, base, along = linear, whole, np.zeros_like(beside)
+        if same and option.along is not None:
+            # Neither does what goes along with a further term tell anything for it.
+            along = option.refit & new.amplitudes() & ~option.screened & ~free
+            counted &= ~along
+            further = linear.extended(option.along)
+            base = gain(further, columns_of(screen.problem, effect, free & ~beside))
         wide = _columns(screen.problem, option, counted, columns)
         forming = int((mask & ~new.amplitudes()).sum())
         flexible = new.roughness() is not None
-        trial = gain(linear, wide, forming, flexible)
-        if trial.evidence - cost <= whole.evidence:
+        trial = gain(further, wide, forming, flexible)
+        if trial.evidence - cost <= base.evidence:
             break
+        linear, beside = further, beside | along
         # A free function in another resolution is the same thing better said.
         labels = [*(labels[:-1] if flexible else labels), option.label]
         effect, free, whole, columns = new, mask, trial, wide
@@ -134,7 +141,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         # What is fitted along tells nothing alone, but with the effect it is a part of it.
         worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
     told = _told(linear, form.key, effect, free, label, whole, searched)
-    told = replace(told, evidence=worth - searched, fall=whole.fall + total - before)
+    told = replace(told, evidence=worth - searched, fall=whole.fall + total - linear.square)
     return replace(told, first=alone) if len(labels) > 1 else told
 
 
@@ -179,7 +186,8 @@ def _further(screen: Screen, inner: Linear, key: str, effect: Effect, widest: fl
 def _columns(problem: Problem, form: Form, mask: NDArray[np.bool_], before: Array | None = None) -> Array:
     """`columns_of` a form's effect; where they are those before and the form's own, these side by side."""
     whole = form.columns if before is None else np.hstack([before, form.columns])
-    return whole if whole.shape[1] == linear_part(form.effect, mask).sum() else columns_of(problem, form.effect, mask)
+    alike = form.along is None and whole.shape[1] == linear_part(form.effect, mask).sum()
+    return whole if alike else columns_of(problem, form.effect, mask)
 
 
 def columns_of(problem: Problem, effect: Effect, mask: NDArray[np.bool_]) -> Array:

@@ -327,6 +327,45 @@ def test_growth_at_the_reference_counts_once_growth_with_temperature_is_seen():
     assert found.evidence > 0.8 * nu * np.log(square / (square - found.fall))
 
 
+def _from_another_temperature_on(g, arm):
+    """All castings grow from 26 deg C on, the third nearly twice as much."""
+
+    def body(s, f, wrench):
+        xi = np.zeros((len(s), 7, 6))
+        for b in range(7):
+            xi[:, b, :3] = (1.15e-5 + 1e-5 * (b == 3)) * (s.temperature - 26.0)[:, None] * arm.link[b][:3, 3]
+        return xi
+
+    return Hidden("growth", "thermal_growth", body=body)
+
+
+def test_a_casting_that_grows_beyond_the_others_does_so_from_any_temperature_on():
+    """Its constant goes along with what it grows: the strain that all have in common does not stand for it."""
+    data, _ = cell(_from_another_temperature_on, seed=905, noise=0.02, poses=120)
+    base = base_fit(data)
+    found = compose(Screen(base.problem, {ThermalGrowth.key: ThermalGrowth}), base.linear, ThermalGrowth.key)
+    assert found.label == "all castings; body 3"
+    fit = refit(base, found)
+    growth = fit.model.effect(ThermalGrowth.key)
+    assert growth.extra_per_K[3] == pytest.approx(1e-5, rel=0.2)
+    assert growth.extra_strain[3] == pytest.approx(-6e-5, rel=0.4)
+    # The base has no geometry: a constant of the third casting alone is none of growth.
+    alone, _ = cell(_longer, seed=906, noise=0.02, poses=120)
+    base = base_fit(alone)
+    found = compose(Screen(base.problem, {ThermalGrowth.key: ThermalGrowth}), base.linear, ThermalGrowth.key)
+    assert "body 3" not in found.label
+
+
+def _longer(g, arm):
+    def body(s, f, wrench):
+        xi = np.zeros((len(s), 7, 6))
+        for b in range(7):
+            xi[:, b, :3] = (1.15e-5 * (s.temperature - 20.0) + 2e-4 * (b == 3))[:, None] * arm.link[b][:3, 3]
+        return xi
+
+    return Hidden("longer", "thermal_growth", body=body)
+
+
 def test_lost_motion_of_three_joints_is_told_as_theirs():
     """After the largest, all joints at once would tell more than one more of them."""
     data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
