@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Self
 
@@ -52,6 +53,24 @@ class DressPack(
         T = np.asarray(state.T_base_body)
         here, there = point_in_base(T[:, self.body_from], self.from_m), point_in_base(T[:, self.body_to], self.to_m)
         return here, there, np.sqrt(np.einsum("ni,ni->n", there - here, there - here))
+
+    @classmethod
+    def loads(cls, hoses: Sequence[Self], state: State) -> dict[int, Array]:
+        """(n, 6, m) wrench of each of m hoses of the same two bodies, by body, as `load` has it."""
+        body, far = hoses[0].body_from, hoses[0].body_to
+        if body == far:
+            return {}
+        T = np.asarray(state.T_base_body)
+        stiffness, slack = (np.array([getattr(h, name) for h in hoses]) for name in ("stiffness_N_per_m", "slack_m"))
+        here = T[:, body, :3, :3] @ np.transpose([h.from_m for h in hoses]) + T[:, body, :3, 3:]
+        there = T[:, far, :3, :3] @ np.transpose([h.to_m for h in hoses]) + T[:, far, :3, 3:]
+        line = here - there
+        distance = np.sqrt(np.einsum("nim,nim->nm", line, line))
+        taut = stiffness * np.maximum(distance - slack, 0.0) / np.maximum(distance, 1e-9)
+        force = taut[:, None] * line
+        moment = np.cross(there, force, axis=1)
+        wrench = np.concatenate([force, moment], axis=1)
+        return {far: wrench, body: -wrench}
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

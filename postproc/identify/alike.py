@@ -40,11 +40,13 @@ def confusable(
 
     others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
     alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
-    unseen = [c.key for c in others if c.key not in alike and _hidden(c, before, after)]
-    return tuple(c.key for c in others if c.key in alike), tuple(unseen)
+    further = [c for c in others if c.key not in alike]
+    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row) if further else after.linear
+    unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))
+    return tuple(c.key for c in others if c.key in alike), unseen
 
 
-def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
+def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bool:
     """Whether most of what an effect would explain on its own is what a fit without it can do as well.
 
     Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
@@ -55,7 +57,6 @@ def _hidden(candidate: Candidate, before: Fit, after: Fit) -> bool:
     if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
         return False
     alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
-    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row)
     value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
     seen = value > DIM * np.max(value, initial=0.0)
     unit = vector[:, seen] / np.sqrt(value[seen])

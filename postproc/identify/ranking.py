@@ -19,7 +19,7 @@ from postproc.identify.refits import refit_all
 from postproc.identify.selection import compose
 from postproc.identify.shaped import formed
 from postproc.patterns.every import Patterns
-from postproc.patterns.suspects import Suspect, find_suspects
+from postproc.patterns.suspects import Look, Suspect, look
 
 NEAR = 0.9
 """Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
@@ -34,7 +34,7 @@ class Search:
     patterns: Patterns
     outside: list[Suspect]
     cache: dict[bytes, Stock] = field(default_factory=dict)
-    followed: dict[Hashable, list[Suspect]] = field(default_factory=dict)
+    followed: dict[Hashable, tuple[Look, float, list[Suspect]]] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
     looks: dict[Hashable, tuple[Any, ...]] = field(default_factory=dict)
     apart: dict[Hashable, tuple[Fit, Fit]] = field(default_factory=dict)
@@ -45,12 +45,15 @@ class Search:
         self.cache[used] = self.cache.get(used, Stock()).at(problem.weights)
         return Screen(problem, self.classes, self.fit.free, self.cache[used])
 
-    def suspects(self, linear: Linear) -> list[Suspect]:
-        """What the rest of a fit follows, strongest first; looked for once in each linear problem."""
+    def suspects(self, linear: Linear, asked: float = 0.0) -> list[Suspect]:
+        """What the rest of a fit follows, strongest first (`Look`); looked for once in each linear problem."""
         like = f"{linear.square:.5g}", linear.parameters, linear.freedom
-        if like not in self.followed:
-            self.followed[like] = find_suspects(self.fit.problem, linear, self.patterns)
-        return self.followed[like]
+        known, least, found = self.followed.get(like, (None, np.inf, []))
+        if known is None or least > asked:
+            known = known or look(self.fit.problem, linear, self.patterns)
+            found, least = known.suspects(asked), 0.0 if asked < known.sure else asked
+            self.followed[like] = known, least, found
+        return found
 
     def beside(self, outside: list[Suspect]) -> Search:
         """The search with other patterns beside the fit, and everything fitted again.

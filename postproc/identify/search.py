@@ -14,7 +14,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.judgement import MATERIAL, convincing, judged, predicts_better, reaches_further, refit, white
 from postproc.identify.ranking import NEAR, Search, ranking
 from postproc.identify.selection import columns_of
-from postproc.identify.whole import Missing, formed_anew, worth
+from postproc.identify.whole import Missing, formed_anew, left_by, worth
 from postproc.measure.trajectory import is_record
 from postproc.patterns.place import with_and_without_a_row
 from postproc.patterns.suspects import Suspect
@@ -34,20 +34,20 @@ def select_forward(search: Search, first: list[Candidate]) -> list[Missing]:
     clearly more: early on, a pattern may only look better because other effects are missing, and two names together may
     tell what one pattern tells.
     """
-    named = replace(search, outside=[])
-    missing, fork = _select(named, search.fit, first, [], True)
-    named, missing = _plainer(search, first, named, missing)
+    base, named = search.fit, replace(search, outside=[])
+    missing, fork = _select(named, base, first, [], True)
+    named, missing = _plainer(search, first, named, missing, fork)
     if fork is not None and (fork.more or fork.parts < len(missing) + len(named.outside) or _more_left(named.fit)):
-        beside = fork.search.beside([*fork.search.outside, fork.outside])
-        other, _ = _select(beside, search.fit, ranking(beside), fork.missing, False)
-        if worth(search.fit, beside, other) > worth(search.fit, named, missing) + CLOSE:
+        reached = worth(base, named, missing) + CLOSE
+        beside, other = fork.way or fork.gone(base, _Rival(named.fit, reached))
+        if worth(base, beside, other) > reached:
             named, missing = beside, other
     search.fit, search.outside, search.classes = named.fit, named.outside, named.classes
     return missing
 
 
 def _plainer(
-    search: Search, first: list[Candidate], named: Search, missing: list[Missing]
+    search: Search, first: list[Candidate], named: Search, missing: list[Missing], fork: _Fork | None
 ) -> tuple[Search, list[Missing]]:
     """A finished search, or the one without what it took first where that can take the shape of plainer effects.
 
@@ -60,66 +60,118 @@ def _plainer(
     if not any(c.evidence > NEAR * best for c in others):
         return named, missing
     rest = replace(search, outside=[], classes={k: c for k, c in search.classes.items() if k != key})
-    plain, _ = _select(rest, search.fit, others, [], True)
     before = search.fit
-    if len(plain) < 2 or worth(before, rest, plain) <= worth(before, named, missing):
+    reached = worth(before, named, missing)
+    rival = max((r for r in (_Rival(named.fit, reached), fork and fork.rival) if r), key=lambda r: r.worth)
+    plain, _ = _select(rest, before, others, [], True, rival)
+    if len(plain) < 2 or worth(before, rest, plain) <= reached:
         return named, missing
     rest.classes = named.classes
     return rest, plain
 
 
 @dataclass(frozen=True)
+class _Rival:
+    """Another way of a search that was gone to its end: its fit, and what a way must be worth to be preferred to it."""
+
+    fit: Fit
+    worth: float
+
+    def beats(self, base: Fit, search: Search, missing: list[Missing]) -> bool:
+        """Whether a way cannot be worth so much any more, even if it came to leave no more than noise.
+
+        That is what a finished way leaves, less the odds of a pattern, or less what stands above the noise, if known.
+        """
+        above = max(1.0, self.fit.variance) if self.fit.noise.position is not None else 1.0
+        left = left_by(base, self.fit) / above * float(np.exp(-ODDS / base.linear.freedom))
+        return worth(base, search, missing, min(left, left_by(base, search.fit))) <= self.worth
+
+
+@dataclass
 class _Fork:
     """Where a pattern is worth as much as the best name but for the odds.
 
     Args:
         more: whether it is worth more than the name, odds counted.
+        way: what a search comes to with it; rival: to the way without. Where the pattern is far ahead, they come first.
     """
 
     search: Search
     outside: Suspect
     missing: list[Missing]
     more: bool
+    way: tuple[Search, list[Missing]] | None = None
+    rival: _Rival | None = None
 
     @property
     def parts(self) -> int:
         return len(self.missing) + len(self.search.outside) + 1
 
+    def gone(self, base: Fit, rival: _Rival | None = None) -> tuple[Search, list[Missing]]:
+        """The search with the pattern, as far as it may be worth more than a rival."""
+        beside = self.search.beside([*self.search.outside, self.outside])
+        missing, _ = _select(beside, base, None, self.missing, False, rival)
+        return beside, missing
+
+    def first(self, base: Fit) -> _Rival:
+        """The same to its end, as what another way must nearly be worth."""
+        self.way = self.gone(base)
+        self.rival = _Rival(self.way[0].fit, worth(base, *self.way) - CLOSE)
+        return self.rival
+
 
 def _select(
-    search: Search, base: Fit, ranked: list[Candidate], missing: list[Missing], first: bool
+    search: Search,
+    base: Fit,
+    known: list[Candidate] | None,
+    missing: list[Missing],
+    first: bool,
+    rival: _Rival | None = None,
 ) -> tuple[list[Missing], _Fork | None]:
     """One effect or pattern after another, and where a pattern came near a name that went before it.
 
     Args:
-        base: the model as it came. first: whether a name goes before the first pattern that comes near it.
+        base: the model as it came. known: the ranking, where it has been worked out.
+        first: whether a name goes before the first pattern that comes near it. rival: what it must be worth more
+            than; a pattern far ahead of the name is one.
     """
     fork: _Fork | None = None
     refused: set[str] = set()
     for _ in range(MOST):
+        if rival is not None and rival.beats(base, search, missing):
+            break
+        ranked = ranking(search) if known is None else known
         fresh = (c for c in ranked if c.key not in refused)
         best = next((c for c in fresh if convincing(c, search.fit, len(search.classes))), None)
-        outside = next(iter(clear(search)), None)
+        anew = missing if best is None or search.outside or refused else formed_anew(search, base, missing)
+        if anew is not missing:
+            missing, known = anew, None
+            continue
+        # Patterns that cannot come near the name need not be known better than that.
+        least = 0.0 if best is None else best.evidence - (ODDS if first and fork is None else 0.0)
+        outside = next(iter(clear(search, max(0.0, least))), None)
         lead = outside.evidence - best.evidence if best is not None and outside is not None else float("-inf")
         if first and fork is None and outside is not None and lead > -ODDS:
             fork = _Fork(replace(search), outside, missing, lead > 0)
+            if best is not None and rival is None and lead > best.evidence:
+                rival = fork.first(base)
         elif lead > 0:
             best = None
         if best is None and (outside is None or len(search.outside) == PATTERNS):
             break
-        anew = missing if search.outside or refused else formed_anew(search, base, missing)
-        if anew is not missing:
-            missing = anew
-        elif best is not None:
+        if best is not None:
             taken = _take(search, _one_or_more(search, best), ranked)
             if taken is None:
+                known = ranked
                 refused.add(best.key)
                 continue
             missing = _with(missing, taken)
+        elif (anew := missing if search.outside or refused else formed_anew(search, base, missing)) is not missing:
+            missing = anew
         elif outside is not None:
             more = search.beside([*search.outside, outside])
             search.fit, search.outside = more.fit, more.outside
-        ranked, refused = ranking(search), set()
+        known, refused = None, set()
     return missing, fork
 
 
@@ -197,11 +249,12 @@ def with_patterns(search: Search, most: int = PATTERNS) -> Search:
     return left
 
 
-def clear(search: Search) -> list[Suspect]:
+def clear(search: Search, asked: float = 0.0) -> list[Suspect]:
     """The patterns that are worth their search and explain a share of what is left, strongest first.
 
-    Where no repeats tell how much of it is noise, more: what one function of the angles leaves looks like another one.
-    What follows the time from pose to pose is not the arm's.
+    Only those that are worth what is asked are sure to be found. Where no repeats tell how much of it is noise, more:
+    what one function of the angles leaves looks like another one. What follows the time from pose to pose is not the
+    arm's.
     """
     fit, linear = search.fit, search.fit.linear
     known, poses = fit.noise.position is not None, not is_record(fit.data.state)
@@ -210,4 +263,4 @@ def clear(search: Search) -> list[Suspect]:
         slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
         return suspect.fall > (3 if known or slow else 15) * MATERIAL * linear.square
 
-    return [s for s in search.suspects(linear) if s.evidence > 0 and enough(s)]
+    return [s for s in search.suspects(linear, asked) if s.evidence > 0 and enough(s)]

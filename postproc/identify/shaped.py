@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
+from postproc.effects.dress_pack import DressPack
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.determined import pull
 from postproc.fit.linear import Linear
@@ -60,7 +61,10 @@ class Glimpse:
             for at in sorted({at for moved in moves for at in moved}):
                 parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]
                 answer += seen.matrix[:, :, at : at + 6] @ np.stack(parts, axis=2)
-        if cls.load is not Effect.load:
+        if isinstance(effects[0], DressPack):
+            for body, pull_ in DressPack.loads([e for e in effects if isinstance(e, DressPack)], seen.state).items():
+                answer += self.by_load(6 + 6 * body) @ pull_
+        elif cls.load is not Effect.load:
             loads = [carried(load_of(e, seen.state)) for e in effects]
             for at in sorted({at for load in loads for at in load}):
                 answer += self.by_load(at) @ np.stack([load.get(at, np.zeros((n, 6))) for load in loads], axis=2)

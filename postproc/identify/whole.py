@@ -41,20 +41,31 @@ class Missing:
         return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
 
 
-def worth(before: Fit, search: Search, missing: Sequence[Missing]) -> float:
+def worth(before: Fit, search: Search, missing: Sequence[Missing], left: float | None = None) -> float:
     """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
 
     A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in
-    for one smooth pattern lose against it. Numbers whose scatter a fit tells by what it leaves count by their
-    likelihood, that is at weights of the same geometric mean.
+    for one smooth pattern lose against it.
+
+    Args:
+        left: if it left that (`left_by`).
     """
     first, after = before.linear, search.fit.linear
-    weights, others = before.problem.weights, search.fit.problem.weights
-    both = weights.used & others.used
-    left = after.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))
+    left = left_by(before, search.fit) if left is None else left
     added = max(after.parameters - first.parameters, 1)
     gained = schwarz(first.square, first.square - left, added, first.freedom, 1.0)
     return gained - ODDS * (len(search.outside) + 0.5 * len(missing))
+
+
+def left_by(before: Fit, after: Fit) -> float:
+    """The sum of squares that a fit leaves, at the weights of the base.
+
+    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
+    geometric mean.
+    """
+    weights, others = before.problem.weights, after.problem.weights
+    both = weights.used & others.used
+    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))
 
 
 def formed_anew(search: Search, base: Fit, missing: list[Missing]) -> list[Missing]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
 from postproc.patterns.every import Patterns
 from postproc.patterns.felt import LEANS, leaning, overturning_moment
-from postproc.patterns.fields import fields
+from postproc.patterns.fields import Field, fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.sight import Sight
@@ -125,11 +125,48 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     return {name: columns for name, columns in found.items() if columns.any()}
 
 
-def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Suspect]:
-    """The patterns that would bring the residual down most, strongest first.
+@dataclass(frozen=True)
+class Look:
+    """Every pattern at every place, the fitted parameters projected out, before the best of them are sharpened."""
 
-    With the fitted parameters projected out.
-    """
+    tried: Tried
+    smooth: Mapping[str, Field]
+
+    @property
+    def sure(self) -> float:
+        """A worth that is asked of every pattern in any case."""
+        return max(f.worth for f in self.tried.found) - ODDS
+
+    def suspects(self, asked: float = 0.0) -> list[Suspect]:
+        """The patterns that would bring the residual down most, strongest first.
+
+        Args:
+            asked: worth below which they are told as they were tried.
+        """
+        tried = replace(self.tried, found=list(self.tried.found))
+        tried.sharpen(asked)
+        all_, result = above(tried.linear), list[Suspect]()
+        for found in tried.best():
+            share, one = min(1.0, found.fall / all_), found.pattern
+            first = Suspect(
+                one.channels[0],
+                found.where,
+                one.told(tuple(found.alike())),
+                share,
+                found.fall,
+                found.worth,
+                tried.moves[found.where],
+                one.values,
+                one.channels,
+                tuple((code,) for code in self.smooth[found.where].codes) if found.where in self.smooth else one.drafts,
+                tuple(s.values for s in one.signals),
+            )
+            result += [replace(first, channel=c) for c in one.channels]
+        return [*result[:1], *_together(result[:1], tried.every), *result[1:]]
+
+
+def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
+    """All patterns tried on what a fit leaves."""
     tried = Tried(problem, linear, every)
     for where, moves in places(problem, weighed=bool(every.own)).items():
         tried.moves[where] = moves
@@ -140,25 +177,12 @@ def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Sus
         # One of so many, and all together are one kind of patterns.
         everywhere = Signal(field.channels, np.ones(len(problem.error)), "", "", field.said)
         tried.add(where, Pattern((everywhere,), field.said, lambda x: x, "field", where=where, tries=len(smooth)))
-    tried.sharpen()
-    all_, result = above(linear), list[Suspect]()
-    for found in tried.best():
-        share, one = min(1.0, found.fall / all_), found.pattern
-        first = Suspect(
-            one.channels[0],
-            found.where,
-            one.told(tuple(found.alike())),
-            share,
-            found.fall,
-            found.worth,
-            tried.moves[found.where],
-            one.values,
-            one.channels,
-            tuple((code,) for code in smooth[found.where].codes) if found.where in smooth else one.drafts,
-            tuple(s.values for s in one.signals),
-        )
-        result += [replace(first, channel=c) for c in one.channels]
-    return [*result[:1], *_together(result[:1], every), *result[1:]]
+    return Look(tried, smooth)
+
+
+def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Suspect]:
+    """The patterns that would bring the residual down most, strongest first."""
+    return look(problem, linear, every).suspects()
 
 
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:

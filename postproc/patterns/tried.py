@@ -22,9 +22,10 @@ MOST = 40
 """Patterns at one place that are kept, and that are told in the end."""
 FINE = 400
 """Edges of a pattern that are told at most."""
-SHARPER, NARROWER, SWITCHED, ROUND = 1.65, 2.5, 3.0, 2.0
+SHARPER, NARROWER, SWITCHED, ROUND, SIDE_BY_SIDE = 1.65, 2.5, 3.0, 2.0, 5.0
 """As much more as a saw tooth may take off than its wave, a narrow window than a wide one around it, what acts in a
-third of the rows than the same in all, and what goes round in a circle than a wave along a line."""
+third of the rows than the same in all, what goes round in a circle than a wave along a line, and five shapes than
+one."""
 ALIKE = 4.0
 """Edges whose worth differs by no more are not told apart: 95 % of the chi-square distribution."""
 FEW, CHAINS = 4, 4
@@ -134,34 +135,39 @@ class Tried:
             self.prepared[where] = Place(linear, place)
         return self.prepared[where]
 
-    def sharpen(self, most: int = 8) -> None:
+    def sharpen(self, asked: float = 0.0, most: int = 8) -> None:
         """The best patterns closer, and where another channel switches them, as far as that may make them the best.
 
         Each at the place where it tells most, the best of them at two more; what turns out best is tried everywhere.
+
+        Args:
+            asked: worth below which none is of interest.
         """
         ranked = sorted(self.found, key=lambda f: -f.worth)
         best, plain = ranked[0], ranked[0].worth
+        asked = min(asked, 0.9 * self._could(best, np.inf))
         of_best, done = _kind(best), set[tuple[tuple[str, ...], str]]()
         for one in ranked:
-            least = max(0.0, plain - ODDS)
+            least = max(asked, plain - ODDS)
             if len(done) == most or self._could(one, NARROWER) < least:
                 break
             if _kind(one) in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
                 continue
             done.add(_kind(one))
-            closest, switched = self._sharpened(one, best.worth)
+            closest, switched = self._sharpened(one, max(asked, best.worth))
             plain = max(plain, closest.worth)
             if switched.worth > best.worth:
                 best, of_best = switched, _kind(one)
         # Nearby places answer alike, and each has its own edge, phase or period.
         near = {f.where: f for f in reversed(ranked) if _kind(f) == of_best and f.where != best.where}
         for one in sorted(near.values(), key=lambda f: -f.worth)[:ELSEWHERE]:
-            best = max(best, self._sharpened(one, best.worth)[1], key=lambda f: f.worth)
+            if self._could(one, NARROWER) > max(asked, best.worth):
+                best = max(best, self._sharpened(one, max(asked, best.worth))[1], key=lambda f: f.worth)
         for one, signal in self._channels([best, *ranked[:MOST]]):
-            if self._could(one, NARROWER) > best.worth:
+            if self._could(one, NARROWER) > best.worth and self._could(one, SIDE_BY_SIDE) > asked:
                 best = max(best, self._several(one.where, signal), key=lambda f: f.worth)
         for one in (f for f in [best, *ranked[:MOST]] if f.pattern.rounder is not None):
-            if self._could(one, ROUND) > max(0.0, best.worth):
+            if self._could(one, ROUND) > max(asked, best.worth):
                 best = max([best, *self._rounded(one.pattern)], key=lambda f: f.worth)
         # A pattern is no more at home in what moves every direction in its own way.
         for where in self.screened:
@@ -179,7 +185,7 @@ class Tried:
         """A pattern closer, and the better of that and what another channel makes of it, if that may reach a worth."""
         closest = self._closest(one)
         known = len(self.found)
-        every = [closest, *(self._closest(other) for other in self._switched(closest, max(0.0, closest.worth, least)))]
+        every = [closest, *(self._closest(other) for other in self._switched(closest, max(closest.worth, least)))]
         best = max(every, key=lambda f: f.worth)
         if best is closest:
             del self.found[known:]

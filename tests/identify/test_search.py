@@ -29,7 +29,7 @@ class Table(Search):
     def beside(self, outside):
         return replace(self, outside=outside)
 
-    def suspects(self, linear):
+    def suspects(self, linear, asked=0.0):
         some = self.worth.get(self.now(), {})
         found = [(v, k) for k, v in some.items() if k.startswith("joint")]
         return [Suspect("q1", k, "", 1.0, v, v, np.zeros((1, 1, 1)), np.zeros(1)) for v, k in sorted(found)[::-1]]
@@ -52,19 +52,22 @@ def begin(monkeypatch):
         search.fit = SimpleNamespace(names=(*search.fit.names, best.key))
         return SimpleNamespace(candidate=best)
 
-    def worth(before, search, missing):
+    def worth(before, search, missing, left=None):
         return search.worth.get(search.now(), {}).get("joint total", 0.0)
 
     monkeypatch.setattr(module, "ranking", ranking)
     monkeypatch.setattr(module, "_take", take)
     monkeypatch.setattr(module, "worth", worth)
     monkeypatch.setattr(module, "formed_anew", lambda search, base, missing: missing)
+    monkeypatch.setattr(module._Rival, "beats", lambda rival, base, search, missing: False)
     monkeypatch.setattr(module, "_more_left", lambda fit: "coupling" in fit.names)
     monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
     monkeypatch.setattr(
         module,
         "clear",
-        lambda search: [s for s in search.suspects(search.fit) if s.evidence > 0 and s.where != "joint total"],
+        lambda search, asked=0.0: [
+            s for s in search.suspects(search.fit) if s.evidence > 0 and s.where != "joint total"
+        ],
     )
 
     def begin(table):
@@ -100,6 +103,40 @@ def test_two_names_give_way_to_the_pattern_that_tells_both(begin):
     assert begin(table) == ([], ["joint-2"])
     del table["balancer"], table["balancer line"]
     assert begin(table) == (["balancer"], [])
+
+
+def test_names_are_not_followed_where_a_pattern_far_ahead_cannot_be_reached_any_more(monkeypatch, begin):
+    """A step that a map of four joints comes near with 800 numbers."""
+    asked = []
+
+    def beats(rival, base, search, missing):
+        asked.append((rival.worth, search.fit.names))
+        return search.fit.names == ("map",)
+
+    monkeypatch.setattr(module._Rival, "beats", beats)
+    table = {
+        "": {"map": 200.0, "joint-2": 500.0},
+        "map": {"geometry": 30.0},
+        "map geometry": {"joint total": 400.0},
+        "joint-2": {"joint total": 300.0},
+    }
+    assert begin(table) == ([], ["joint-2"])
+    assert asked == [(300.0 - module.CLOSE, ("map",))]
+    table[""]["joint-2"] = 390.0  # not far ahead: both to the end
+    assert begin(table) == (["geometry", "map"], [])
+
+
+@pytest.mark.parametrize(
+    ("noise", "variance", "left", "beaten"),
+    [(2e-5, 1.0, 900.0, True), (2e-5, 1.3, 900.0, False), (None, 1.3, 900.0, True), (2e-5, 1.0, 300.0, False)],
+)
+def test_a_way_is_beaten_where_even_the_noise_alone_would_not_do(monkeypatch, noise, variance, left, beaten):
+    """It costs 60 more than its rival, which leaves 400 of 400 numbers: more of it may be gone than of the rival's."""
+    base, own = SimpleNamespace(linear=SimpleNamespace(freedom=400)), SimpleNamespace(left=left)
+    rival = SimpleNamespace(left=400.0, variance=variance, noise=SimpleNamespace(position=noise))
+    monkeypatch.setattr(module, "left_by", lambda before, fit: fit.left)
+    monkeypatch.setattr(module, "worth", lambda before, search, missing, left: 400 * np.log(4e4 / left) - 60)
+    assert module._Rival(rival, 400 * np.log(100.0)).beats(base, SimpleNamespace(fit=own), []) == beaten
 
 
 @pytest.mark.parametrize(("name", "stays"), [("coupling", False), ("balancer", True)])
@@ -230,7 +267,7 @@ def test_without_repeats_little_is_scatterof_the_arm_and_more_of_what_drifts(cha
     ninth = Suspect(channel, "tool", "", 0.09, 0.09, 50.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
 
     class One(Table):
-        def suspects(self, linear):
+        def suspects(self, linear, asked=0.0):
             return [ninth]
 
     assert module.clear(One(fit, {}, None, [])) == ([ninth] if told else [])

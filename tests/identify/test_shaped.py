@@ -73,6 +73,18 @@ def test_the_answer_to_an_effect_is_what_it_does_to_the_prediction():
     assert seen.answers([effect])[:, 0] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
 
 
+def test_many_hoses_pull_at_once_as_each_does_alone():
+    state = _fitted(_hose)[0].problem.sensitivity.state
+    one = DressPack(body_from=2, stiffness_N_per_m=400.0, slack_m=0.4, from_m=[0.1, 0, 0.2], to_m=[0, 0.1, 0])
+    some = [one, replace(one, slack_m=1.3, from_m=[0.3, -0.2, 0.1]), replace(one, stiffness_N_per_m=90.0)]
+    every = DressPack.loads(some, state)
+    assert set(every) == {2, 6} and np.ptp(every[6][:, 0, 1]) > 1.0
+    for k, hose in enumerate(some):
+        for body, wrench in hose.load(state).body.items():
+            assert every[body][:, :, k] == pytest.approx(wrench, abs=1e-9)
+    assert DressPack.loads([replace(one, body_from=6)], state) == {} == dict(replace(one, body_from=6).load(state).body)
+
+
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
     monkeypatch.setattr("postproc.identify.shaped.POSES", 30)
     fit, data, _ = _fitted(_hose)

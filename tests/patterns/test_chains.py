@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from postproc.effects.contract import State
+from postproc.identify.ranking import Search
 from postproc.patterns.every import patterns
-from postproc.patterns.suspects import find_suspects
+from postproc.patterns.suspects import find_suspects, look
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
 WEAR = np.round(np.random.default_rng(3).uniform(0, 10, 1000), 2)
 
 
-def told(law, poses: int = 90, wear=WEAR) -> list[str]:
-    """What is told of joint 2 where it follows a column of the table, and how much of it remains."""
+def worn(law, poses: int = 90, wear=WEAR):
+    """A fit whose joint 2 follows a column of the table, and the patterns of that."""
     data, _ = cell(kinds.elbow_wave, seed=313, noise=0.02, poses=poses)
     fit = base_fit(data)
     row, wear = fit.problem.row, wear[: len(data)]
@@ -27,7 +29,12 @@ def told(law, poses: int = 90, wear=WEAR) -> list[str]:
     T = np.tile(np.eye(4), (len(wear), 7, 1, 1))
     at = State(q=np.zeros((len(wear), 6)), T_flange_tcp=np.eye(4), T_base_body=T)
     every = patterns({"wear": wear, "q5": data.state.q[:, 4]}, at, np.zeros((len(wear), 3)))
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), every)[0]
+    return fit.problem, replace(fit.linear, residual=y), every
+
+
+def told(law, wear=WEAR) -> list[str]:
+    """What is told of joint 2 where it follows a column of the table, and how much of it remains."""
+    found = find_suspects(*worn(law, wear=wear))[0]
     assert (found.channel, found.where) == ("wear", "joint 2") and found.share > 0.99
     return re.split(r", (?!\d+\.?\d* wide)| and ", found.pattern)
 
@@ -58,3 +65,14 @@ def test_a_bump_and_a_step_are_neither_more_bumps_nor_more_steps():
 def test_a_column_of_few_values_has_no_edges_and_is_told_all_the_same():
     """Between six values that lie far apart nothing was measured."""
     assert told(lambda x: (x - 4) ** 2, wear=np.floor(WEAR * 0.6))[0].startswith("another value at each of")
+
+
+def test_a_pattern_that_cannot_be_worth_what_is_asked_is_left_as_it_was_tried():
+    problem, linear, every = worn(lambda x: 0.06 * ((x > 2) + (x > 5) - 1.5 * (x > 7.5)))
+    search = Search(SimpleNamespace(problem=problem), {}, every, [])
+    whole = look(problem, linear, every).suspects()[0]
+    coarse = search.suspects(linear, 1e6)[0]
+    assert coarse.evidence < whole.evidence - 5
+    assert search.suspects(linear, 2e6)[0] is coarse
+    again = search.suspects(linear, 0.9 * whole.evidence)[0]
+    assert again.pattern == whole.pattern and again.evidence == pytest.approx(whole.evidence)
