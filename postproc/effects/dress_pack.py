@@ -72,6 +72,13 @@ class DressPack(
         wrench = np.concatenate([force, moment], axis=1)
         return {far: wrench, body: -wrench}
 
+    def on_wrist(self, state: State) -> Self:
+        """A hose to the flange as one that ends on body 5: where that end is on average, whatever joint 6 does."""
+        T = np.asarray(state.T_base_body)
+        end = point_in_base(T[:, 6], self.to_m) - T[:, 5, :3, 3]
+        there = np.einsum("nki,nk->ni", T[:, 5, :3, :3], end).mean(axis=0)
+        return replace(self, body_to=5, to_m=np.clip(there, -1.5, 1.5))
+
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Every pair of bodies, with the flange's end at four places, always taut or slack at times."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
-from postproc.effects.dress_pack import DressPack
+from postproc.effects.dress_pack import RARE, DressPack
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.determined import pull
 from postproc.fit.linear import Linear
@@ -24,7 +24,7 @@ from postproc.model.places import carried, placed
 
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
-STAGES = ((3, 6), (6, 3), (25, 2))
+STAGES = ((3, 6), (6, 4), (25, 3))
 """Steps of a search, and how many of the best starts go on after them.
 
 No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
@@ -122,6 +122,8 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
         some = [c for c, _ in moved]
         some = (_one_of_each(some) if tries > STAGES[0][0] else some)[:enough]
+        if tries == STAGES[0][0]:
+            some += [other for c in some if (other := _on_wrist(screen, c))]
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.searched < least:
             return candidate
@@ -130,6 +132,16 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
+
+
+def _on_wrist(screen: Screen, start: Candidate) -> Candidate | None:
+    """A hose to the flange as one to body 5, which few are; None for anything else."""
+    effect = start.effect
+    if not isinstance(effect, DressPack) or effect.body_to != 6 or effect.body_from > 3:
+        return None
+    tied = effect.on_wrist(screen.problem.sensitivity.state)
+    label, searched = start.label.replace(",", " to 5,", 1), start.searched + 2 * np.log(1 / RARE)
+    return replace(start, effect=tied, label=label, searched=searched)
 
 
 def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
