@@ -12,6 +12,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import Effect, State
 from postproc.effects.contract import FIELDS
+from postproc.effects.declaration import own_channels
 from postproc.effects.findings import describe, finding, line_of
 
 
@@ -49,6 +50,8 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
     if isinstance(error, AttributeError):
         owner = type(error.obj)
         known = [*cls.structures(), *cls.parameters()] if owner is cls else [f.name for f in fields(State)]
+        if owner is State and error.name in own_channels(cls):
+            yield f'a column of the table is `state.channels["{error.name}"]`'
         if owner in (cls, State):
             has = f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"
             yield did_you_mean(error.name or "", known) or has
@@ -70,6 +73,8 @@ HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (ValueError, "inhomogeneous", "give one array (n, 6) of joint angles, or a Displacement"),
     (ValueError, "shapes", "state.q is (n, 6); one joint of it, state.q[:, 1], is (n,)"),
     (TypeError, "Python scalar", "use numpy's function for all states at once: np.sin(x), not math.sin(x)"),
+    (TypeError, "float() argument", "give one array (n, 6) of joint angles, or a Displacement"),
+    (AttributeError, "'items'", "name the parts: Displacement(joint=.., body={3: ..}, tool=.., instrument=..)"),
     (TypeError, "positional argument", "write it as `def displacement(self, state)`, `def load(self, state)`"),
     (TypeError, "keyword argument", "Displacement has joint, body, tool and instrument; Load has joint and body"),
     (np.exceptions.ComplexWarning, "", "angles and lengths are real numbers: is it the root of a negative one?"),

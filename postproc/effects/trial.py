@@ -71,7 +71,8 @@ def _blocks(effect: Effect, member: str, state: State, parts: tuple[object, ...]
     for part in parts:
         if isinstance(part, Mapping):
             if not set(part) <= set(range(7)):
-                raise Failure(_shape(effect, member, f"names body {max(part)}", "bodies are numbered 0 to 6"))
+                odd = next(b for b in part if b not in range(7))
+                raise Failure(_shape(effect, member, f"names body {odd!r}", "bodies are the numbers 0 to 6"))
             result += [_block(effect, member, n, part.get(b)) for b in range(7)]
         else:
             result.append(_block(effect, member, n, part))

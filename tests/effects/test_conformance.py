@@ -134,6 +134,9 @@ def test_the_kit_catches(effect_file, code, line, text, says):
     ("code", "line", "helps"),
     [
         ("EFF005", "return self.step_rad * (state.q > limit)", "define it above the class"),
+        ("EFF005", "return {'joint': self.step_rad * state.q}", "give one array (n, 6) of joint angles"),
+        ("EFF005", "return Displacement(self.step_rad * state.q, state.q)", "name the parts: Displacement(joint=.., "),
+        ("EFF003", "return Displacement(body={'3': self.step_rad * state.q})", "bodies are the numbers 0 to 6"),
         ("EFF005", "return self.stepp_rad * state.q", "did you mean `step_rad`?"),
         ("EFF005", "return self.step_rad * state.tmperature", "did you mean `temperature`?"),
         ("EFF005", "return self.step_rad * state.q[:, 6:7][:, 3]", "counting starts at 0"),
@@ -280,6 +283,9 @@ def test_own_columns_of_the_table_are_channels(effect_file):
     )
     (cls,) = load_effect_file(effect_file(text))
     assert cls.reads == ("humidity",)
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(text.replace('channels["humidity"]', "humidity")))
+    assert error.value.diagnostics[0].help == 'a column of the table is `state.channels["humidity"]`'
 
 
 @pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)

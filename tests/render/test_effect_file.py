@@ -22,7 +22,7 @@ from postproc.patterns.every import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.levels import of_words, words
 from postproc.patterns.shapes import _bump, _settling, _slowing
-from postproc.patterns.signals import channel_signal, channels_read
+from postproc.patterns.signals import Movable, Way, channel_signal, channels_read
 from postproc.render.effect_file import effect_file, nothing_to_draft
 from postproc.robot.catalogue import load_robot
 from tests.identify.cells import base_fit, cell, hidden_found, true_error
@@ -247,6 +247,19 @@ MOVED: list[tuple[str, str, tuple[str, ...], Callable[..., np.ndarray]]] = [
     ("q2", "wave 2 times a turn", ("phase_rad",), lambda x, p: np.cos(2 * x - p)),
 ]
 X = np.linspace(16.0, 30.0, 60)
+
+
+def test_a_number_that_may_move_has_the_unit_and_the_room_that_its_channel_gives() -> None:
+    """A knot within what was measured (or where it stands), a width by ten, an order by half a wave over all of it."""
+    hot = channel_signal("temperature", X)
+    assert Movable(20.0, "knot", hot).way == Way("knot", "20", "K", "16", "30", "1.4")
+    assert Movable(12.0, "knot", hot).way == Way("knot", "12", "K", "12", "30", "1.4")
+    assert Movable(33.0, "knot", hot).way == Way("knot", "33", "K", "16", "33", "1.4")
+    assert Movable(2.0, "width", hot).way == Way("width", "2", "K", "0.2", "20", "0.6")
+    turned = channel_signal("q2", np.linspace(-0.5, 0.5, 60) * np.pi)
+    assert Movable(2.5, "order", turned).way == Way("order", "2.5", "1", "1.5", "3.5", "0.3")
+    assert Movable(0.0, "phase", turned).way == Way("phase", "0", "rad", "-3.141593", "3.141593", "0.3")
+    assert Movable(0.4, "knot", channel_signal("cable", X)).way.unit == "1"
 
 
 def bent(channel: str, form: str) -> Pattern:
