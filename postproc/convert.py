@@ -33,6 +33,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.rapid.edits import Edit
 from postproc.rapid.events import MotionEvent
+from postproc.rapid.memory import set_first
 from postproc.rapid.program import Program, read_program
 from postproc.rapid.walk import walk_program
 from postproc.rapid.world import seen_from_base
@@ -172,11 +173,13 @@ def _followed(
 
 
 def _already_done(sources: Sequence[Source]) -> list[Diagnostic]:
-    text, action = "the program was compensated before", "start from the original, or take the postproc lines out"
+    own = "the program was compensated before", "start from the original, or take the postproc lines out"
+    lent = "the file that is read along was compensated before: its targets hold the correction", "lend the original"
     return [
         Diagnostic("CMP001", "error", text, s, found.span(), action)
         for s in sources
-        if not s.lent and (found := MARKER.search(s.data)) is not None
+        for text, action in [lent if s.lent else own]
+        if (found := MARKER.search(s.data)) is not None
     ]
 
 
@@ -192,7 +195,8 @@ def _moving(
         text = "no motion statement leads to a place that is known before the program runs"
         why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
         measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
-        help_ = why + next(measured, "`postproc inspect` has the reason of every statement")
+        first = set_first(reasons.most_common(1)[0][0]) if reasons else None
+        help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
         _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
     return motion
 

@@ -20,13 +20,15 @@ from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.samples import Samples
 from postproc.model.arm import Model
-from postproc.motion.smoothing import transition
+from postproc.motion.smoothing import Ramp, transition
 from postproc.motion.values import Move
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import pose_error
 
 BEFORE_TARGET, FROM_START = "before its target", "from its start"
 NO_JUMP = 1e-8  # [m], [rad]: rounding between two evaluations of the same state
+
+RampKey = tuple[int, bytes]  # a move and its jump
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,7 @@ def place_targets(model: Model, samples: Samples, exact: Exact, shifts: Mapping[
 
 
 def commanded_curve(
-    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array
+    model: Model, samples: Samples, exact: Exact, written: Exact, t: Array, ramps: dict[RampKey, Ramp]
 ) -> tuple[Array, list[Transition]]:
     """Commanded poses (n, 4, 4) that pass through the targets as they are written, transitions included.
 
@@ -133,6 +135,7 @@ def commanded_curve(
 
     Args:
         exact: as every target would have it; written: see ``place_targets``; t: (n,) time at the samples [s].
+        ramps: what is known of transitions, more for the next time.
     """
     first = np.array([m.first for m in samples.moves])
     space = ~samples.curves.joint & ~first
@@ -143,8 +146,11 @@ def commanded_curve(
         for i in np.flatnonzero(space & (np.abs(jumps).max(axis=1) > NO_JUMP)):
             rows = np.arange(samples.start[i], samples.goal[i] + 1)
             time = t[rows] - t[rows[0]]
-            turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
-            ramp = transition(model.robot, jumps[i], turns, available=float(time[-1]))
+            key = int(i), jumps[i].tobytes()
+            if key not in ramps:
+                turns = samples.mounts_at(rows).joints_by_shift(model.robot, samples.q[rows], samples.T_work_tcp[rows])
+                ramps[key] = transition(model.robot, jumps[i], turns, available=float(time[-1]))
+            ramp = ramps[key]
             passed = ramp.at(time[-1] - time) if is_goal else ramp.at(time)
             T = T if found else T.copy()
             T[rows] = _shifted(T[rows], jumps[i] - passed)

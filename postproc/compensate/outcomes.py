@@ -23,6 +23,7 @@ from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
 from postproc.rapid.events import MotionEvent, MotionStatement, executions_of
+from postproc.rapid.memory import set_first
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
@@ -65,7 +66,9 @@ def judge_statements(
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
-                    findings.append(finding("CMP005", "warning", statement, text, BESIDE))
+                    findings.append(
+                        finding("CMP005", "warning", statement, text, set_first(outcome.reason or "") or BESIDE)
+                    )
                 continue
         way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
         if max(way, end) > tolerance:

@@ -10,19 +10,20 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.added import added_statements
 from postproc.compensate.circles import behind_the_unknown, spoiled_starts
-from postproc.compensate.correction import Exact, Transition, commanded_curve, invert_model, place_targets
+from postproc.compensate.correction import Exact, RampKey, Transition, commanded_curve, invert_model, place_targets
 from postproc.compensate.decisions import Decisions, decide_changes
 from postproc.compensate.following import carried_on, displaced_on, farther_ways, left_targets
 from postproc.compensate.insertions import ASTRAY, runs_astray, why_indivisible
 from postproc.compensate.motion import Motion
 from postproc.compensate.reversals import find_reversals
 from postproc.compensate.sharing import possible_runs, shared_shifts, target_users
-from postproc.compensate.targets import Pieces, divide_moves, divided_alike
+from postproc.compensate.targets import Pieces, PiecesKey, divide_moves, divided_alike
 from postproc.compensate.texts import PlaceKey, numbers_of
 from postproc.compensate.values import Displacement, Insertion
 from postproc.compensate.wishes import Wishes
 from postproc.grouping import grouped
 from postproc.model.arm import Model
+from postproc.motion.smoothing import Ramp
 from postproc.rapid.events import MotionEvent, StatementKey
 from postproc.rapid.program import Program
 from postproc.rapid.units import object_matrices
@@ -71,12 +72,14 @@ def plan_changes(model: Model, motion: Motion, events: Sequence[MotionEvent], pr
     farther: dict[StatementKey, Displacement] = {}
     least = tolerance / 2
     runs = possible_runs(events, {move.row for move in moves})
+    ramps, divided = dict[RampKey, Ramp](), dict[PiecesKey, Pieces]()  # most moves are in a round as in the one before
     while True:
         written = place_targets(model, samples, exact, left)
-        curve, transitions = commanded_curve(model, samples, exact, written, t)
+        curve, transitions = commanded_curve(model, samples, exact, written, t, ramps)
         transitions += find_reversals(model, samples, curve, t, tolerance)
         divisible = [i not in indivisible and (i not in left or i in shared) for i in range(len(moves))]
-        pieces = divided_alike(samples, divide_moves(samples, curve, tolerance, divisible, settled), divisible)
+        pieces = divide_moves(samples, curve, tolerance, divisible, settled, divided)
+        pieces = divided_alike(samples, pieces, divisible)
         values = Wishes(model.robot, motion, written, curve, least)
         wishes = values.wishes([i for i in range(len(moves)) if i not in left or left[i].any()], pieces, shared)
         decisions = decide_changes(runs, wishes, users, 1e3 * least)

@@ -35,44 +35,63 @@ class Pieces:
     reached: bool
 
 
+PiecesKey = tuple[int, bool, bytes]  # a move, whether it may be divided, and where it is commanded to go
+
+
 def divide_moves(
-    samples: Samples, T_commanded: Array, tolerance: float, divisible: Sequence[bool], settled: Flags
+    samples: Samples,
+    T_commanded: Array,
+    tolerance: float,
+    divisible: Sequence[bool],
+    settled: Flags,
+    known: dict[PiecesKey, Pieces],
 ) -> list[Pieces]:
     """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
         tolerance: [m]; divisible: (m,) whether statements may be added before the move's statement.
-        settled: (n,) where the load of inertia does not change.
+        settled: (n,) where the load of inertia does not change; known: pieces found before, more for the next time.
     """
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
     curves = samples.curves
-    length = curves.length
     weight = np.where(settled, 1.0, TRANSIENT)
     worst = _chord_deviations(samples, shift, weight)
     limit = SHARE * tolerance
     result = []
-    for i in np.flatnonzero(samples.goal > samples.start):
-        rows = slice(int(samples.start[i]), int(samples.goal[i]) + 1)
+    for i in np.flatnonzero(samples.goal > samples.start).tolist():
         begin = int(samples.start[i])
-        if curves.arc[i]:
-            intervals = int(samples.goal[i]) - begin
-            part = max(SHORTEST_PIECE / length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
-            shortest = int(np.ceil(part * intervals - 1e-9)) if divisible[int(i)] else intervals
-            allowed = _outside_zones(samples, int(i), samples.u[rows])
-            arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, weight[rows])
-            goals = tuple(begin + b for _, b in arcs[:-1])
-            result.append(Pieces(int(i), goals, tuple(begin + v for v, _ in arcs), reached))
-        elif worst[i] > limit and not curves.joint[i]:
-            if not divisible[int(i)]:
-                result.append(Pieces(int(i), (), (), False))
-                continue
-            direction = curves.chord[i] / max(length[i], 1e-12)
-            u = samples.u[rows]
-            allowed = _outside_zones(samples, int(i), u)
-            vertices, reached = place_vertices(u, shift[rows], direction, allowed, limit, weight[rows])
-            result.append(Pieces(int(i), tuple(begin + v for v in vertices), (), reached))
+        rows = slice(begin, int(samples.goal[i]) + 1)
+        if not curves.arc[i] and (curves.joint[i] or worst[i] <= limit):
+            continue
+        key = i, divisible[i], T_commanded[rows, :3, 3].tobytes()
+        if key not in known:
+            known[key] = (_arcs if curves.arc[i] else _vertices)(samples, i, T_commanded, limit, divisible[i], weight)
+        result.append(known[key])
     return result
+
+
+def _arcs(samples: Samples, i: int, T_commanded: Array, limit: float, divisible: bool, weight: Array) -> Pieces:
+    begin, curves = int(samples.start[i]), samples.curves
+    intervals = int(samples.goal[i]) - begin
+    rows = slice(begin, begin + intervals + 1)
+    part = max(SHORTEST_PIECE / curves.length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
+    shortest = int(np.ceil(part * intervals - 1e-9)) if divisible else intervals
+    allowed = _outside_zones(samples, i, samples.u[rows])
+    arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, weight[rows])
+    return Pieces(i, tuple(begin + b for _, b in arcs[:-1]), tuple(begin + v for v, _ in arcs), reached)
+
+
+def _vertices(samples: Samples, i: int, T_commanded: Array, limit: float, divisible: bool, weight: Array) -> Pieces:
+    if not divisible:
+        return Pieces(i, (), (), False)
+    begin, curves = int(samples.start[i]), samples.curves
+    rows = slice(begin, int(samples.goal[i]) + 1)
+    shift = T_commanded[rows, :3, 3] - samples.T_work_tcp[rows, :3, 3]
+    direction, u = curves.chord[i] / max(curves.length[i], 1e-12), samples.u[rows]
+    allowed = _outside_zones(samples, i, u)
+    vertices, reached = place_vertices(u, shift, direction, allowed, limit, weight[rows])
+    return Pieces(i, tuple(begin + v for v in vertices), (), reached)
 
 
 def divided_alike(samples: Samples, pieces: Sequence[Pieces], divisible: Sequence[bool]) -> list[Pieces]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +15,14 @@ from postproc.rapid.records import Pose
 from postproc.rapid.syntax import Declaration, Routine
 from postproc.rapid.trees import Call, Name
 from postproc.rapid.values import Data, Fields, NotKnown, PartlyKnown, Value, unknown_part
+
+UNSET = "is written by the program and has no certain value here"
+
+
+def set_first(reason: str) -> str | None:
+    """What helps against a reason that says: nothing sets the data on the way to here; None for other reasons."""
+    found = re.match(rf"`(\w+)` {UNSET}", reason)
+    return found and f"it has what the last run left: set it before this, as in `{found[1]}:=pStart;` with a CONST"
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +159,7 @@ class Memory:
     def _written(self, key: str) -> str:
         writers = self.changes.writers.get(key, {""})
         if "" in writers:
-            return "is written by the program and has no certain value here"
+            return UNSET
         return f"may be written by {' and '.join(f'`{name}`' for name in sorted(writers))}"
 
     def declared(self, declaration: Declaration) -> Value:

@@ -64,7 +64,8 @@ class Ways:
         if _still(event):
             self.events.append(event)
             return
-        known = self.known[-MOST_WAYS:]
+        # Ways from one place are one: of a loop's turns that end alike the last counts.
+        known = sorted({_place(self.events[end]): end for end in self.known}.values())[-MOST_WAYS:]
         known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
         if len(self.ends) > 1 or not known:
             event = replace(event, detached=True, first=not known)
@@ -74,6 +75,13 @@ class Ways:
             self.events.append(replace(event, way=number) if number else event)
         self.last = len(self.events) - 1
         self.ends = frozenset({self.last})
+
+
+def _place(event: MotionEvent) -> tuple[object, ...]:
+    """Where an event brings the arm, and by which statement."""
+    if event.reason is not None or event.target is None:
+        return (id(event),)
+    return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)
 
 
 def _still(event: MotionEvent) -> bool:

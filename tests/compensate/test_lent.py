@@ -170,3 +170,30 @@ def test_where_the_program_measures_its_tool_the_way_out_is_told() -> None:
     text = f"MODULE M\n  {TOOL}\n  PROC main()\n    BECheckTcp t;\n    MoveL {target(1200)},v100,fine,t;\n  ENDPROC\nENDMODULE\n"
     (stop,) = [d for d in convert(("m.mod", text, False)).diagnostics if d.code == "CMP003"]
     assert "`--constant t`" in stop.help
+
+
+def test_a_lent_file_that_was_compensated_before_is_found_out() -> None:
+    """Its targets hold the correction already: statements that use them would be corrected twice."""
+    own = f"MODULE Own\nPROC main()\nMoveJ {target(1290)},v100,fine,t;\nMoveL shared,v100,fine,t;\nENDPROC\nENDMODULE\n"
+    data = f"CONST robtarget shared:={target(1300)};\nPROC r()\nMoveL shared,v100,fine,t;\nENDPROC\n"
+    library = f"MODULE Lib\n{TOOL}\n{data}ENDMODULE\n"
+    once = convert(("lib.mod", library, False)).outputs["lib.mod"].decode()
+    assert convert(("own.mod", own, False), ("lib.mod", library, True)).outputs
+    found = convert(("own.mod", own, False), ("lib.mod", once, True))
+    ((code, path, help),) = [(d.code, d.source.path, d.help) for d in found.diagnostics if d.source is not None]
+    assert (code, path, help, found.exit_code) == ("CMP001", "lib.mod", "lend the original", 1)
+
+
+def test_data_that_only_the_last_run_has_set_is_told_with_what_helps() -> None:
+    bead = "MoveL p,v100,fine,t;\np.trans.y:=p.trans.y+6;\n"
+    head = f"MODULE M\n{TOOL}\nPERS robtarget p:={target(1300)};\nCONST robtarget p0:={target(1300)};\nPROC main()\n"
+    start = f"MoveJ {target(1290)},v100,fine,t;\n"
+    told = convert(("m.mod", f"{head}{start}{bead}ENDPROC\nENDMODULE\n", False)).diagnostics
+    assert [d.help for d in told if d.code == "CMP005"] == [
+        "it has what the last run left: set it before this, as in `p:=pStart;` with a CONST"
+    ]
+    alone = convert(("m.mod", f"{head}{bead}ENDPROC\nENDMODULE\n", False))
+    (refused,) = [d.help for d in alone.diagnostics if d.code == "CMP003"]
+    assert refused is not None and "as in `p:=pStart;`" in refused
+    followed = convert(("m.mod", f"{head}{start}p:=p0;\n{bead}{bead}ENDPROC\nENDMODULE\n", False))
+    assert followed.outputs and not [d for d in followed.diagnostics if d.code == "CMP005"]

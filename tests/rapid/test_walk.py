@@ -220,6 +220,8 @@ def shown(found: list[MotionEvent]) -> list[str]:
         ("FOR i FROM 1 TO 2 DO {1} IF di1=1 THEN {2} ENDIF ENDFOR {3}", "", "0 1 2 1 @1 1 2 3 @1 3"),
         ("WHILE di1=1 DO {1} {2} ENDWHILE {3}", "", "0 1 2 1 @0 3 @2 3"),
         ("IF di1=1 THEN {1} ENDIF IF di2=1 THEN {2} ENDIF {3}", "", "0 1 2 @0 2 3 @0 3 @1 3"),
+        # Turns of a loop that end at one place are one way.
+        ("FOR i FROM 1 TO 3 DO IF di1=1 THEN {1} {2} ENDIF ENDFOR {3}", "", "0 1 2 1 @0 1 2 1 @0 1 2 3 @0 3"),
     ],
 )
 def test_every_way_goes_on_from_where_it_has_brought_the_arm(body: str, data: str, ways: str) -> None:
