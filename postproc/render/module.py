@@ -15,6 +15,7 @@ from postproc.grouping import grouped
 from postproc.rapid.edits import Edit, edited
 from postproc.rapid.events import MotionStatement
 from postproc.rapid.tokens import number_text, tokenize
+from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
 
@@ -42,6 +43,8 @@ def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterat
             before, after = change.source.data[change.span[0] : begin], change.source.data[end : change.span[1]]
             written = before.decode("latin-1") + (text if change.inner else "") + after.decode("latin-1")
             text = fill(displaced, {"text": written, "displacement": _sums(change.displacement, written)})
+            lead, newline = line_style(change.source.data, change.span[0])
+            text = broken(text, lead.decode("latin-1"), newline.decode())
         yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
 
 
@@ -118,7 +121,10 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
             if insertion.duration is not None:
                 replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
-            lines.append(fill(template, {"statement": values}).encode("latin-1", "replace") + newline + lead)
+            text = fill(template, {"statement": values})
+            if insertion.to.way is not None:
+                text = broken(text, lead.decode("latin-1"), newline.decode())
+            lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
         edits += _time_left(statement, group)
     return edits

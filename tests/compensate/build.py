@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -68,7 +69,8 @@ def written(conversion: Conversion) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    return [line.strip() for line in text.splitlines()]
+    """Lines without their indentation; a statement that was broken into several is one."""
+    return [line.strip() for line in re.sub(r"(?<=,)\n\s*(?=[^\s[])|\n\s*(?=[+-])", "", text).splitlines()]
 
 
 def body_of(text: str) -> list[str]:

@@ -375,7 +375,9 @@ def test_runs_on_displaced_work_share_the_targets_that_are_added() -> None:
     found = convert(text)
     assert found.report["max_error_before_mm"] > 1.0
     assert found.report["max_error_after_mm"] <= 0.01  # 0.28 mm where nothing can be added
-    assert re.search(r"ArcC Offs\(.*pdisp.*,Offs\(.*pdisp", written(found))  # circle point and goal of an added arc
+    assert re.search(
+        r"ArcC Offs\(.*pdisp.*,Offs\(.*pdisp", "\n".join(lines_of(written(found)))
+    )  # circle point and goal of an added arc
     again = independent(text, found)
     assert again.violations == []
     assert again.after == pytest.approx(found.report["max_error_after_mm"], abs=0.002)

@@ -1,0 +1,43 @@
+"""Long statements on several lines: RAPID takes a line break wherever it takes a blank."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from postproc.rapid.tokens import tokenize
+
+LONGEST = 200  # characters of what stays on one line: a target takes more than a hundred
+WIDTH = 110  # of the lines of what is longer
+_FIXED = ('"', "!", "\n")  # a text, a comment or lines of its own: left as it is
+
+
+def broken(text: str, lead: str, newline: str) -> str:
+    """A statement or an argument, where it is long: after commas, and before the signs of a sum that is still too long.
+
+    Args:
+        lead: blanks before the statement; what goes on stands deeper by one step.
+    """
+    if len(text) <= LONGEST or any(mark in text for mark in _FIXED):
+        return text
+    lines, step = [""], "\t" if "\t" in lead else "  "
+    for part in _parts(text, commas=True):
+        for piece in [part] if len(part) <= WIDTH else _parts(part, commas=False):
+            if lines[-1] and len(lines[-1]) + len(piece) > WIDTH:
+                lines.append("")
+            lines[-1] += piece
+    return f"{newline}{lead}{step}".join(lines)
+
+
+def _parts(text: str, commas: bool) -> Sequence[str]:
+    """Behind commas that stand in no bracket or in one pair; before the signs of a part between such commas."""
+    data, depth, cuts, last = text.encode("latin-1", "replace"), 0, [0], ""
+    for kind, (start, end) in tokenize(data):
+        token = data[start:end].decode("latin-1")
+        depth += token in ("(", "[", "{")
+        depth -= token in (")", "]", "}")
+        if depth <= 1 and commas and token == ",":
+            cuts.append(end)
+        elif depth <= 0 and not commas and token in ("+", "-") and last not in ("", ",", "("):
+            cuts.append(start)
+        last = last if kind == "blank" else token
+    return [text[a:b] for a, b in zip(cuts, [*cuts[1:], len(text)], strict=True) if b > a]
