@@ -35,7 +35,9 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
     result = np.zeros((len(t), 6))
     if not len(t):
         return result
-    step = float(period.min()) / _STEPS
+    level = np.round(np.log(period) / _LEVELS).astype(int)
+    # A step of the exact period would move every instant of a long program with the last digit of the model.
+    step = float(np.exp(level.min() * _LEVELS)) / _STEPS
     # Only the surroundings of the instants are looked at, in blocks: memory does not grow with the program.
     for first in range(0, len(t), _BLOCK):
         rows = np.arange(first, min(first + _BLOCK, len(t)))
@@ -45,11 +47,10 @@ def sustained(acceleration: Callable[[Array], Array], duration: float, t: Array,
         inside = (even >= 0.0) & (even <= duration)
         a = np.zeros((len(even), 6))
         a[inside] = acceleration(even[inside])
-        level = np.round(np.log(period[rows]) / _LEVELS).astype(int)
-        for n in np.unique(level):
+        for n in np.unique(level[rows]):
             size = (max(1, int(np.ceil(np.exp(n * _LEVELS) / step))), 1)
             opened = [grey_opening(part, size=size) for part in (np.maximum(a, 0.0), np.maximum(-a, 0.0))]
-            chosen = rows[level == n]
+            chosen = rows[level[rows] == n]
             for j in range(6):
                 result[chosen, j] = np.interp(t[chosen], even, opened[0][:, j] - opened[1][:, j])
     return result

@@ -55,6 +55,13 @@ def test_long_motions_in_pieces_equal_one_piece(monkeypatch: pytest.MonkeyPatch)
     assert np.abs(kept(a, 0.2, 0.01) - whole).max() < 0.06
 
 
+def test_a_period_that_differs_in_the_sixth_digit_changes_nothing() -> None:
+    """A stiffness fitted anew must not move what an hour-long program keeps of its ramps."""
+    a = np.where((np.arange(40_000) % 1300) < 450, np.arange(40_000) % 450 / 100, 0.0)
+    assert np.array_equal(kept(a, 0.1, 0.02), kept(a, 0.1 * (1 + 1e-6), 0.02))
+    assert kept(a, 0.1, 0.02).max() > 3.0
+
+
 def test_a_slow_weld_is_free_of_inertia_and_a_long_swing_is_not() -> None:
     moves = chain(
         joint(pose(1.1, -0.3, 0.5)),
