@@ -14,14 +14,16 @@ from postproc.diagnostics import PostprocError, Source
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Displacement, Effect, param
 from postproc.effects.dress_pack import DressPack
+from postproc.effects.joint_offset import JointOffset
 from postproc.effects.link_geometry import LinkGeometry
 from postproc.effects.registry import effect_library
+from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.determined import slope
 from postproc.fit.fitted import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
-from postproc.fit.solve import Terms, _held_at_prior
+from postproc.fit.solve import LEAST, Terms, _advance, _held_at_prior, _made_up_for
 from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
@@ -365,6 +367,10 @@ def test_a_bad_position_is_set_aside_beside_coarse_orientations():
     assert base_fit(replace(data, position=position, rotation=rotation)).set_aside == (17,)
 
 
+def _arm(*effects):
+    return Model(load_robot("irb4600_60_205"), effects)
+
+
 class Seat(Effect, reads=("temperature",)):
     """A tool that turns and shifts in its seat as it warms up."""
 
@@ -400,6 +406,36 @@ def test_what_others_could_make_up_for_by_a_wild_value_alone_stays_where_it_is()
     assert shift({"seat"}, once) == 1e-3 and not once
     assert shift(set(), once) == 0.0 and once == {("seat", 3)}
     assert shift(set(), once) == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("stands", "changes", "allowed"),
+    [(0.0, 9.0, True), (0.0, 11.0, False), (0.0, -11.0, False), (20.0, 5.0, True), (-20.0, 5.0, False)],
+)
+def test_others_make_up_for_it_within_ten_ordinary_sizes_or_where_they_become_smaller(stands, changes, allowed):
+    model = _arm(JointOffset())
+    size = ordinary_sizes(JointOffset(), model.robot)[5]
+    model = _arm(JointOffset(offset_rad=[0, 0, 0, 0, 0, stands * size]))
+    problem = SimpleNamespace(model=model, slopes=lambda effect, mask: np.ones((1, 1)))
+    at = SimpleNamespace(columns=np.ones((1, 1)), parameters=(("joint_offset", 5),))
+    first = np.arange(6) == 0
+    assert _made_up_for(problem, at, Seat(), first, np.full(6, changes * size)) is allowed
+
+
+@pytest.mark.parametrize(
+    ("faithful", "before", "after"), [(0.9, 0.0, 0.0), (0.2, 0.0, LEAST), (0.5, 1.0, 1.0), (1.0, 1.0, 0.2)]
+)
+def test_a_step_that_does_what_was_foretold_sets_the_next_one_free(faithful, before, after):
+    """One that does a fifth of it holds the next one back, though it was not held back itself."""
+    taken = SimpleNamespace(step=lambda problem: (1.0, set()))
+    at = SimpleNamespace(
+        damped=lambda damping: taken,
+        foretold=lambda problem, step: 3.0,
+        moved=lambda problem, step: "there",
+        cost=lambda trial: 5.0 - 2.0 * faithful,
+    )
+    trial, cost, _, damping = _advance("here", at, 5.0, 1e-9, before, 1)
+    assert (trial, cost) == ("there", 5.0 - 2.0 * faithful) and damping == pytest.approx(after)
 
 
 def test_what_a_fitted_slack_length_needs_stays_where_it_is():
