@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -41,15 +43,29 @@ def force_at(point: Array, force: Array) -> Array:
 def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int) -> tuple[Array, Array]:
     """Acceleration (n, 3) of a body's origin and matrix A (n, 3, 3): a point p of the body has a_o + A (p - o).
 
-    The outward Newton-Euler recursion, in base axes [m/s^2].
+    The outward Newton-Euler recursion, in base axes [m/s^2]; kept for the arm that was asked last, of which a fit asks
+    every parameter of every load.
 
     Args:
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
     """
+    global _last
+    asked = robot, T_base_body, v, a
+    if any(one is not other for one, other in zip(asked, _last[0], strict=True)):
+        _last = asked, _motions(*asked)
+    return _last[1][body]
+
+
+_last: tuple[tuple[Any, ...], list[tuple[Array, Array]]] = (None,) * 4, []
+
+
+def _motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple[Array, Array]]:
+    """`body_motion` of every body."""
     # Points run along the last axis: components are long rows.
     T = np.moveaxis(np.asarray(T_base_body), 0, -1)
     spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
-    for j in range(body):
+    found = [(acceleration.T, np.zeros((len(v), 3, 3)))]
+    for j in range(6):
         R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
         arm = p - origin
         acceleration = acceleration + _cross(spin_rate, arm) + _cross(spin, _cross(spin, arm))
@@ -59,8 +75,15 @@ def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int)
         rate = turn * v[:, j]
         spin_rate = spin_rate + turn * a[:, j] + _cross(spin, rate)
         spin = spin + rate
-    outward = skew(spin.T)
-    return acceleration.T, skew(spin_rate.T) + outward @ outward
+        outward = skew(spin.T)
+        found.append((acceleration.T, skew(spin_rate.T) + outward @ outward))
+    return found
+
+
+@lru_cache(maxsize=1)
+def still(n: int) -> Array:
+    """(n, 6) no speed, the same each time."""
+    return np.zeros((n, 6))
 
 
 def _cross(x: Array, y: Array) -> Array:
@@ -106,7 +129,7 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
     force, torque = mass * state.gravity, np.cross(first, state.gravity)
     if state.robot is not None and (state.v is not None or state.a is not None):
         # Where only the speed was recorded it is steady, as for the links and the payload.
-        v, a = (np.zeros((n, 6)) if rate is None else rate for rate in (state.v, state.a))
+        v, a = (still(n) if rate is None else rate for rate in (state.v, state.a))
         a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), v, a, body)
         force = force - mass * a_origin - turned(matrix, first)
         torque = torque - np.cross(first, a_origin)

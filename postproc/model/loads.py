@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.asking import load_of
 from postproc.effects.contract import State
-from postproc.effects.geometry import force_at, point_acceleration
+from postproc.effects.geometry import force_at, point_acceleration, still
 from postproc.model.arm import ALL_BODIES, Model
 from postproc.model.chain import Chain, deflected_chain, directions, spread
 from postproc.model.deflection import Deflection, tcp
@@ -91,8 +91,7 @@ def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
     point = payload_point(state, chain)
     pull = np.broadcast_to(model.gravity, point.shape)
     if state.v is not None or state.a is not None:
-        still = np.zeros((len(state), 6))
-        v, a = (still if r is None else r for r in (state.v, state.a))
+        v, a = (still(len(state)) if r is None else r for r in (state.v, state.a))
         pull = pull - point_acceleration(model.robot, chain.T_base_body, v, a, 6, point)
     mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))
     return force_at(point, mass[:, None] * pull)

@@ -16,7 +16,7 @@ from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.example import example_arm
 from postproc.effects.frame_drift import FrameDrift
-from postproc.effects.geometry import long_bodies, point_acceleration
+from postproc.effects.geometry import body_motion, long_bodies, point_acceleration
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_compliance import JointCompliance
@@ -34,6 +34,7 @@ from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.tool_frame import ToolFrame
 from postproc.effects.transmission_error import TransmissionError
 from postproc.effects.wrist_coupling import WristCoupling
+from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import body_poses
 
 SIX = np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
@@ -448,3 +449,17 @@ def test_no_link_weighs_less_than_nothing_and_no_joint_is_stiffer_than_rigid():
         curve = NonlinearCompliance(windup_rad=[0, -1e-4, 0, 0, 0, 0], knee_Nm=np.full(6, knee))
         assert curve.impossible(arm, linear).any() != possible
         assert not replace(curve, windup_rad=[0, 1e-4, 0, 0, 0, 0]).impossible(arm, linear).any()
+
+
+def test_the_motion_of_a_body_is_that_of_the_speeds_that_were_asked_for():
+    """Kept for the last arm: a second joint that turns as fast gives its body the centripetal acceleration w^2 r."""
+    robot = load_robot("ur10")
+    T = body_poses(robot, np.zeros((1, 6)))
+    slow, fast = np.zeros((2, 1, 6))
+    slow[:, 0], fast[:, 0] = 1.0, 2.0
+    still = np.zeros((1, 6))
+    r = float(np.hypot(*(T[0, 6, :2, 3] - T[0, 1, :2, 3])))
+    for v in (slow, fast, slow):
+        for body in (6, 2, 6):
+            acceleration, _ = body_motion(robot, T, v, still, body)
+        assert np.linalg.norm(acceleration) == pytest.approx(v[0, 0] ** 2 * r)
