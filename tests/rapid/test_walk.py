@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.rapid import execution
+from postproc.rapid.assign import undecided
+from postproc.rapid.choices import Choices
 from postproc.rapid.events import MotionEvent
 from postproc.rapid.pose import pose_mult
 from postproc.rapid.records import JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.values import Data
 from postproc.rapid.walk import walk, walk_program
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
@@ -382,6 +387,27 @@ def test_a_choice_that_moves_nothing_is_followed_both_ways_to_the_end(choice: st
     back = [e for e in found if e.detached and not e.first]  # the next turn may follow another choice
     assert len(back) == (2 if loop else 0)
     assert places([e for e in found if e not in back]) == [(1, 0, 0), (6, 0, 0), (2, 0, 0), (7, 0, 0)]
+
+
+def test_a_branch_of_which_an_arm_once_ended_the_routine_is_not_followed_apart() -> None:
+    """Met again where that arm is not possible: what follows it is still left out on one way."""
+    choices, place, written = Choices(), ("weld.mod", 5), [{"wact"}, {"wact"}]
+    ends: dict[int, dict[str, Data] | None] = {0: {"wact": 1.0}, 1: {"wact": 2.0}}
+    choices.met(place, ends, {"wact", "count"}, written, left=True)
+    assert choices.found[place].left and choices.found[place].certain == {"wact"}
+    choices.met(place, ends, {"wact", "count"}, written, left=False)
+    assert choices.found[place].left
+
+
+def test_a_branch_that_was_followed_apart_is_not_asked_for_again() -> None:
+    """Whatever still lacks what it sets: the program would be followed for ever."""
+    text = program(module("", "VAR num n;"))
+    (n,) = {d.key for d in text.names.values()}
+    lacks = [SimpleNamespace(reason=undecided(n, text))]
+    choices, place = Choices(), ("weld.mod", 5)
+    choices.met(place, {0: {n: 1.0}, 1: {n: 2.0}}, {n}, [{n}, {n}], left=False)
+    assert choices.lacking(lacks, text) == {place: (0, 1)}
+    assert Choices({place: 0}, choices.found).lacking(lacks, text) == {}
 
 
 def test_choices_that_no_motion_needs_or_that_are_too_many_are_not_followed_apart() -> None:
