@@ -78,7 +78,8 @@ def check(file: Path, /, *, json: Flag = False) -> int:
         keys = [cls.key for cls in classes]
         print_json({"schema": "postproc/effects-check/1", "effects": keys, "diagnostics": findings})
     elif not has_errors(found):
-        print("\n".join(f"{cls.key}: fit for every command" for cls in classes))
+        doubt = ", if what is told above is meant so" if found else ""
+        print("\n".join(f"{cls.key}: fit for every command{doubt}" for cls in classes))
     return int(has_errors(found))
 
 

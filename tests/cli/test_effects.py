@@ -46,6 +46,12 @@ def test_check_passes_and_fails(call: Call, tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(GOOD)
     assert call("effects", "check", file).out == "sag: fit for every command\n"
+    file.write_text(GOOD.replace("* state.q", "* 1e3 * state.q"))
+    doubted = call("effects", "check", file)
+    assert doubted.code == 0 and doubted.err.startswith(
+        "warning[EFF018]: at its ordinary size `sag` turns something by"
+    )
+    assert doubted.out == "sag: fit for every command, if what is told above is meant so\n"
     file.write_text(GOOD.replace("* state.q", "* state.q + 1e-3"))
     outcome = call("effects", "check", file, "--json")
     assert outcome.code == 1
