@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,23 @@ def load_of(effect: Effect, state: State) -> Load:
     if isinstance(given, Load):
         return Load(_array(given.joint), _bodies(given.body))
     return Load() if given is None else given
+
+
+def loads_of(effects: Sequence[Effect], state: State) -> Load:
+    """The loads of m effects that differ in parameters alone, side by side, (n, 6, m) each."""
+    cls = type(effects[0])
+    if any(state.channel(name) is None for name in cls.reads if name != "load"):
+        return Load()
+    at_once = cls.loads(effects, state)
+    if at_once is not None:
+        return at_once
+    every, nothing = [load_of(e, state) for e in effects], np.zeros((len(state), 6))
+    joints = [nothing if one.joint is None else one.joint for one in every]
+    bodies = sorted({b for one in every for b in one.body})
+    return Load(
+        None if all(one.joint is None for one in every) else np.stack(joints, axis=2),
+        {b: np.stack([one.body.get(b, nothing) for one in every], axis=2) for b in bodies},
+    )
 
 
 def _array(part: Any) -> Array | None:

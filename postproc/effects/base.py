@@ -137,6 +137,14 @@ class Effect:
         """Which forces the effect adds; None for nothing."""
         return None
 
+    @classmethod
+    def loads(cls, some: Sequence[Self], state: State) -> Load | None:
+        """The loads of m effects that differ in parameters alone, (n, 6, m) each; None where each must be asked.
+
+        A search asks for hundreds; what writes this must give what `load` gives.
+        """
+        return None
+
     def basis(self, state: State) -> JointBasis | None:
         """Columns by parameter, for linear effects with many of them; then `displacement` need not be written."""
         return None
@@ -264,6 +272,14 @@ class Effect:
 
     def nearby(self, new: int = 1) -> tuple[Variant, ...]:
         """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
+        return ()
+
+    def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
+        """Forms that are looked for only from where the search of this one has come to, each with how ordinary it is.
+
+        Args:
+            label: what this one is called.
+        """
         return ()
 
     def __reduce__(self) -> tuple[Any, ...]:

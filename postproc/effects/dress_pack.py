@@ -55,29 +55,31 @@ class DressPack(
         return here, there, np.sqrt(np.einsum("ni,ni->n", there - here, there - here))
 
     @classmethod
-    def loads(cls, hoses: Sequence[Self], state: State) -> dict[int, Array]:
-        """(n, 6, m) wrench of each of m hoses of the same two bodies, by body, as `load` has it."""
-        body, far = hoses[0].body_from, hoses[0].body_to
+    def loads(cls, some: Sequence[Self], state: State) -> Load:
+        body, far = some[0].body_from, some[0].body_to
         if body == far:
-            return {}
+            return Load()
         T = np.asarray(state.T_base_body)
-        stiffness, slack = (np.array([getattr(h, name) for h in hoses]) for name in ("stiffness_N_per_m", "slack_m"))
-        here = T[:, body, :3, :3] @ np.transpose([h.from_m for h in hoses]) + T[:, body, :3, 3:]
-        there = T[:, far, :3, :3] @ np.transpose([h.to_m for h in hoses]) + T[:, far, :3, 3:]
+        stiffness, slack = (np.array([getattr(h, name) for h in some]) for name in ("stiffness_N_per_m", "slack_m"))
+        here = T[:, body, :3, :3] @ np.transpose([h.from_m for h in some]) + T[:, body, :3, 3:]
+        there = T[:, far, :3, :3] @ np.transpose([h.to_m for h in some]) + T[:, far, :3, 3:]
         line = here - there
         distance = np.sqrt(np.einsum("nim,nim->nm", line, line))
         taut = stiffness * np.maximum(distance - slack, 0.0) / np.maximum(distance, 1e-9)
         force = taut[:, None] * line
         moment = np.cross(there, force, axis=1)
         wrench = np.concatenate([force, moment], axis=1)
-        return {far: wrench, body: -wrench}
+        return Load(body={far: wrench, body: -wrench})
 
-    def on_wrist(self, state: State) -> Self:
-        """A hose to the flange as one that ends on body 5: where that end is on average, whatever joint 6 does."""
+    def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
+        """A hose to the flange as one that ends on body 5, where its end is on average, whatever joint 6 does."""
+        if self.body_to != 6 or self.body_from > 3:
+            return ()
         T = np.asarray(state.T_base_body)
         end = point_in_base(T[:, 6], self.to_m) - T[:, 5, :3, 3]
         there = np.einsum("nki,nk->ni", T[:, 5, :3, :3], end).mean(axis=0)
-        return replace(self, body_to=5, to_m=np.clip(there, -1.5, 1.5))
+        tied = replace(self, body_to=5, to_m=np.clip(there, -1.5, 1.5))
+        return (variant(tied, label.replace(",", " to 5,", 1), odds=RARE),)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.asking import displacement_of, load_of
+from postproc.effects.asking import displacement_of, loads_of
 from postproc.effects.base import Effect
-from postproc.effects.dress_pack import RARE, DressPack
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.determined import pull
 from postproc.fit.linear import Linear
@@ -61,13 +60,9 @@ class Glimpse:
             for at in sorted({at for moved in moves for at in moved}):
                 parts = [np.broadcast_to(moved.get(at, 0.0), (n, 6)) for moved in moves]
                 answer += seen.matrix[:, :, at : at + 6] @ np.stack(parts, axis=2)
-        if isinstance(effects[0], DressPack):
-            for body, pull_ in DressPack.loads([e for e in effects if isinstance(e, DressPack)], seen.state).items():
-                answer += self.by_load(6 + 6 * body) @ pull_
-        elif cls.load is not Effect.load:
-            loads = [carried(load_of(e, seen.state)) for e in effects]
-            for at in sorted({at for load in loads for at in load}):
-                answer += self.by_load(at) @ np.stack([load.get(at, np.zeros((n, 6))) for load in loads], axis=2)
+        if cls.load is not Effect.load:
+            for at, every in carried(loads_of(effects, seen.state)).items():
+                answer += self.by_load(at) @ every
         return np.asarray(answer[self.problem.weights.used])
 
     def by_load(self, first: int) -> Array:
@@ -123,7 +118,7 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
         some = [c for c, _ in moved]
         some = (_one_of_each(some) if tries > STAGES[0][0] else some)[:enough]
         if tries == STAGES[0][0]:
-            some += [other for c in some if (other := _on_wrist(screen, c))]
+            some += [other for c in some for other in _relatives(screen, c)]
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.searched < least:
             return candidate
@@ -134,14 +129,10 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
     return replace(max(every[0], candidate, key=lambda c: c.evidence), visible=candidate.visible, starts=near)
 
 
-def _on_wrist(screen: Screen, start: Candidate) -> Candidate | None:
-    """A hose to the flange as one to body 5, which few are; None for anything else."""
-    effect = start.effect
-    if not isinstance(effect, DressPack) or effect.body_to != 6 or effect.body_from > 3:
-        return None
-    tied = effect.on_wrist(screen.problem.sensitivity.state)
-    label, searched = start.label.replace(",", " to 5,", 1), start.searched + 2 * np.log(1 / RARE)
-    return replace(start, effect=tied, label=label, searched=searched)
+def _relatives(screen: Screen, start: Candidate) -> list[Candidate]:
+    """A candidate's `Effect.relatives`, at the price of being rarer."""
+    every = start.effect.relatives(screen.problem.sensitivity.state, start.label)
+    return [replace(start, effect=v.effect, label=v.label, searched=start.searched - 2 * np.log(v.odds)) for v in every]
 
 
 def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:

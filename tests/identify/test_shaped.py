@@ -8,7 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from postproc.effects.arm_load import ArmLoad
+from postproc.effects.asking import load_of, loads_of
 from postproc.effects.dress_pack import DressPack
+from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
@@ -17,6 +20,7 @@ from postproc.identify.candidate import Screen
 from postproc.identify.selection import compose
 from postproc.identify.shaped import Glimpse, formed, glimpse, shaped
 from postproc.model.equilibrium import predict
+from postproc.model.places import carried
 from tests.identify.cells import base_fit, cell, true_error
 from tests.independent import library_effects as kinds
 from tests.independent.arm import Wrenches, point_load
@@ -87,16 +91,25 @@ def test_the_answer_to_an_effect_is_what_it_does_to_the_prediction():
     assert seen.answers([effect])[:, 0] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
 
 
-def test_many_hoses_pull_at_once_as_each_does_alone():
+def _together_as_alone(some, state):
+    every = carried(loads_of(some, state))
+    for k, one in enumerate(some):
+        alone = carried(load_of(one, state))
+        assert set(alone) == set(every)
+        for at, share in alone.items():
+            assert every[at][:, :, k] == pytest.approx(share, abs=1e-9)
+    return every
+
+
+def test_many_effects_load_the_arm_at_once_as_each_does_alone():
     state = _fitted(_hose)[0].problem.sensitivity.state
     one = DressPack(body_from=2, stiffness_N_per_m=400.0, slack_m=0.4, from_m=[0.1, 0, 0.2], to_m=[0, 0.1, 0])
-    some = [one, replace(one, slack_m=1.3, from_m=[0.3, -0.2, 0.1]), replace(one, stiffness_N_per_m=90.0)]
-    every = DressPack.loads(some, state)
-    assert set(every) == {2, 6} and np.ptp(every[6][:, 0, 1]) > 1.0
-    for k, hose in enumerate(some):
-        for body, wrench in hose.load(state).body.items():
-            assert every[body][:, :, k] == pytest.approx(wrench, abs=1e-9)
-    assert DressPack.loads([replace(one, body_from=6)], state) == {} == dict(replace(one, body_from=6).load(state).body)
+    hoses = [one, replace(one, slack_m=1.3, from_m=[0.3, -0.2, 0.1]), replace(one, stiffness_N_per_m=90.0)]
+    assert np.ptp(_together_as_alone(hoses, state)[6 + 6 * 6][:, 0, 1]) > 1.0
+    assert not _together_as_alone([replace(one, body_from=6)], state)
+    # Those that do not say it at once: on bodies, and on joints.
+    _together_as_alone([ArmLoad(body=(3,), mass_kg=[m], moment_kgm=[[0, 0, 0.1]]) for m in (2.0, 5.0)], state)
+    _together_as_alone([GravityCompensator(sine_Nm=[a]) for a in (300.0, 400.0)], state)
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
