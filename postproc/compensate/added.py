@@ -111,7 +111,7 @@ def _shared(
     if any(event.target != events[0].target for event in events):
         # Coordinates of targets are corrected themselves: what goes with them as a whole would be corrected twice.
         numbers = [{name: value for name, value in run.items() if ".trans." not in name} for run in numbers]
-    most = min(gaps) / 2
+    most = [min(max(gaps) / 2, max(gap, least)) for gap in gaps]
     found = []
     for insertions in zip(*runs, strict=True):
         to = _straight(wishes, [i.to for i in insertions], numbers, most)
@@ -135,15 +135,15 @@ def _way(wishes: Wishes, part: Pieces) -> list[TargetValue]:
 
 
 def _straight(
-    wishes: Wishes, values: Sequence[TargetValue], numbers: Sequence[dict[str, float]], most: float
+    wishes: Wishes, values: Sequence[TargetValue], numbers: Sequence[dict[str, float]], most: Sequence[float]
 ) -> TargetValue | None:
-    """A target that goes straight with numbers, None where a run would lack more than ``most`` [mm]."""
+    """A target that goes straight with numbers, None where a run would lack more than its ``most`` [mm]."""
     middle = middle_value(values)
     places = np.array([value.pose.trans for value in values])
     way = straight(numbers, places, wishes.least)
-    lacks = np.linalg.norm(places - [way.at(run) for run in numbers], axis=1).max()
+    lacks = np.linalg.norm(places - [way.at(run) for run in numbers], axis=1)
     alike = all(v.robconf == middle.robconf and _still(v.extax, middle.extax) for v in values)
-    if lacks > most or not alike:
+    if (lacks > most).any() or not alike:
         return None
     pose = replace(middle.pose, trans=way.constant)
     return replace(middle, pose=pose, way=replace(way, constant=(0.0, 0.0, 0.0)) if way.slopes else None)

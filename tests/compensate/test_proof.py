@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,15 @@ import numpy as np
 import pytest
 
 from postproc.compensate.dynamics import check_corrected
+from postproc.compensate.options import Options
 from postproc.compensate.proof import distance_to_curves
+from postproc.compensate.reading import read_samples
 from postproc.compensate.values import TargetValue
 from postproc.compensate.wishes import Wishes
 from postproc.diagnostics import Source
+from postproc.model.arm import Model
 from postproc.motion.curves import build_curves
+from postproc.rapid.events import MotionEvent
 from postproc.rapid.records import Pose
 from tests.compensate.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
@@ -102,6 +107,27 @@ def test_a_text_whose_calls_run_otherwise_is_not_written(tmp_path: Path, old: st
     found = convert(text, template_dir=tmp_path)
     assert found.exit_code == 1 and not found.outputs
     assert "CMP004" in codes(found)
+
+
+def test_a_program_read_back_in_parts_is_proved_like_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts meet where nothing changes: not behind another tool, a way that goes on from before, a joint target."""
+    places = [f"MoveL {target(1350 - 5 * k, -480 + 30 * k)},v100,z1,tT;" for k in range(10)]
+    places[3] = f"IF di1=1 THEN\n{places[3]}\nENDIF"
+    places[6] = places[6].replace("tT", "tLong")
+    text = module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\n" + "\n".join(places))
+    whole, sizes = convert(text), list[int]()
+
+    def read(model: Model, events: Sequence[MotionEvent], options: Options) -> Any:
+        sizes.append(len(events))
+        return read_samples(model, events, options)
+
+    monkeypatch.setattr("postproc.compensate.readback.MOST", 2)
+    monkeypatch.setattr("postproc.compensate.readback.read_samples", read)
+    parts = convert(text)
+    assert len(sizes) >= 4 and max(sizes) < sum(sizes) / 2
+    assert parts.report["statements"] == whole.report["statements"]
+    for name in ("max_error_before_mm", "max_error_after_mm"):
+        assert parts.report[name] == whole.report[name]
 
 
 def test_a_routine_that_another_start_runs_again_goes_where_it_went_before() -> None:

@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
+from postproc.motion.fastest import fastest
+from postproc.motion.grid import Grid
 from postproc.motion.inertia import inertial_torque
 from postproc.motion.limits import check_limits
 from postproc.motion.path import sample_path
+from postproc.motion.spline import Runs
 from postproc.motion.timing import Profile, joint_motion
 from postproc.motion.trajectory import retime
 from postproc.motion.values import Move, Trajectory
+from postproc.robot.arm import Robot
 from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
 
 
@@ -55,7 +59,7 @@ def trajectory() -> Trajectory:
     return timed(weld())
 
 
-def test_speed_acceleration_and_jerk_limits_hold_everywhere(trajectory: Trajectory) -> None:
+def assert_limits_hold(trajectory: Trajectory) -> None:
     profile: Profile = trajectory.profile
     t = np.linspace(0.0, trajectory.t[-1], 400_001)
     m = joint_motion(profile.runs, profile.law, *profile.at(t), profile.runs.curve)
@@ -64,6 +68,36 @@ def test_speed_acceleration_and_jerk_limits_hold_everywhere(trajectory: Trajecto
     assert (np.abs(m.jerk_bend + m.jerk_slope) / ROBOT.jerk).max() < 1.05
     # The arm is used: some limit is nearly reached on the fast moves.
     assert (np.abs(m.a) / ROBOT.acceleration).max() > 0.5
+
+
+def test_speed_acceleration_and_jerk_limits_hold_everywhere(trajectory: Trajectory) -> None:
+    assert_limits_hold(trajectory)
+
+
+def test_a_run_that_is_not_slowed_enough_in_time_takes_longer_as_a_whole(
+    trajectory: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("postproc.motion.timing._ROUNDS", 0)
+    stretched = timed(weld())
+    assert_limits_hold(stretched)
+    assert stretched.t[-1] == pytest.approx(trajectory.t[-1], rel=0.01)
+    assert abs(stretched.t[-1] - trajectory.t[-1]) > 1e-3  # it is another law
+
+
+def test_a_stretch_too_short_to_slow_down_in_is_solved_with_all_of_the_path(
+    trajectory: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole: list[bool] = []
+
+    def no_part(robot: Robot, runs: Runs, grid: Grid, gravity: np.ndarray) -> tuple[np.ndarray, int | None]:
+        whole.append(not grid.floor.any())
+        return fastest(robot, runs, grid, gravity) if whole[-1] else (np.zeros(len(grid.s)), 0)
+
+    monkeypatch.setattr("postproc.motion.timing.fastest", no_part)
+    again = timed(weld())
+    assert whole[:3] == [True, False, True]  # as it is, the part that was too fast, everything instead
+    assert_limits_hold(again)
+    assert again.t[-1] == pytest.approx(trajectory.t[-1], rel=0.01)
 
 
 def test_derivatives_are_those_of_the_motion(trajectory: Trajectory) -> None:
