@@ -50,10 +50,10 @@ def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int)
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
     """
     global _last
-    asked = robot, T_base_body, v, a
-    if any(one is not other for one, other in zip(asked, _last[0], strict=True)):
-        _last = asked, _motions(*asked)
-    return _last[1][body]
+    asked, last = (robot, T_base_body, v, a), _last
+    if any(one is not other for one, other in zip(asked, last[0], strict=True)):
+        _last = last = asked, _motions(*asked)
+    return last[1][body]  # another thread may have asked meanwhile
 
 
 _last: tuple[tuple[Any, ...], list[tuple[Array, Array]]] = (None,) * 4, []
@@ -82,8 +82,8 @@ def _motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple
 
 @lru_cache(maxsize=1)
 def still(n: int) -> Array:
-    """(n, 6) no speed, the same each time."""
-    return np.zeros((n, 6))
+    """(n, 6) no speed, the same each time and not to be written on."""
+    return np.broadcast_to(np.zeros(6), (n, 6))
 
 
 def _cross(x: Array, y: Array) -> Array:

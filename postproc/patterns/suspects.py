@@ -180,11 +180,6 @@ def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
     return Look(tried, smooth)
 
 
-def find_suspects(problem: Problem, linear: Linear, every: Patterns) -> list[Suspect]:
-    """The patterns that would bring the residual down most, strongest first."""
-    return look(problem, linear, every).suspects()
-
-
 def _together(first: Sequence[Suspect], every: Patterns) -> list[Suspect]:
     """The same of channels that go with the first one on this data: a hall that warms up while time goes by."""
     lines = {p.channels[0]: _ranks(p.values) for p in every.lines}

@@ -12,7 +12,7 @@ from postproc.fit.findings import data_findings, standing_out
 from postproc.fit.problem import Weights
 from postproc.identify.diagnose import diagnose
 from postproc.patterns.every import patterns
-from postproc.patterns.suspects import find_suspects
+from postproc.patterns.suspects import look
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -77,7 +77,7 @@ def test_a_pattern_holds_for_fits_that_set_other_rows_aside():
     fit = base_fit(data)
     problem = fit.problem
     state, position = problem.sensitivity.state, problem.rest.T_base_tcp[:, :3, 3]
-    suspect = find_suspects(problem, fit.linear, patterns(channels(state, position), state, position))[0]
+    suspect = look(problem, fit.linear, patterns(channels(state, position), state, position)).suspects()[0]
     fewer = problem.weights.values.copy()
     fewer[5] = 0.0
     assert suspect.columns(problem.weighted(Weights(fewer))) == pytest.approx(

@@ -12,7 +12,7 @@ import pytest
 from postproc.effects.contract import State
 from postproc.identify.ranking import Search
 from postproc.patterns.every import patterns
-from postproc.patterns.suspects import find_suspects, look
+from postproc.patterns.suspects import look
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 
@@ -34,7 +34,7 @@ def worn(law, poses: int = 90, wear=WEAR):
 
 def told(law, wear=WEAR) -> list[str]:
     """What is told of joint 2 where it follows a column of the table, and how much of it remains."""
-    found = find_suspects(*worn(law, wear=wear))[0]
+    found = look(*worn(law, wear=wear)).suspects()[0]
     assert (found.channel, found.where) == ("wear", "joint 2") and found.share > 0.99
     return re.split(r", (?!\d+\.?\d* wide)| and ", found.pattern)
 

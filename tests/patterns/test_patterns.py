@@ -18,7 +18,7 @@ from postproc.patterns.odds import FRAMES, PLACES, odds
 from postproc.patterns.pairs import swelling
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal, channel_signal
-from postproc.patterns.suspects import by_channel, find_suspects, places
+from postproc.patterns.suspects import by_channel, look, places
 from postproc.patterns.tried import Tried
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
@@ -191,7 +191,7 @@ def test_what_stands_elsewhere_is_shifted_and_turned():
     leans = fit.problem.sensitivity.matrix[:, :, INSTRUMENT : INSTRUMENT + 6] @ [1e-4, -2e-4, 1e-4, 1e-4, 5e-5, -1e-4]
     y = fit.problem.whiten((leans * door[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     every = Patterns([plain("door", door, "level")], slow=frozenset(["door"]))
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), every)
+    found = look(fit.problem, replace(fit.linear, residual=y), every).suspects()
     assert found[0].where in FRAMES
     assert replace(fit.linear, residual=y).extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -203,7 +203,7 @@ def test_a_pattern_of_the_whole_instrument_is_not_told_of_a_field():
     heavy, row = np.where(np.arange(len(data)) % 3 == 0, 1.0, 0.0), fit.problem.row
     sunk = places(fit.problem)["instrument"] @ [0.0, 0.0, 1e-4]
     y = fit.problem.whiten((sunk * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")]))
+    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([plain("payload", heavy, "level")])).suspects()
     assert found[0].where == "instrument" and found[0].evidence > 0
     assert not any(s.pattern == "level" and s.where.startswith("tool, bent") for s in found)
 
@@ -225,7 +225,7 @@ def test_two_slips_are_two_steps():
     slipped = 1.0 * (time > 2100) + 1.0 * (time > 5200)
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * slipped[row]
     y = moved + np.random.default_rng(1).normal(size=len(row))
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
+    found = look(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].channel, found[0].where) == ("time", "joint 4")
     places = [float(x) for x in re.findall(r"step near (\d+)", found[0].pattern)]
     assert places == pytest.approx([2100, 5200], abs=60)
@@ -367,7 +367,7 @@ def test_the_best_pattern_is_tried_everywhere_else(monkeypatch):
     moved = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 2e-4 * (time > 3500)[row]
     y, added = moved + np.random.default_rng(5).normal(size=len(row)), list[str]()
     monkeypatch.setattr(Tried, "add", lambda self, where, pattern: added.append(where))
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), of_two(time=time))
+    found = look(fit.problem, replace(fit.linear, residual=y), of_two(time=time)).suspects()
     assert (found[0].where, found[0].pattern) == ("joint 4", "step near 3427 ± 130 s")
     assert {"joint 3", "joint 5", "base", "tool"} <= set(added) and "joint 4" not in added
 
@@ -382,7 +382,9 @@ def test_a_tool_that_turns_is_seen_where_orientations_are_measured():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * heavy[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = find_suspects(fit.problem, left, Patterns([plain("payload", heavy, "level")], slow=frozenset(["payload"])))
+    found = look(
+        fit.problem, left, Patterns([plain("payload", heavy, "level")], slow=frozenset(["payload"]))
+    ).suspects()
     assert found[0].where == "tool, shifted and turned" and found[0].evidence > 0
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -395,7 +397,7 @@ def test_a_tool_that_turns_follows_the_arm_as_well():
     moved = fit.problem.sensitivity.matrix[:, :, TOOL : TOOL + 6] @ [0, 3e-5, 0, 4e-4, 0, -3e-4]
     y = fit.problem.whiten((moved * side[:, None])[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = find_suspects(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side))))
+    found = look(fit.problem, left, of_two(dir6=side, time=np.linspace(0, 1, len(side)))).suspects()
     assert (found[0].where, found[0].channel) == ("tool, shifted and turned", "dir6")
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
 
@@ -421,7 +423,7 @@ def test_a_wave_of_a_place_may_go_round():
     moved = np.einsum("nrk,nk->nr", places(fit.problem)["tool"], seat)
     y = fit.problem.whiten(moved[:, :, None])[:, 0] + np.random.default_rng(1).normal(size=len(row))
     left = replace(fit.linear, residual=y)
-    found = find_suspects(fit.problem, left, of_two(q6=q6))
+    found = look(fit.problem, left, of_two(q6=q6)).suspects()
     assert (found[0].where, found[0].pattern) == ("tool", "wave 2 times a turn, round an ellipse")
     assert found[0].values.shape == (len(data), 2) and len(found[0].codes) == 2
     assert left.extended(found[0].columns(fit.problem)).square < 1.2 * len(y)
@@ -445,7 +447,7 @@ def test_a_pattern_that_cannot_be_moved_is_told_as_it_is():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 1:2])[:, 0] * 3e-4 * side[fit.problem.row]
     y = turned + np.random.default_rng(1).normal(size=len(turned))
     still = replace(plain("q2", side, "side"), finer=list)
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([still]))
+    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([still])).suspects()
     assert found[0].evidence > 0 and (found[0].where, found[0].pattern) == ("joint 2", "side")
 
 
@@ -462,7 +464,7 @@ def test_a_body_that_shifts_is_told_beside_what_it_is_off_everywhere(body):
         + (J * side[row, None]) @ [4e-4, 3e-4, -3e-4]
         + np.random.default_rng(1).normal(size=len(row))
     )
-    found = find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")]))
+    found = look(fit.problem, replace(fit.linear, residual=y), Patterns([plain("x", side, "side")])).suspects()
     assert found[0].where == f"body {body}, shifted"
     after = replace(fit.linear, residual=y).extended(found[0].columns(fit.problem))
     assert after.square < 1.3 * len(y)
@@ -477,7 +479,7 @@ def test_a_channel_that_goes_with_the_first_one_is_told_beside_it():
     turned = fit.problem.whiten(fit.problem.sensitivity.matrix[:, :, 3:4])[:, 0] * 4e-4 * ((warm - 20.0) / 50.0)[row]
     y = turned + np.random.default_rng(1).normal(size=len(row))
     lines = [plain(n, v, "line") for n, v in (("temperature", warm), ("time", time), ("x", other))]
-    shown = by_channel(find_suspects(fit.problem, replace(fit.linear, residual=y), Patterns(lines)))
+    shown = by_channel(look(fit.problem, replace(fit.linear, residual=y), Patterns(lines)).suspects())
     assert [(s.channel, s.where) for s in shown[:2]] == [("temperature", "joint 4"), ("time", "joint 4")]
     assert shown[1].pattern.endswith("time goes with temperature here") and "x" not in {s.channel for s in shown}
 
