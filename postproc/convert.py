@@ -217,7 +217,8 @@ def _proved(
         return before, measure_deviation(model, motion.samples, drive(model, plan, ran, owners))
     except PostprocError as error:
         text = "the corrected program cannot be run by the arm, so nothing is written"
-        failed = Diagnostic("CMP004", "error", text, program.sources[0], help="see the findings above")
+        help_ = "see the findings above" if error.diagnostics else "please report this program"
+        failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
 
 

@@ -22,13 +22,15 @@ from postproc.compensate.transitions import (
 from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
-from postproc.rapid.events import MotionEvent, MotionStatement, executions_of
+from postproc.motion.values import Move
+from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey, executions_of
 from postproc.rapid.memory import set_first
 from postproc.rapid.program import Program
 from postproc.robot.pose import pose_error
 
 MM = 1e3
 UNKNOWN_START = "where the arm comes from is not known: it is corrected at its target alone"
+SOMETIMES = "where the arm comes from is not known in some of its runs: there it is corrected at its target alone"
 SHARED = "its runs need different corrections and get the middle of them"
 MORE = "a finer zone or a shorter move leaves room for added targets"
 INERTIA = "`--inertia off` shows what acceleration makes of it"
@@ -131,8 +133,9 @@ def _outcome(
         why = "the correction is below the last decimal"
         return Outcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
     edited = plan.decisions.edited.get(statement.key)
-    if statement.interpolation != "joint" and all(plan.motion.moves[i].first for i in rows):
-        reason = reason or UNKNOWN_START
+    begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
+    if any(begun):
+        reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
     if any(i in plan.shared for i in rows):
         reason = SHARED
     reason = FOLLOWS if edited == "derived" else reason
@@ -141,18 +144,28 @@ def _outcome(
 
 def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> int:
     """Corrected statements that also run where they or the arm cannot follow: what remains there is in no figure."""
-    followed = {move.row for move in plan.motion.moves}
+    moves = plan.motion.moves
+    followed = {move.row for move in moves}
     astray = {e.statement.key for row, e in enumerate(events) if e.elsewhere or row not in followed}
+    astray |= {m.event.statement.key for m in moves if _begins_anywhere(m)} & _measured(plan)
     return sum(o.status == "compensated" and o.statement.key in astray for o in outcomes)
+
+
+def _begins_anywhere(move: Move) -> bool:
+    """Whether a line or arc begins where nobody knows."""
+    return move.first and move.again is None and move.kind in ("line", "arc")
 
 
 def unmeasured(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> tuple[int, int]:
     """Lines and arcs whose way is in no figure (where they begin or end is not known), and how many there are."""
     run = {e.statement.key for e in events if e.statement.interpolation in ("line", "arc")}
-    measured = {move.event.statement.key for move in plan.motion.moves if not move.first}
     mine = itertools.compress(plan.motion.moves, own_moves(plan))
     own = run & ({o.statement.key for o in outcomes} | {move.event.statement.key for move in mine})
-    return len(own - measured), len(own)
+    return len(own - _measured(plan)), len(own)
+
+
+def _measured(plan: Plan) -> set[StatementKey]:
+    return {move.event.statement.key for move in plan.motion.moves if not move.first}
 
 
 def _shifts(plan: Plan) -> Array:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from postproc.rapid.events import MotionStatement, StatementKey
 from postproc.rapid.memory import Memory
-from postproc.rapid.records import RobTarget
+from postproc.rapid.records import JointTarget, RobTarget
 from postproc.rapid.repeats import Repeats
 from postproc.rapid.steps import EventMaker
+from postproc.rapid.terms import Numbers, named_numbers
 from postproc.rapid.ways import Ways
 
 
@@ -20,6 +21,7 @@ class Recorder:
         visited: offsets of the statements that have an event, by file; first: indices of their first events; went: of
             the first event of a statement to each target.
         elsewhere: statements that run again with another target; astray: that begin elsewhere.
+        others: what numbers statements name on ways that are not followed, and where they go there.
         only_new: only what has not been recorded yet counts.
         supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
         chosen: some call means nobody knows which routine: what is supposed to have run may begin anywhere.
@@ -36,6 +38,7 @@ class Recorder:
         self.went: dict[tuple[StatementKey, RobTarget], int] = {}
         self.elsewhere: set[StatementKey] = set()
         self.astray: set[StatementKey] = set()
+        self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
         self.only_new = self.supposed = self.chosen = False
         self.emitting, self.returning = True, False
 
@@ -55,6 +58,10 @@ class Recorder:
         if not new and self.only_new:
             before_it = self.first.get(statement.key) if self.supposed else self._earlier(statement, memory)
             if self.supposed or before_it is not None:
+                known = None if self.supposed or before_it is None else self.ways.events[before_it]
+                if known is not None and known.numbers:
+                    numbers = named_numbers(statement, known.target_origin, memory)
+                    self.others.add((statement.key, known.target, numbers))
                 self._pass(statement.key, before_it)
                 return 0
         make = self.maker.event if new else self.repeats.event

@@ -14,10 +14,11 @@ from postproc.rapid.trees import Call, Component, Expression, Index, Name, Numbe
 from postproc.rapid.values import NotKnown
 
 Term = tuple[str, Expression]
+Numbers = tuple[tuple[str, float], ...]
 NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
 
 
-def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> tuple[tuple[str, float], ...]:
+def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
     """Numbers that tell where this execution goes, as RAPID may write them behind its target, with their values.
 
     They are variables, parameters and loop indices of type num at hand, what the statement's ``Offs`` or ``RelTool``

@@ -13,7 +13,7 @@ from postproc.rapid.assign import forget
 from postproc.rapid.calls import unbound_frame
 from postproc.rapid.changes import holds_word
 from postproc.rapid.choices import Choice, Choices, Place, combinations
-from postproc.rapid.events import MotionEvent
+from postproc.rapid.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution import MAX_STEPS
 from postproc.rapid.flow import Flow
 from postproc.rapid.memory import Memory
@@ -123,11 +123,30 @@ def _follow_rest(flow: Flow, unknown: State) -> None:
 def _marked(flow: Flow) -> list[MotionEvent]:
     """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
     events, recorder = flow.ways.events, flow.recorder
-    marked = recorder.elsewhere | recorder.astray
-    for i, event in enumerate(events if marked else ()):
-        if event.statement.key in marked:
-            events[i] = replace(event, elsewhere=event.statement.key in recorder.elsewhere, detached=True)
+    marked, unshared = recorder.elsewhere | recorder.astray, _unshared(flow)
+    for i, event in enumerate(events if marked or unshared else ()):
+        key = event.statement.key
+        if key in marked:
+            event = replace(event, elsewhere=key in recorder.elsewhere, detached=True)
+        if key in unshared:
+            event = replace(event, numbers=tuple(n for n in event.numbers if n[0] not in unshared[key]))
+        events[i] = event
     return events
+
+
+def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
+    """Numbers of statements that are others on ways that are not followed: no displacement may go with them."""
+    events, found = flow.ways.events, dict[StatementKey, set[str]]()
+    rows = executions_of(events) if flow.recorder.others else {}
+    for key, target, numbers in flow.recorder.others:
+        now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]
+        names = {name for run in (now, *runs) for name in run}
+        apart = {name for name in names if now.get(name) not in [run.get(name) for run in runs]}
+        if {name: now.get(name) for name in names - apart} not in [{n: r.get(n) for n in names - apart} for r in runs]:
+            apart = names
+        if apart:
+            found.setdefault(key, set()).update(apart)
+    return found
 
 
 def _start(flow: Flow, routine: Routine, state: State) -> Memory:

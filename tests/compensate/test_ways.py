@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.compensate.decisions import ELSEWHERE, WAYS
-from postproc.compensate.outcomes import SHARED, UNKNOWN_START
+from postproc.compensate.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.effects.backlash import Backlash
 from tests.compensate.build import AXES, FORCE, arm, codes, convert, events, module, outcome, target, written
 from tests.independent.arm import ARMS
@@ -107,6 +107,34 @@ def test_runs_with_a_displacement_that_is_not_known_are_no_part_of_the_promise()
     proved = convert(module(head, "seam;", seam))
     assert proved.report["unproved_statements"] == 0
     assert "not proved" not in proved.summary + written(proved)
+
+
+def test_runs_that_begin_nobody_knows_where_are_no_part_of_the_promise() -> None:
+    """What is read from the controller is not known: the second run of the seam begins there."""
+    seam = f"  PROC seam()\n    MoveL {A},v200,fine,tT;\n    MoveL {B},v50,fine,tT;\n  ENDPROC\n"
+    body = f"MoveJ {END},v200,fine,tT;\nseam;\nMoveL CRobT(),v50,fine,tT;\nseam;"
+    found = convert(module("", body, seam))
+    reasons = {outcome(found, i).reason for i in (2, 3)}
+    assert [o.status for o in found.outcomes] == ["compensated", "skipped", "compensated", "compensated"]
+    assert SOMETIMES in reasons and len(reasons) == 2
+    assert (found.report["unproved_statements"], found.report["unmeasured_statements"]) == (1, 1)
+
+
+LOADS = f"  PERS loaddata part:=[20,[30,10,120],[1,0,0,0],0,0,0];\n  CONST robtarget a:={A};\n"
+NAMED = """  PROC seam(num number)
+    MoveL Offs(a,0,0,50),v50,fine,tT;
+    TPWrite "",\\Num:=number;
+  ENDPROC
+"""
+
+
+@pytest.mark.parametrize("number", ["5", "200", "asked"])
+def test_what_goes_with_a_number_is_no_other_where_nobody_follows(number: str) -> None:
+    """The service routine hands over a number of its own, or one that nobody knows: 200 would carry it off by 7 mm."""
+    body = f"MoveJ {END},v200,fine,tT;\nGripLoad part;\nseam 5;\nGripLoad load0;\nMoveJ {END},v200,fine,tT;\nseam 9;"
+    service = f"  PROC service()\n    MoveJ {END},v200,fine,tT;\n    seam {number};\n  ENDPROC\n"
+    found = convert(module(LOADS + "  VAR num asked;\n", body, NAMED + service))
+    assert ("*number" in written(found)) is (number == "5")
 
 
 LEFT, RIGHT, MIDDLE = target(1350, -500), target(1350, -300), target(1350, -400)
