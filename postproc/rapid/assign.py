@@ -14,6 +14,17 @@ from postproc.rapid.values import Data, NotKnown, PartlyKnown, Value, unknown_pa
 
 Path = list[int | str]
 
+MEASURED_MM, MEASURED_TURN = 5.0, 0.01  # what is measured is nearer than that to what it was; numbers of a quaternion
+
+
+def no_longer(now: Data, data: Data) -> bool:
+    """Whether data that is known is given a value that is farther off than measuring explains."""
+    if isinstance(now, tuple) and isinstance(data, tuple) and len(now) == len(data):
+        if len(now) == 4 and all(isinstance(item, float) for item in (*now, *data)):
+            return any(abs(a - b) > MEASURED_TURN for a, b in zip(now, data, strict=True))
+        return any(map(no_longer, now, data))
+    return isinstance(now, float) and isinstance(data, float) and abs(now - data) > MEASURED_MM
+
 
 def store(tree: Expression, data: Data, memory: Memory) -> None:
     """Write ``data`` (or, as NotKnown, that it is not known) to a variable, an element or a component.

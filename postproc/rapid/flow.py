@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
-from postproc.rapid.assign import forget, joined
+from postproc.rapid.assign import forget, joined, no_longer
 from postproc.rapid.choices import Choices, Ends, Place
 from postproc.rapid.evaluate import evaluate
 from postproc.rapid.jumps import jumps_in, structured
 from postproc.rapid.loops import Loops
-from postproc.rapid.memory import Memory
+from postproc.rapid.memory import Memory, Reference
 from postproc.rapid.program import Program
 from postproc.rapid.syntax import Routine, Statement
+from postproc.rapid.tokens import identifiers
 from postproc.rapid.values import Data, NotKnown, Value
 
 MAX_DEPTH = 80  # blocks and calls inside one another
@@ -64,7 +65,10 @@ class Flow(Loops):
             case "call":
                 self.call(statement, memory)
             case "assign":
-                self.data.assign(statement.parts[0], self.data.value_or_not(statement.parts[1], memory), memory)
+                data = self.data.value_or_not(statement.parts[1], memory)
+                if self.program.constants:
+                    self.check_constant(statement, data, memory)
+                self.data.assign(statement.parts[0], data, memory)
             case "if" | "test":
                 return self.branches(statement, memory)
             case "for":
@@ -85,6 +89,20 @@ class Flow(Loops):
             case "opaque":
                 forget(memory, self.changes.of_one(statement, memory.frame.routine), "is not certain here")
         return True
+
+    def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
+        """Report data that is said to be constant and that the program moves."""
+        bound = memory.frame.bindings.get(statement.word)
+        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(statement.word)
+        if declaration is None or declaration.name.lower() not in self.program.constants:
+            return
+        source, now = memory.frame.routine.source, self.data.value_or_not(statement.parts[0], memory)
+        further = not isinstance(data, NotKnown) and now != data
+        by_itself = statement.word in identifiers(source.data[slice(*statement.parts[1])])  # farther in every turn
+        if no_longer(now, data) or (by_itself and further):
+            text = f"`{declaration.name}`, which is to be constant, is moved by the program"
+            help_ = f"leave `--constant {declaration.name}` out, and set it from a CONST before the first motion"
+            self.report_once("RAP035", "error", text, source, statement.span, help_)
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
         place = (memory.frame.routine.source.path, statement.span[0])

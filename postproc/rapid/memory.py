@@ -22,7 +22,7 @@ UNSET = "is written by the program and has no certain value here"
 def set_first(reason: str) -> str | None:
     """What helps against a reason that says: nothing sets the data on the way to here; None for other reasons."""
     found = re.match(rf"`(\w+)` {UNSET}", reason)
-    return found and f"it has what the last run left: set it before this, as in `{found[1]}:=pStart;` with a CONST"
+    return found and f"it has what the last run left: set it before this, as in `{found[1]}:={found[1]}0;` with a CONST"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.events import Argument, MotionStatement
+from postproc.rapid.memory import set_first
 from postproc.rapid.predefined import PREDEFINED
 from postproc.rapid.program import Program
 from postproc.rapid.records import SpeedData
@@ -87,6 +88,8 @@ class Missing:
         self.reported.add(declaration.key)
         text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
         help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
+        if first := set_first(error.reason):
+            help_ = f"{first}; if the program does no more than measure it, say `--constant {declaration.name}`"
         self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 
     def say_untimed(self, error: NotKnown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:

@@ -110,6 +110,34 @@ def test_a_tool_that_the_program_measures_is_taken_as_it_stands_on_request() -> 
     assert numbers(taken.output, rb"Move[JL]") == numbers(plain.output, rb"Move[JL]")
 
 
+MOVED = f"""MODULE M
+  {TOOL}
+  {TOOL.replace("PERS tooldata t:", "CONST tooldata t0:")}
+  PROC main()
+    SET
+    MoveJ {target(1200)},v100,fine,t;
+    MoveL {target(1300, 150)},v100,fine,t;
+    MOVE
+  ENDPROC
+ENDMODULE
+"""
+AWAY, AGAIN = "t.tframe.trans:=[40,0,350];", "t.tframe.trans.x:=t.tframe.trans.x+4;"
+
+
+@pytest.mark.parametrize("move", [AWAY, AGAIN, "t.tframe.rot:=[0.924,0,0.383,0];"])
+def test_data_that_the_program_moves_is_no_constant(move: str) -> None:
+    """What runs again begins with what the last run left; the help of each finding works."""
+    text = MOVED.replace("MOVE", move)
+    refused = convert(("m.mod", text.replace("SET", ""), False))
+    (finding,) = [d for d in refused.diagnostics if d.code == "RAP023"]
+    assert finding.help.startswith("it has what the last run left: set it before this, as in `t:=t0;` with a CONST")
+    stated = convert(("m.mod", text.replace("SET", ""), False), constants=("t",))
+    assert not stated.outputs and "RAP035" in {d.code for d in stated.diagnostics}
+    assert convert(("m.mod", text.replace("SET", "t:=t0;"), False)).outputs
+    measured = text.replace("SET", "").replace(move, "t.tframe.trans:=[2,0,352];")
+    assert convert(("m.mod", measured, False), constants=("t",)).outputs
+
+
 def test_a_constant_that_is_not_there_is_said() -> None:
     found = convert(("m.mod", MEASURED, False), constants=("t", "tt"))
     assert [d.message for d in found.diagnostics if d.code == "RAP034"] == [
@@ -190,10 +218,10 @@ def test_data_that_only_the_last_run_has_set_is_told_with_what_helps() -> None:
     start = f"MoveJ {target(1290)},v100,fine,t;\n"
     told = convert(("m.mod", f"{head}{start}{bead}ENDPROC\nENDMODULE\n", False)).diagnostics
     assert [d.help for d in told if d.code == "CMP005"] == [
-        "it has what the last run left: set it before this, as in `p:=pStart;` with a CONST"
+        "it has what the last run left: set it before this, as in `p:=p0;` with a CONST"
     ]
     alone = convert(("m.mod", f"{head}{bead}ENDPROC\nENDMODULE\n", False))
     (refused,) = [d.help for d in alone.diagnostics if d.code == "CMP003"]
-    assert refused is not None and "as in `p:=pStart;`" in refused
+    assert refused is not None and "as in `p:=p0;`" in refused
     followed = convert(("m.mod", f"{head}{start}p:=p0;\n{bead}{bead}ENDPROC\nENDMODULE\n", False))
     assert followed.outputs and not [d for d in followed.diagnostics if d.code == "CMP005"]
