@@ -10,7 +10,7 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
-from postproc.identify.search import with_patterns
+from postproc.identify.unnamed import with_patterns
 from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 

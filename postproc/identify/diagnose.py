@@ -27,7 +27,8 @@ from postproc.identify.contest import contested
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
-from postproc.identify.search import clear, select_forward
+from postproc.identify.search import select_forward
+from postproc.identify.unnamed import clear
 from postproc.identify.whole import Missing, formed_anew
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements

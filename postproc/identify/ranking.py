@@ -34,7 +34,7 @@ class Search:
     patterns: Patterns
     outside: list[Suspect]
     cache: dict[bytes, Stock] = field(default_factory=dict)
-    followed: dict[Hashable, tuple[Look, float, list[Suspect]]] = field(default_factory=dict)
+    followed: dict[Hashable, Look] = field(default_factory=dict)
     ranked: dict[Hashable, list[Candidate]] = field(default_factory=dict)
     looks: dict[Hashable, tuple[Any, ...]] = field(default_factory=dict)
     apart: dict[Hashable, tuple[Fit, Fit]] = field(default_factory=dict)
@@ -48,12 +48,9 @@ class Search:
     def suspects(self, linear: Linear, asked: float = 0.0) -> list[Suspect]:
         """What the rest of a fit follows, strongest first (`Look`); looked for once in each linear problem."""
         like = f"{linear.square:.5g}", linear.parameters, linear.freedom
-        known, least, found = self.followed.get(like, (None, np.inf, []))
-        if known is None or least > asked:
-            known = known or look(self.fit.problem, linear, self.patterns)
-            found, least = known.suspects(asked), 0.0 if asked < known.sure else asked
-            self.followed[like] = known, least, found
-        return found
+        if like not in self.followed:
+            self.followed[like] = look(self.fit.problem, linear, self.patterns)
+        return self.followed[like].suspects(asked)
 
     def beside(self, outside: list[Suspect]) -> Search:
         """The search with other patterns beside the fit, and everything fitted again.

@@ -41,17 +41,18 @@ class Missing:
         return replace(self, alike=tuple(dict.fromkeys([*self.alike, key])), unseen=unseen)
 
 
-def worth(before: Fit, search: Search, missing: Sequence[Missing], left: float | None = None) -> float:
-    """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely.
+def worth(before: Fit, search: Search, missing: Sequence[Missing]) -> float:
+    """What a finished search explains of the base's residual, less its parameters and what its parts are unlikely."""
+    return worth_if_left(left_by(before, search.fit), before, search, missing)
+
+
+def worth_if_left(left: float, before: Fit, search: Search, missing: Sequence[Missing]) -> float:
+    """The same of a search that came to leave a sum of squares (`left_by`).
 
     A pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in
     for one smooth pattern lose against it.
-
-    Args:
-        left: if it left that (`left_by`).
     """
     first, after = before.linear, search.fit.linear
-    left = left_by(before, search.fit) if left is None else left
     added = max(after.parameters - first.parameters, 1)
     gained = schwarz(first.square, first.square - left, added, first.freedom, 1.0)
     return gained - ODDS * (len(search.outside) + 0.5 * len(missing))

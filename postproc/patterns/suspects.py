@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -125,24 +125,32 @@ def places(problem: Problem, weighed: bool = True) -> dict[str, Array]:
     return {name: columns for name, columns in found.items() if columns.any()}
 
 
-@dataclass(frozen=True)
+@dataclass
 class Look:
-    """Every pattern at every place, the fitted parameters projected out, before the best of them are sharpened."""
+    """Every pattern at every place, the fitted parameters projected out; the best of them are sharpened where asked.
+
+    Args:
+        told: the suspects as they were asked for last; least: worth from which on these are sharp.
+    """
 
     tried: Tried
     smooth: Mapping[str, Field]
-
-    @property
-    def sure(self) -> float:
-        """A worth that is asked of every pattern in any case."""
-        return max(f.worth for f in self.tried.found) - ODDS
+    told: list[Suspect] = field(default_factory=list)
+    least: float = np.inf
 
     def suspects(self, asked: float = 0.0) -> list[Suspect]:
         """The patterns that would bring the residual down most, strongest first.
 
         Args:
-            asked: worth below which they are told as they were tried.
+            asked: worth below which they may be told as they were tried.
         """
+        if asked < self.least:
+            # Whatever is so near the best is sharpened in any case.
+            sure = max(f.worth for f in self.tried.found) - ODDS
+            self.told, self.least = self._sharp(asked), 0.0 if asked < sure else asked
+        return self.told
+
+    def _sharp(self, asked: float) -> list[Suspect]:
         tried = replace(self.tried, found=list(self.tried.found))
         tried.sharpen(asked)
         all_, result = above(tried.linear), list[Suspect]()
@@ -171,12 +179,12 @@ def look(problem: Problem, linear: Linear, every: Patterns) -> Look:
     for where, moves in places(problem, weighed=bool(every.own)).items():
         tried.moves[where] = moves
         tried.screen(where)
-    smooth = {field.where: field for field in fields(problem)}
-    for where, field in smooth.items():
-        tried.moves[where] = field.moves
+    smooth = {one.where: one for one in fields(problem)}
+    for where, one in smooth.items():
+        tried.moves[where] = one.moves
         # One of so many, and all together are one kind of patterns.
-        everywhere = Signal(field.channels, np.ones(len(problem.error)), "", "", field.said)
-        tried.add(where, Pattern((everywhere,), field.said, lambda x: x, "field", where=where, tries=len(smooth)))
+        everywhere = Signal(one.channels, np.ones(len(problem.error)), "", "", one.said)
+        tried.add(where, Pattern((everywhere,), one.said, lambda x: x, "field", where=where, tries=len(smooth)))
     return Look(tried, smooth)
 
 

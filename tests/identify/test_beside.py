@@ -12,7 +12,7 @@ from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.fit.least_squares import fit_model
 from postproc.identify.judgement import convincing
 from postproc.identify.ranking import Search, ranking
-from postproc.identify.search import _take
+from postproc.identify.taking import take
 from postproc.model.places import INSTRUMENT
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
@@ -39,7 +39,7 @@ def test_a_small_load_is_taken_beside_a_large_law(seed):
     beside = search.beside([law])
     ranked = ranking(beside)
     assert convincing(ranked[0], beside.fit, 30)
-    taken = _take(beside, ranked[0], ranked)
+    taken = take(beside, ranked[0], ranked)
     assert taken is not None and taken.candidate.evidence > 10.0
     # As it is told where there is no law at all.
     alone = fit_model(base_fit(data).model, base_fit(data).data, [beside.fit.model.effect("arm_load")])
@@ -53,7 +53,7 @@ def test_what_forms_an_effect_stays_where_the_patterns_beside_it_are_taken_away(
     base, law = swaying(data)
     beside = Search(base, {NonlinearCompliance.key: NonlinearCompliance}, None, []).beside([law])
     ranked = ranking(beside)
-    assert _take(beside, ranked[0], ranked) is not None
+    assert take(beside, ranked[0], ranked) is not None
     alone = beside.beside([])
     told, bare = (s.fit.model.effect(NonlinearCompliance.key) for s in (beside, alone))
     forms = ~told.amplitudes() & beside.fit.free[NonlinearCompliance.key]

@@ -26,7 +26,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
 from postproc.fit.solve import Terms
-from postproc.identify import search
+from postproc.identify import taking
 from postproc.identify.add import add_effects
 from postproc.identify.alike import confusable
 from postproc.identify.candidate import Candidate, Screen
@@ -44,8 +44,8 @@ from postproc.identify.judgement import (
     refit,
 )
 from postproc.identify.ranking import Search
-from postproc.identify.search import _take
 from postproc.identify.selection import compose
+from postproc.identify.taking import take
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.patterns.suspects import Suspect, places
@@ -266,9 +266,9 @@ def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch
     free = np.ones(len(after.model.effect("joint_error_map").vector()), dtype=bool)
     effect, fall = after.model.effect("joint_error_map"), base.linear.square - after.linear.square
     learnt = Candidate("joint_error_map", effect, free, "joint 1", 100.0, fall, 50, 0.0, 9.0, 0.0, fit=after)
-    assert _take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is None
-    monkeypatch.setattr(search, "reaches_further", lambda after, before: True)
-    assert _take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is not None
+    assert take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is None
+    monkeypatch.setattr(taking, "reaches_further", lambda after, before: True)
+    assert take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is not None
     data, _ = cell(_short_wave, seed=640120, poses=80)
     base = base_fit(data)
     assert reaches_further(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base)

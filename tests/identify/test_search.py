@@ -12,8 +12,11 @@ from postproc.effects.contract import State
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify import search as module
+from postproc.identify import taking, unnamed, way
+from postproc.identify.alike import CLOSE
 from postproc.identify.candidate import Candidate
 from postproc.identify.ranking import Search
+from postproc.identify.whole import Missing
 from postproc.patterns.suspects import Suspect
 
 
@@ -52,18 +55,18 @@ def begin(monkeypatch):
         search.fit = SimpleNamespace(names=(*search.fit.names, best.key))
         return SimpleNamespace(candidate=best)
 
-    def worth(before, search, missing, left=None):
+    def worth(before, search, missing):
         return search.worth.get(search.now(), {}).get("joint total", 0.0)
 
-    monkeypatch.setattr(module, "ranking", ranking)
-    monkeypatch.setattr(module, "_take", take)
-    monkeypatch.setattr(module, "worth", worth)
-    monkeypatch.setattr(module, "formed_anew", lambda search, base, missing: missing)
-    monkeypatch.setattr(module._Rival, "beats", lambda rival, base, search, missing: False)
+    monkeypatch.setattr(way, "ranking", ranking)
+    monkeypatch.setattr(way, "take", take)
+    monkeypatch.setattr(way, "worth", worth)
+    monkeypatch.setattr(way, "formed_anew", lambda search, base, missing: missing)
+    monkeypatch.setattr(way.Rival, "beats", lambda rival, way: False)
     monkeypatch.setattr(module, "_more_left", lambda fit: "coupling" in fit.names)
-    monkeypatch.setattr(module, "convincing", lambda c, fit, count: c.evidence > 0)
+    monkeypatch.setattr(way, "convincing", lambda c, fit, count: c.evidence > 0)
     monkeypatch.setattr(
-        module,
+        way,
         "clear",
         lambda search, asked=0.0: [
             s for s in search.suspects(search.fit) if s.evidence > 0 and s.where != "joint total"
@@ -109,11 +112,11 @@ def test_names_are_not_followed_where_a_pattern_far_ahead_cannot_be_reached_any_
     """A step that a map of four joints comes near with 800 numbers."""
     asked = []
 
-    def beats(rival, base, search, missing):
-        asked.append((rival.worth, search.fit.names))
-        return search.fit.names == ("map",)
+    def beats(rival, way):
+        asked.append((rival.worth, way.search.fit.names))
+        return way.search.fit.names == ("map",)
 
-    monkeypatch.setattr(module._Rival, "beats", beats)
+    monkeypatch.setattr(way.Rival, "beats", beats)
     table = {
         "": {"map": 200.0, "joint-2": 500.0},
         "map": {"geometry": 30.0},
@@ -121,7 +124,7 @@ def test_names_are_not_followed_where_a_pattern_far_ahead_cannot_be_reached_any_
         "joint-2": {"joint total": 300.0},
     }
     assert begin(table) == ([], ["joint-2"])
-    assert asked == [(300.0 - module.CLOSE, ("map",))]
+    assert asked == [(300.0 - CLOSE, ("map",))]
     table[""]["joint-2"] = 390.0  # not far ahead: both to the end
     assert begin(table) == (["geometry", "map"], [])
 
@@ -134,9 +137,9 @@ def test_a_way_is_beaten_where_even_the_noise_alone_would_not_do(monkeypatch, no
     """It costs 60 more than its rival, which leaves 400 of 400 numbers: more of it may be gone than of the rival's."""
     base, own = SimpleNamespace(linear=SimpleNamespace(freedom=400)), SimpleNamespace(left=left)
     rival = SimpleNamespace(left=400.0, variance=variance, noise=SimpleNamespace(position=noise))
-    monkeypatch.setattr(module, "left_by", lambda before, fit: fit.left)
-    monkeypatch.setattr(module, "worth", lambda before, search, missing, left: 400 * np.log(4e4 / left) - 60)
-    assert module._Rival(rival, 400 * np.log(100.0)).beats(base, SimpleNamespace(fit=own), []) == beaten
+    monkeypatch.setattr(way, "left_by", lambda before, fit: fit.left)
+    monkeypatch.setattr(way, "worth_if_left", lambda left, before, search, missing: 400 * np.log(4e4 / left) - 60)
+    assert way.Rival(rival, 400 * np.log(100.0)).beats(way.Way(base, SimpleNamespace(fit=own))) == beaten
 
 
 @pytest.mark.parametrize(("name", "stays"), [("coupling", False), ("balancer", True)])
@@ -198,21 +201,21 @@ def test_a_name_that_only_one_row_asks_for_is_none(monkeypatch, spread, alone):
     worth = schwarz(linear.square, fall, 1, linear.freedom, 1.0)
     assert worth > 5.0
     fit = SimpleNamespace(linear=linear, problem=None)
-    monkeypatch.setattr(module, "columns_of", lambda problem, effect, free: column)
+    monkeypatch.setattr(taking, "columns_of", lambda problem, effect, free: column)
     best = SimpleNamespace(effect=None, free=None, evidence=worth, fall=fall, count=1)
-    assert module._lives_on_a_row(fit, best) is alone
+    assert taking._lives_on_a_row(fit, best) is alone
 
 
 def test_more_of_an_effect_goes_with_what_stands_there_already():
     def found(key, label, size=2):
         none = np.zeros(size, dtype=bool)
         effect = SimpleNamespace(roughness=lambda: None)
-        return module.Missing(Candidate(key, effect, none, label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9), ("drift",))
+        return Missing(Candidate(key, effect, none, label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9), ("drift",))
 
     lag, wrist, more = found("lag", "joint 2"), found("wrist", ""), found("lag", "joint 6", 3)
-    both = module._with([lag, wrist], more)
+    both = taking.together([lag, wrist], more)
     assert [(m.candidate.key, m.candidate.label) for m in both] == [("lag", "joint 2; joint 6"), ("wrist", "")]
-    assert both[0].candidate.free is more.candidate.free and module._with([lag], wrist) == [lag, wrist]
+    assert both[0].candidate.free is more.candidate.free and taking.together([lag], wrist) == [lag, wrist]
 
 
 @pytest.mark.parametrize(("hose", "whole"), [(100.0, False), (44.0, True)])
@@ -221,13 +224,13 @@ def test_of_two_lines_the_first_alone_is_taken_where_another_effect_tells_clearl
 ):
     first = SimpleNamespace(key="line")
     best = SimpleNamespace(key="line", first=first)
-    monkeypatch.setattr(module, "refit", lambda fit, c: SimpleNamespace(names=("line",)))
+    monkeypatch.setattr(taking, "refit", lambda fit, c: SimpleNamespace(names=("line",)))
     beside = [SimpleNamespace(key="hose", evidence=hose), SimpleNamespace(key="line", evidence=40.0)]
-    monkeypatch.setattr(module, "ranking", lambda search: beside if search.fit.names else [])
+    monkeypatch.setattr(taking, "ranking", lambda search: beside if search.fit.names else [])
     search = Table(SimpleNamespace(names=()), {}, None, [])
-    assert module._one_or_more(search, best) is (best if whole else first)
+    assert taking.one_or_more(search, best) is (best if whole else first)
     single = SimpleNamespace(key="line", first=None)
-    assert module._one_or_more(search, single) is single
+    assert taking.one_or_more(search, single) is single
 
 
 def test_two_names_are_formed_anew_before_a_third_is_taken(monkeypatch, begin):
@@ -245,7 +248,7 @@ def test_two_names_are_formed_anew_before_a_third_is_taken(monkeypatch, begin):
         "line-2 payload": {"balancer": 13.0},
         "line-3 payload": {"balancer": -1.0},
     }
-    monkeypatch.setattr(module, "formed_anew", anew)
+    monkeypatch.setattr(way, "formed_anew", anew)
     assert begin(table) == (["line-3", "payload"], [])
 
 
@@ -270,4 +273,4 @@ def test_without_repeats_little_is_scatterof_the_arm_and_more_of_what_drifts(cha
         def suspects(self, linear, asked=0.0):
             return [ninth]
 
-    assert module.clear(One(fit, {}, None, [])) == ([ninth] if told else [])
+    assert unnamed.clear(One(fit, {}, None, [])) == ([ninth] if told else [])
