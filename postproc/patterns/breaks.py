@@ -14,8 +14,9 @@ from postproc.patterns.formula import Edge, Family, Pattern, family, together
 from postproc.patterns.signals import Movable, Signal
 
 STEPS, KINKS, FINE, KNOTS = 24, 9, 400, 150
-GAP = 0.08
-"""Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well."""
+GAP, GRID = 0.08, 1.5
+"""Share of a channel's range in which nothing was measured: a step there is what any smooth function does as well,
+unless all values are as far apart, but for so many times; a rail with nine stations has steps, too."""
 FINEST = 2
 """How often places and widths of a smooth shape are tried closer by."""
 
@@ -31,7 +32,7 @@ def breaks(signal: Signal) -> Iterator[Pattern]:
     values = signal.values
     distinct = np.unique(values)
     across = [0.0] if values.min() < 0 < values.max() else []
-    for edge in gaps(distinct, [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across]):
+    for edge in dict.fromkeys(gaps(distinct, [*np.quantile(values, np.linspace(0.04, 0.96, STEPS)), *across])):
         if _measured(distinct, edge):
             yield step(signal, edge)
     for knot in [*np.quantile(values, np.linspace(0.1, 0.9, KINKS)), *across]:
@@ -148,4 +149,5 @@ def nearest(places: list[Edge], edge: Edge) -> list[Edge]:
 
 
 def _measured(distinct: Array, edge: Edge) -> bool:
-    return bool(edge[1] - edge[0] < GAP * (distinct[-1] - distinct[0]))
+    apart = edge[1] - edge[0]
+    return bool(apart < GAP * (distinct[-1] - distinct[0]) or apart < GRID * np.median(np.diff(distinct)))

@@ -152,6 +152,12 @@ class Patterns:
         return [p for p in self.parts if isinstance(p, Pattern) and p.wide]
 
     @cached_property
+    def sizes(self) -> list[Pattern]:
+        """What grows in proportion to a channel, from its middle or from nothing on."""
+        some = [p for p in self.lines if p.channels != ("row",)]
+        return [*some, *(line(p.signals[0]) for p in some if p.law(*(s.middle for s in p.signals)) == 0.0)]
+
+    @cached_property
     def switches(self) -> list[tuple[Pattern, int, Single]]:
         """Gates that are open in some rows and shut in others, what they do there, and (n,) values."""
         values = values_of(self.gates) if self.gates else np.zeros((0, 0), dtype=np.float32)
@@ -214,15 +220,22 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     return Patterns([p for p in (*single, *found) if len(members(p))], [p for p in single if p.gate], apart)
 
 
-def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, int]]]:
-    """(n, G) values of a pattern, or of a factor of it, where another channel switches it on; factors and switches."""
-    some: list[tuple[Pattern, int]] = []
+def grown(pattern: Pattern, every: Patterns) -> tuple[Single, list[tuple[Pattern, Pattern, int]]]:
+    """(n, G) values of a pattern, or a factor of it, where another channel switches it on, and what each is made of.
+
+    What is a switch itself may switch whatever grows with another channel: a clamp that gives under the payload.
+    """
+    some: list[tuple[Pattern, Pattern, int]] = []
     values = []
     for factor, channel in pattern.factors() if pattern.factors else ((pattern, ""),):
         names = {channel} if channel else {g.channels[0] for g in every.gates} - set(pattern.channels)
         use = np.flatnonzero(np.isin(every.switching, list(names)))
         values.append(every.switched[use] * factor.values.astype(np.float32))
-        some += [(factor, int(k)) for k in use]
+        some += [(factor, *every.switches[k][:2]) for k in use]
+    growing = [p for p in every.sizes if not set(pattern.channels).intersection(p.channels)]
+    for side, there in enumerate(SIDES[: len(pattern.gate)] if growing else ()):
+        values.append(values_of(growing).T * there(pattern.values.astype(np.float32)))
+        some += [(p, pattern, side) for p in growing]
     return np.vstack(values).T, some
 
 

@@ -185,7 +185,9 @@ class Tried:
         """A pattern closer, and the better of that and what another channel makes of it, if that may reach a worth."""
         closest = self._closest(one)
         known = len(self.found)
-        every = [closest, *(self._closest(other) for other in self._switched(closest, max(closest.worth, least)))]
+        # Its edge may lie elsewhere once it switches something.
+        movable = replace(closest, pattern=replace(closest.pattern, finer=one.pattern.finer))
+        every = [closest, *(self._closest(other) for other in self._switched(movable, max(closest.worth, least)))]
         best = max(every, key=lambda f: f.worth)
         if best is closest:
             del self.found[known:]
@@ -249,9 +251,7 @@ class Tried:
             return []
 
         def switch(k: int) -> Pattern:
-            factor, at = which[k]
-            gate, side, _ = self.every.switches[at]
-            return replace(switched(factor, gate, side), where=one.pattern.where)
+            return replace(switched(*which[k]), where=one.pattern.where)
 
         made = self._made(one.pattern, len(which), switch)
         found = self._best(one.where, values, *made, 1)

@@ -109,11 +109,26 @@ def test_what_another_channel_switches_is_told_with_its_edge(law, said):
     every = of_two(q5=q5, dir5=dir5, temperature=temperature)
     one = closest(best(every.every, truth), truth)
     values, which = grown(one, every)
-    gates = [switched(factor, *every.switches[k][:2]) for factor, k in which]
+    gates = [switched(*one) for one in which]
     for gate, column in zip(gates[::40], values.T[::40], strict=True):
         assert abs(np.corrcoef(gate.values, column)[0, 1]) > 1 - 1e-9
     found = best([one, closest(best(gates, truth), truth)], truth)
     assert found.text.startswith(said) and abs(np.corrcoef(found.values, truth)[0, 1]) > 0.95
+
+
+def test_what_switches_may_switch_whatever_grows():
+    """A clamp that gives under the payload, a rail with nine stations that tips beyond one of them."""
+    g = np.random.default_rng(21)
+    payload, station, word = g.choice([0.0, 20.0, 60.0], 120), 0.75 * g.integers(0, 9, 120), g.integers(0, 3, 120)
+    fixtures = {f"fixture={w}": (word == k).astype(float) for k, w in enumerate("abc")}
+    every = of_two(payload=payload, rail_m=station, **fixtures)
+    for name, where, there in (("fixture", "where fixture is c", word == 2), ("rail_m", "step near", station > 2.4)):
+        some = [p for p in every.every if p.text.startswith(where) and p.channels == (name,)]
+        one = best(some, there)
+        found = best([switched(*made) for made in grown(one, every)[1]], payload * there)
+        said = where if name == "fixture" else "where rail_m is above 2.62 ± 0.38"
+        assert found.text == f"payload only {said}"
+        assert found.values == pytest.approx(payload * there / 60.0)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +153,7 @@ def test_friction_that_grows_as_it_warms_is_the_side_of_a_load_where_it_is_warm(
     truth = np.sign(load) * np.maximum(warm - 24.0, 0.0)
     every = of_two(load2=load, temperature=warm)
     side = next(p for p in every.every if p.text == "side of load2")
-    gates = [switched(factor, *every.switches[k][:2]) for factor, k in grown(side, every)[1]]
+    gates = [switched(*one) for one in grown(side, every)[1]]
     found = closest(best(gates, truth), truth)
     assert found.text.startswith("side of load2 only where temperature is above 2") and found.text.endswith("growing")
     assert abs(np.corrcoef(found.values, truth)[0, 1]) > 0.99
