@@ -13,6 +13,7 @@ from postproc.effects.base import Effect, JointBasis, State, Variant, param, str
 ORDERS = (4, 6, 8, 12, 16, 25, 40, 64)
 FALLS = (1.0, 1.5, 2.0, 3.0)
 MANY_ROWS = 500  # Higher orders than 25 are only tried on data that could show them.
+FULL = 100.0  # Angle [rad] to either side where a full turn has been seen.
 MANY_CELLS = 4e7  # Numbers in the columns of a fit (rows times coefficients): 0.3 GB.
 
 
@@ -27,10 +28,11 @@ class JointErrorMap(
 ):
     """A joint's angle is wrong by a broadband function of itself (encoder, strain-wave gear).
 
-    Equation: dq_j = sum over k = 1 .. K of A_jk sin(k q_j) + B_jk cos(k q_j). A fit adds the penalty
-    strength^2 sum of k^fall (A^2 + B^2) / typical^2: strength 1 expects coefficients of the typical size over
-    k^(fall / 2). Strength, fall and K are those of the largest restricted likelihood. The map knows the angles that it
-    has seen, ``low_rad`` to ``high_rad``; beyond them it keeps the value of the nearest one.
+    Equation: dq_j = C_j q_j / pi + sum over k = 1 .. K of A_jk sin(k q_j) + B_jk cos(k q_j), without C_j where a full
+    turn has been seen: elsewhere its ends need not meet. A fit adds the penalty strength^2 sum of k^fall (A^2 + B^2) /
+    typical^2, for C as for order 1: strength 1 expects coefficients of the typical size over k^(fall / 2). Strength,
+    fall and K are those of the largest restricted likelihood. The map knows the angles that it has seen, ``low_rad`` to
+    ``high_rad``; beyond them it keeps the value of the nearest one.
     Source: Fourier series; penalised as smoothing splines are (Wahba 1990), by half a derivative or more.
     Typical size: 250 to 430 microradian rms a joint on a collaborative arm, orders 1 to 60, stable over months.
     """
@@ -38,17 +40,21 @@ class JointErrorMap(
     joint: tuple[int, ...] = structure((1, 2, 3, 4, 5, 6), low=1, high=6)
     order: int = structure(8, low=1, high=200)
     fall: float = structure(1.0, low=0.0, high=6.0)
-    low_rad: tuple[float, ...] = structure((-10.0,) * 6, low=-100.0, high=100.0)
-    high_rad: tuple[float, ...] = structure((10.0,) * 6, low=-100.0, high=100.0)
+    low_rad: tuple[float, ...] = structure((-10.0,) * 6, low=-FULL, high=FULL)
+    high_rad: tuple[float, ...] = structure((10.0,) * 6, low=-FULL, high=FULL)
     sine_rad: Array = param(unit="rad", shape=("joint", "order"), low=-0.05, high=0.05, typical=1e-4)
     cosine_rad: Array = param(unit="rad", shape=("joint", "order"), low=-0.05, high=0.05, typical=1e-4)
+    slope_rad: Array = param(unit="rad", shape=("joint",), low=-0.05, high=0.05, typical=1e-4)
 
     def basis(self, state: State) -> JointBasis:
         joint = np.array(self.joint, dtype=int) - 1
-        q = np.clip(state.q[:, joint], np.array(self.low_rad)[joint], np.array(self.high_rad)[joint])
+        low, high = np.array(self.low_rad)[joint], np.array(self.high_rad)[joint]
+        q = np.clip(state.q[:, joint], low, high)
         angle = (q[:, :, None] * np.arange(1, self.order + 1)).reshape(len(q), -1)
+        slope = np.where(low > -FULL, q / np.pi, 0.0)
+        each = np.repeat(joint, self.order)
         return JointBasis(
-            np.tile(np.repeat(joint, self.order), 2), np.concatenate([np.sin(angle), np.cos(angle)], axis=1)
+            np.concatenate([each, each, joint]), np.concatenate([np.sin(angle), np.cos(angle), slope], axis=1)
         )
 
     @property
@@ -56,7 +62,8 @@ class JointErrorMap(
         return f"{named(self.joint)}, orders to {self.order}"
 
     def roughness(self) -> Array:
-        return np.asarray(np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint)))
+        waves = np.tile(np.arange(1.0, self.order + 1) ** (self.fall / 2), 2 * len(self.joint))
+        return np.append(waves, np.ones(len(self.joint)))
 
     def resolutions(self, state: State) -> tuple[tuple[Self, ...], ...]:
         """From the highest order down, on the same joints; three with a map mean all that move (one kind of gear).
@@ -79,7 +86,9 @@ class JointErrorMap(
         return type(self)(joint=joint, order=order, fall=fall, low_rad=self.low_rad, high_rad=self.high_rad)
 
     def unlimited(self) -> Self:
-        return replace(self, low_rad=(-100.0,) * 6, high_rad=(100.0,) * 6)
+        low, high = np.array(self.low_rad), np.array(self.high_rad)
+        low, high = np.maximum(low - FULL / 2, -FULL), np.minimum(high + FULL / 2, FULL)
+        return replace(self, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
 
     def outside(self, q: Array) -> Array:
         """(n, 6) how far each mapped joint is beyond the angles that the map has seen [rad]."""
@@ -92,7 +101,7 @@ class JointErrorMap(
         low, high = state.q.min(axis=0), state.q.max(axis=0)
         # Angles beyond a full turn have been seen, whatever the number of the turn.
         full = high - low >= 2 * np.pi
-        low, high = np.where(full, -100.0, low), np.where(full, 100.0, high)
+        low, high = np.where(full, -FULL, low), np.where(full, FULL, high)
         moving = tuple(int(j) + 1 for j in np.flatnonzero(high - low > 0.1))
         choices: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         fine = tuple(k for k in ORDERS if k <= 25 or len(state) >= MANY_ROWS)
@@ -107,7 +116,8 @@ class JointErrorMap(
                 if _carried(state, len(joints), k):
                     effect = cls(joint=joints, order=k, low_rad=tuple(low.tolist()), high_rad=tuple(high.tolist()))
                     where = "all joints" if set(joints) == set(moving) else named(joints)
-                    found.append(variant(effect, f"{where}, orders to {k}"))
+                    waves = np.arange(len(effect.vector())) < 2 * k * len(joints)
+                    found.append(variant(effect, f"{where}, orders to {k}", waves))
         return tuple(found)
 
 

@@ -49,13 +49,13 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
     kinds = [
         (likeliest(known, few, forms[0]), forms[1:]) for forms in effect.resolutions(fit.problem.sensitivity.state)
     ]
-    best, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
-    chosen = best
+    chosen, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
+    best = chosen.likelihood
     for form in coarser:
         found = likeliest(known, few, form)
-        if found.likelihood < best.likelihood - AS_MUCH:
+        if found.likelihood < best - AS_MUCH:
             break
-        chosen = found
+        chosen, best = found, max(best, found.likelihood)
     return chosen
 
 

@@ -171,17 +171,20 @@ def test_transmission_error_with_two_lines_on_one_joint():
         assert not row[[0, 1, 3, 4]].any()
 
 
-def test_joint_error_map_is_a_fourier_series_within_its_range_and_flat_beyond():
-    low, high = (-10.0, -0.5, *(-10.0,) * 4), (10.0, 0.5, *(10.0,) * 4)
+def test_joint_error_map_is_a_line_and_a_fourier_series_within_its_range_and_flat_beyond():
+    low, high = (-10.0, -0.5, *(-10.0,) * 2, -100.0, -10.0), (10.0, 0.5, *(10.0,) * 2, 100.0, 10.0)
     sine, cosine = np.array([[1.0, 2, 3], [4, 5, 6]]) * 1e-5, np.array([[-1.0, 0, 1], [2, -2, 1]]) * 1e-5
-    effect = JointErrorMap(joint=(2, 5), order=3, low_rad=low, high_rad=high, sine_rad=sine, cosine_rad=cosine)
+    slope = {"slope_rad": [2e-5, 3e-5], "low_rad": low, "high_rad": high}
+    effect = JointErrorMap(joint=(2, 5), order=3, sine_rad=sine, cosine_rad=cosine, **slope)
     dq = displacement_of(effect, states()).joint
 
     def series(row, q):
         return sum(sine[row, k - 1] * sin(k * q) + cosine[row, k - 1] * cos(k * q) for k in (1, 2, 3))
 
-    assert_allclose(dq[:, 1], [series(0, 0.2), series(0, 0.5)])
+    assert_allclose(dq[:, 1], [series(0, 0.2) + 2e-5 * 0.2 / pi, series(0, 0.5) + 2e-5 * 0.5 / pi])
+    # A full turn comes again.
     assert_allclose(dq[:, 4], [series(1, 0.5), series(1, -1.5)])
+    assert_allclose(displacement_of(effect.unlimited(), states()).joint[1, 1], series(0, Q[1, 1]) + 2e-5 * Q[1, 1] / pi)
     assert_allclose(effect.outside(Q)[:, 1], [0.0, 0.3])
     assert not effect.outside(Q)[:, [0, 2, 3, 4, 5]].any()
 

@@ -311,13 +311,13 @@ def spread_over_joints(effect, state, column, i):
     return dense.ravel()
 
 
-def test_error_map_of_300_columns_on_12000_rows_is_cheap():
+def test_error_map_of_306_columns_on_12000_rows_is_cheap():
     state = example_state(12000)
     (cls,) = (c for c in BUILT_IN if c.key == "joint_error_map")
     effect = cls(order=25)
     start = perf_counter()
     columns = effect.basis(state)
-    assert columns.values.shape == (12000, 300)
+    assert columns.values.shape == (12000, 306)
     assert perf_counter() - start < 2.0
 
 

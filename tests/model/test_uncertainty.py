@@ -96,7 +96,9 @@ def test_a_free_function_is_as_uncertain_as_its_prior_where_it_has_learned_nothi
         true = rng.normal(size=2 * order) * size
         x = P @ A.T @ (A @ true + noise * rng.normal(size=60)) / noise**2
         known = Uncertainty(tuple(("joint_error_map", i) for i in range(2 * order)), P)
-        own = JointErrorMap(joint=(1,), order=order, low_rad=(-1.5,) * 6, high_rad=(0.5,) * 6).with_vector(x)
+        own = JointErrorMap(joint=(1,), order=order, low_rad=(-1.5,) * 6, high_rad=(0.5,) * 6).with_vector(
+            np.append(x, 0.0)
+        )
         model = Model(robot, (own,))
         model = replace(model, fit=uncertainty_table(model, known))
         error = predict(model, state)[:, :3, 3] - nominal - across * (columns(asked) @ true)[:, None]
