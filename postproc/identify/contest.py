@@ -11,7 +11,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
 from postproc.identify.unnamed import with_patterns
-from postproc.identify.whole import Missing
+from postproc.identify.whole import Missing, formed_anew
 from postproc.patterns.suspects import Suspect
 
 
@@ -43,6 +43,18 @@ def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing
         left = with_patterns(left)
     search.fit, search.outside = left.fit, left.outside
     return missing
+
+
+def formed_beside(search: Search, base: Fit, missing: list[Missing]) -> list[Missing]:
+    """What is missing, each effect formed anew beside the patterns, and these found anew where that changed something.
+
+    A line of a gear that is named in the end leaves nothing to the pattern that stood for it.
+    """
+    anew = formed_anew(search, base, missing) if search.outside else missing
+    if anew is not missing:
+        left = with_patterns(search)
+        search.fit, search.outside = left.fit, left.outside
+    return anew
 
 
 def _worth(one: Missing, whole: Fit, without: Fit, seen: Fit, free: Sequence[Suspect]) -> float:

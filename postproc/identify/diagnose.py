@@ -23,13 +23,13 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
-from postproc.identify.contest import contested
+from postproc.identify.contest import contested, formed_beside
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import final_fit, thinned
 from postproc.identify.search import select_forward
 from postproc.identify.unnamed import clear
-from postproc.identify.whole import Missing, formed_anew
+from postproc.identify.whole import Missing
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -153,7 +153,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     first = ranking(search)
     missing = lines_or_map(search, select_forward(search, first), noise)
     missing = contested(search, start, check_backward(search, start, missing))
-    missing = formed_anew(search, start, missing) if search.outside else missing
+    missing = formed_beside(search, start, missing)
     missing = perhaps_a_map(search, missing, noise)
     named = search.beside([])
     final = named.fit if start is base else final_fit(base, named.fit, [m.candidate for m in missing], noise)

@@ -60,6 +60,16 @@ def test_a_name_goes_where_what_it_tells_may_be_the_pattern_itself(monkeypatch, 
     assert search.fit is (bare if goes else whole) and search.outside == search.fit.outside
 
 
+@pytest.mark.parametrize("more", [True, False])
+def test_a_pattern_that_a_name_tells_in_the_end_goes(monkeypatch, more):
+    wave, names = suspect("q2", "body 1"), [SimpleNamespace(), SimpleNamespace()]
+    monkeypatch.setattr(contest, "formed_anew", lambda search, base, missing: [*missing] if more else missing)
+    monkeypatch.setattr(contest, "with_patterns", lambda search: search.beside([]))
+    search = Told(fit((), []), {}, None, [wave])
+    assert contest.formed_beside(search, fit((), []), names) == names
+    assert search.outside == ([] if more else [wave])
+
+
 def test_a_pattern_may_be_off_by_whatever_is_smooth_in_its_channels():
     """A step that takes its time, told as a step: half of it is left, which no other place or channel makes."""
     g = np.random.default_rng(3)
