@@ -15,7 +15,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
 from postproc.fit.reweight import far_off
 from postproc.fit.rounding import blurred, rounded
-from postproc.fit.smooth import choose_smoothness
+from postproc.fit.smooth import choose_smoothness, enough_for_smoothness
 from postproc.fit.solve import ROUGHLY, Terms, solve
 from postproc.fit.start import elsewhere, seen_from, start_frames
 from postproc.measure.measurements import Measurements
@@ -92,12 +92,15 @@ def _solved(
         return solve(problem, figures, terms, fresh)
     # The choice of smoothness needs a place to stand on, not the very minimum: the free functions as they are.
     still = {key: np.zeros(len(masks[key]), dtype=bool) for key in rough}
-    fit = solve(problem, figures, replace(terms, free={**masks, **still}, closely=max(terms.closely, ROUGHLY)), fresh)
-    smooth = {key: choose_smoothness(fit, key) for key in rough}
+    place = replace(terms, free={**masks, **still}, closely=max(terms.closely, ROUGHLY))
+    few = enough_for_smoothness(problem)
+    fit = solve(few, figures, place, fresh)
+    problem = fit.problem if few is problem else problem
+    smooth = {key: choose_smoothness(fit, key, problem.rest.state) for key in rough}
     finer = [smooth[e.key].effect if e.key in smooth else e for e in fit.model.effects]
     masks = {**masks, **{key: np.ones(len(s.effect.vector()), dtype=bool) for key, s in smooth.items()}}
     strength = {**terms.strength, **{key: s.strength for key, s in smooth.items()}}
-    return solve(fit.problem.at(finer), figures, replace(terms, free=masks, strength=strength))
+    return solve(problem.at(finer), figures, replace(terms, free=masks, strength=strength))
 
 
 def _place(effect: Effect) -> int:

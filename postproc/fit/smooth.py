@@ -8,6 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.contract import State
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem
@@ -30,7 +31,7 @@ class Smoothness:
     likelihood: float
 
 
-def choose_smoothness(fit: Fit, key: str) -> Smoothness:
+def choose_smoothness(fit: Fit, key: str, state: State) -> Smoothness:
     """Resolution and penalty of one free function with the largest restricted likelihood, without refitting the model.
 
     Near its solution the fit is linear in the amplitudes, y = A b + C x + noise, with nothing known of b and x of
@@ -41,14 +42,15 @@ def choose_smoothness(fit: Fit, key: str) -> Smoothness:
 
     The penalty, not the number of coefficients, keeps the function smooth: more of them than rows do no harm.
     Source: Patterson and Thompson (1971); for smoothing Wahba (1985).
+
+    Args:
+        fit: a place to stand on, of rows enough; state: of all rows, which tell how fine it can be.
     """
     effect = fit.model.effect(key)
     assert effect is not None
-    few, y, others, soft = _beside(fit, key)
-    known = Linear(y, basis_of(others, soft), few.row)
-    kinds = [
-        (likeliest(known, few, forms[0]), forms[1:]) for forms in effect.resolutions(fit.problem.sensitivity.state)
-    ]
+    y, others, soft = _beside(fit, key)
+    known, few = Linear(y, basis_of(others, soft), fit.problem.row), fit.problem
+    kinds = [(likeliest(known, few, forms[0]), forms[1:]) for forms in effect.resolutions(state)]
     chosen, coarser = max(kinds, key=lambda kind: kind[0].likelihood)
     best = chosen.likelihood
     for form in coarser:
@@ -77,18 +79,21 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
     return Smoothness(form, float(STRENGTHS[best]), float(likelihood[best]))
 
 
-def _beside(fit: Fit, key: str) -> tuple[Problem, Array, Array, Array]:
-    """Rows enough to choose on: the problem, y = r + A x, columns and penalties of all effects but one."""
+def enough_for_smoothness(problem: Problem) -> Problem:
+    """Every k-th pose of a problem, as many as the choice needs; itself where it has no more."""
+    step = -(-len(problem.residual) // ENOUGH)
+    return problem if step < 2 else problem.some(problem.data.repeats % step == 0)
+
+
+def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
+    """What is to be told, y = r + A x, columns and penalties of all effects but one."""
     problem = fit.problem
-    groups = fit.data.repeats
-    kept = groups % max(1, -(-len(problem.residual) // ENOUGH)) == 0
-    few = problem.some(kept)
-    columns, y = [few.taken], few.residual.copy()
-    for effect in few.model.effects:
+    columns, y = [problem.taken], problem.residual.copy()
+    for effect in problem.model.effects:
         mask = np.full(len(effect.vector()), effect.key == key)
         mask[[i for k, i in fit.parameters if k == effect.key]] = True
-        own = few.columns(effect, mask)
+        own = problem.columns(effect, mask)
         y += own @ effect.vector()[mask]
         columns += [own] if effect.key != key else []
-    soft = np.concatenate([np.zeros(few.taken.shape[1]), fit.penalty[[k != key for k, _ in fit.parameters]]])
-    return few, y, np.hstack(columns), soft
+    soft = np.concatenate([np.zeros(problem.taken.shape[1]), fit.penalty[[k != key for k, _ in fit.parameters]]])
+    return y, np.hstack(columns), soft

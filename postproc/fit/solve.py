@@ -97,7 +97,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
                 continue
         now = at.cost(problem)
         little = max(terms.closely, NOTHING / len(problem.residual)) * now + 1e-12
-        further, after, stopped, held_back = _advance(problem, at, now, little, damping, 10 if good else 2)
+        further, after, stopped, held_back = advance(problem, at, now, little, damping, 10 if good else 2)
         damping = held_back if good else damping
         settled = now - after <= little
         if settled and good:
@@ -186,7 +186,7 @@ def _enough(problem: Problem, fitted: int) -> None:
         raise PostprocError.of("DAT020", message, problem.data.source, help=help_)
 
 
-def _advance(
+def advance(
     problem: Problem, at: Slope, now: float, little: float, damping: float, tries: int
 ) -> tuple[Problem, float, set[Name], float]:
     """A step at which the cost falls, held back until it does; its cost, what stops at a bound, the damping after it.

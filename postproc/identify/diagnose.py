@@ -26,7 +26,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested, formed_beside
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
-from postproc.identify.refits import final_fit, thinned
+from postproc.identify.refits import refit_all, thinned, without
 from postproc.identify.search import select_forward
 from postproc.identify.unnamed import clear
 from postproc.identify.whole import Missing
@@ -156,8 +156,8 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     missing = formed_beside(search, start, missing)
     missing = perhaps_a_map(search, missing, noise)
     named = search.beside([])
-    final = named.fit if start is base else final_fit(base, named.fit, [m.candidate for m in missing], noise)
-    missing = _steps(named, base, missing, final, noise)
+    final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in missing], noise)
+    missing = _steps(missing, final)
     lacking = _lack_of_fit(final)
     suspects = _suspects(named, search.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
@@ -182,19 +182,16 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     )
 
 
-def _steps(search: Search, base: Fit, missing: list[Missing], final: Fit, noise: float | None) -> list[Missing]:
-    """What is missing with the held-out error of each step on the way; a map is called what it is in the end.
+def _steps(missing: list[Missing], final: Fit) -> list[Missing]:
+    """What is missing with the held-out error of each step on the way (`without`); a map is called what it is at last.
 
     Args:
-        base: the model as it came, on the whole data; final: with all that is missing; the search's own fit where that
-            was on the whole data, too.
+        final: with all that is missing.
     """
     some = [m.candidate for m in missing]
     last = [(final.model.effect(c.key), c) for c in some]
     told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
-    fewer = [some[:k] for k in range(1, len(some))]
-    whole = final is search.fit
-    fits = [search.only(base, few) if whole else final_fit(base, search.fit, few, noise) for few in fewer]
+    fits = [without(final, [c.key for c in some[k:]]) for k in range(1, len(some))]
     steps = zip(missing, told, [*fits, final], strict=False)
     return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
 

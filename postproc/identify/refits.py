@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms
-from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.judgement import refit
-from postproc.identify.selection import grown
+from postproc.fit.solve import Terms, advance
+from postproc.identify.candidate import Candidate
 
 ENOUGH = 3000
 """Measured numbers beyond which the search takes every second, third .. pose."""
+STEPS, MISSED = 4, 0.02
+"""Steps that are made at most, and the share of the sum of squares by which one may miss what its slope foretells."""
 
 
 def refit_all(base: Fit, fitted: Fit, candidates: Sequence[Candidate], noise: float | None) -> Fit:
     """The base with some of the effects that a fit has found, all from where that fit has them, beside its patterns.
 
-    The springs too: those that the base has found without a load do not suit it, down to their sign.
+    The springs too: those that the base has found without a load do not suit it, down to their sign. On more rows than
+    those of the fit, free functions get the order and smoothness that these can carry.
     """
     keys = {c.key for c in candidates}
     same = {k for k, mask in base.free.items() if np.array_equal(mask, fitted.free.get(k, ()))}
     start = {e.key: e for e in base.model.effects}
     start.update({e.key: e for e in fitted.model.effects if e.key in keys | same})
     free = {**base.free, **{key: fitted.free[key] for key in keys}}
-    strength = {k: v for k, v in fitted.strength.items() if k in start}
+    anew = keys if len(fitted.data) < len(base.data) else set()
+    strength = {k: v for k, v in fitted.strength.items() if k in start and k not in anew}
     known = frozenset(base.parameters + fitted.parameters)
     terms = Terms(free, strength, determined=known, beside=fitted.problem.beside)
     return fit_model(base.model.with_effects(*start.values()), base.data, noise=noise, terms=terms)
@@ -46,12 +50,21 @@ def thinned(base: Fit, noise: float | None) -> Fit:
     return fit_model(base.model, base.data.rows(kept), noise=noise, terms=Terms(base.free, base.strength))
 
 
-def final_fit(base: Fit, fitted: Fit, candidates: list[Candidate], noise: float | None) -> Fit:
-    """The missing effects fitted on the whole data; free functions get the order and smoothness that it can carry."""
-    fit = refit_all(base, fitted, [c for c in candidates if c.effect.roughness() is None], noise)
-    for candidate in (c for c in candidates if c.effect.roughness() is not None):
-        screen = Screen(fit.problem, {candidate.key: type(candidate.effect)})
-        best = grown(screen, fit.linear, candidate)
-        after = None if best is None else refit(fit, best)
-        fit = fit if after is None else after
-    return fit
+def without(fit: Fit, keys: Iterable[str]) -> Fit:
+    """A fit that lacks some of its effects, as its slope there foretells where the others would settle.
+
+    Nothing is fitted again: the others' residual and columns are those where the fit has them, and held-out errors are
+    taken one step from there. Where such a step misses what the slope foretells (a load on springs that it has formed
+    itself), it is made, and another one looked at.
+    """
+    gone = set(keys)
+    free = {key: mask for key, mask in fit.free.items() if key not in gone}
+    problem = fit.problem.at([e for e in fit.model.effects if e.key not in gone])
+    at = slope(problem, free, set(), fit.strength)
+    for _ in range(STEPS):
+        aim = at.foretold(problem, at.step(problem)[0])
+        further, after, *_ = advance(problem, at, at.cost(problem), 0.0, 0.0, 10)
+        if further is problem or after < (1 + MISSED) * aim:
+            break
+        problem, at = further, slope(further, free, set(), fit.strength)
+    return replace(fit, problem=problem, free=free, held=at.held, at_bound=(), columns=at.columns, penalty=at.penalty)

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array
-from postproc.effects.base import Effect, variant
+from postproc.effects.base import Effect
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, Forms, forms_nearby, is_sum, make_form, ordinary
+from postproc.identify.forms import Form, forms_nearby, is_sum, ordinary
 from postproc.identify.gains import DIM, Gain, gain, gains
 
 UNLIKELY = {
@@ -62,14 +62,6 @@ def compose(screen: Screen, linear: Linear, key: str) -> Candidate | None:
     some = ((forms[i], measured[i], float(price[i])) for i in _starts(forms, worth))
     others = [_told(linear, f.key, f.effect, f.refit, f.label, brought, cost) for f, brought, cost in some]
     return replace(chosen, starts=(chosen, *(c for c in others if c.forming and c.effect is not chosen.effect)))
-
-
-def grown(screen: Screen, linear: Linear, candidate: Candidate) -> Candidate | None:
-    """A candidate that other data chose, with more of its own where this data can carry it."""
-    effect = candidate.effect.with_vector(candidate.effect.null_vector())
-    chosen = variant(effect, candidate.label, candidate.free & effect.amplitudes(), candidate.free)
-    form = make_form(screen.problem, chosen, True)
-    return None if form is None else _grow(screen, linear, form, gains(linear, Forms([form]))[0], 0.0)
 
 
 def _prices(odds: Array) -> Array:

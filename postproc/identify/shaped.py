@@ -74,7 +74,7 @@ class Glimpse:
             unit[np.arange(6), :, np.arange(first, first + 6)] = 1.0
             found = np.zeros((*seen.matrix.shape[:2], 6))
             for k, one in enumerate(unit):
-                found[:, :, k] = seen.by_places(seen.by_load(one))
+                found[:, :, k] = seen.by_places(seen.by_load(one, seen.state))
             self.known[at] = found
         return self.known[at]
 

@@ -8,25 +8,32 @@ from postproc.arrays import Array
 from postproc.effects.asking import load_of
 from postproc.effects.contract import State
 from postproc.effects.geometry import force_at, point_acceleration, still
-from postproc.model.arm import ALL_BODIES, Model
-from postproc.model.chain import Chain, deflected_chain, directions, spread
+from postproc.model.arm import Model
+from postproc.model.chain import Chain, Directions, deflected_chain, directions, spread
 from postproc.model.deflection import Deflection, tcp
 from postproc.model.multibody import Multibody
 
 
-def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...] | bool) -> State:
-    """The state with body poses and the loads on the springs of the arm deflected so far.
+def loaded_state(model: Model, state: State, deflection: Deflection, bodies: tuple[int, ...]) -> State:
+    """The state with body poses and the loads on the springs of the arm deflected so far (`borne`).
+
+    Args:
+        bodies: those whose far ends carry a spring, beside those that are deflected.
+    """
+    springs = tuple(sorted({*bodies, *deflection.body}))
+    chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
+    return borne(model, state, deflection, chain, directions(model.robot, chain, springs), springs)
+
+
+def borne(
+    model: Model, state: State, deflection: Deflection, chain: Chain, along: Directions, springs: tuple[int, ...]
+) -> State:
+    """The state with the poses of the bodies, and the loads on all coordinates of a chain.
 
     load = J_g^T G + J_theta^T f - (M qdd + v), on every virtual spring (Eqs. 14-16, 23 corrected): links through the
     recursive Newton-Euler algorithm, payload, wrench and effects as forces on their bodies.
-
-    Args:
-        bodies: those whose far ends carry a spring, beside those that are deflected; True for all.
     """
-    springs = ALL_BODIES if bodies is True else tuple(sorted({*(bodies or ()), *deflection.body}))
-    chain = deflected_chain(model.robot, state.q + deflection.joint, deflection.body, bool(springs))
     state = state.with_(T_base_body=chain.T_base_body)
-    along = directions(model.robot, chain, springs)
     arm = model.multibody(springs)
     load = -arm.rnea(coordinates(chain, arm), state.v, state.a)
     forces, torques = applied(model, state, chain, deflection)

@@ -18,13 +18,46 @@ from postproc.effects.asking import displacement_of, load_of
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.arm import ALL_BODIES, Model
-from postproc.model.chain import Directions, deflected_chain, directions, point_jacobian, spread
-from postproc.model.equilibrium import Equilibrium, active_bodies, equilibrium
-from postproc.model.loads import loaded_state
+from postproc.model.chain import Chain, Directions, deflected_chain, directions, point_jacobian, spread
+from postproc.model.equilibrium import Equilibrium, active_bodies, carries_load, equilibrium
+from postproc.model.loads import borne
 from postproc.model.places import BODY, INSTRUMENT, LOADS, PLACES, TOOL, carried, flat, placed, plus
 from postproc.model.tangent import tangent
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import displace, left_jacobian
+
+MANY = 1000
+"""States from which on loads are worked out only where they are read."""
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """The states of an equilibrium with loads filled in, worked out where they are asked for.
+
+    Args:
+        along: directions of all coordinates of its chain.
+    """
+
+    model: Model
+    rest: Equilibrium
+    chain: Chain
+    along: Directions
+
+    @cached_property
+    def every(self) -> State:
+        """With those on all springs that an arm may have."""
+        return borne(self.model, self.rest.state, self.rest.deflection, self.chain, self.along, ALL_BODIES)
+
+    @cached_property
+    def own(self) -> State:
+        """With those that the effects of the model read, or would read if they were not null.
+
+        To ask which these are takes as long as to work them all out for some hundred states.
+        """
+        rest = self.rest
+        if len(rest.state) < MANY or not carries_load(self.model):
+            return self.every
+        return rest.state if {*active_bodies(nudged(self.model), rest.state)} <= {*rest.bodies} else self.every
 
 
 @dataclass(frozen=True)
@@ -33,24 +66,34 @@ class Sensitivity:
 
     Args:
         matrix: (n, 6, 60) position [m] and rotation vector [rad], instrument axes, by place [rad or m].
-        state: the states with poses and loads filled in.
+        loaded: the states, with loads.
         along: directions of the coordinates whose loads the springs follow; column: (m,) place of each of them.
         springs: effects whose displacement follows the load.
     """
 
     matrix: Array
-    state: State
+    loaded: Loaded
     along: Directions
     column: NDArray[np.int_]
     springs: tuple[Effect, ...]
+
+    @property
+    def state(self) -> State:
+        """The states with poses and loads filled in."""
+        return self.loaded.every
+
+    def seen_by(self, effect: Effect) -> State:
+        """The same, as far as an effect of the model reads it; all of it for others."""
+        mine = any(e is effect for e in self.loaded.model.effects)
+        return self.loaded.own if mine else self.loaded.every
 
     def by_parameter(self, effect: Effect, free: NDArray[np.bool_]) -> Array:
         """(n, 6, p) derivative of the pose by the free parameters of an effect, at their present values.
 
         Linear amplitudes are exact; others are central differences over a thousandth of the ordinary size.
         """
-        index = np.flatnonzero(free)
-        basis = None if effect.missing(self.state) else effect.basis(self.state)
+        index, state = np.flatnonzero(free), self.seen_by(effect)
+        basis = None if effect.missing(state) else effect.basis(state)
         if basis is not None:
             found = np.empty((*self.matrix.shape[:2], len(index)))
             for j in np.unique(basis.joint[index]):
@@ -61,7 +104,7 @@ class Sensitivity:
                     found[:, :, there] = self.matrix[:, :, j, None] * basis.values[:, None, index[there]]
             return found
         result = np.zeros((*self.matrix.shape[:2], len(index)))
-        for k, moved in enumerate(self._moved(effect, index)):
+        for k, moved in enumerate(self._moved(effect, index, state)):
             result[:, :, k] = self.by_places(moved)
         return result
 
@@ -73,12 +116,11 @@ class Sensitivity:
             result += there @ part if part.ndim == 1 else np.einsum("nrm,nm->nr", there, part)
         return result
 
-    def _moved(self, effect: Effect, index: NDArray[np.int_]) -> Iterator[dict[int, Array]]:
+    def _moved(self, effect: Effect, index: NDArray[np.int_], state: State) -> Iterator[dict[int, Array]]:
         """Derivative of the displacement by place, by one parameter of an effect after the other.
 
         Its load on the springs included.
         """
-        state = self.state
         if effect.missing(state):
             return
         x, scale, amplitude = effect.vector(), effect.scale(), effect.amplitudes()
@@ -100,24 +142,24 @@ class Sensitivity:
             low = here if exact and here is not None else answer(x - step)
             change, load = (plus(a, b, -1.0) for a, b in zip(high, low, strict=True))
             if load:
-                change = plus(change, self.by_load(flat(load, len(state), LOADS)))
+                change = plus(change, self.by_load(flat(load, len(state), LOADS), state))
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
-    def by_load(self, load: Array) -> dict[int, Array]:
-        """Displacement of the springs by a further load (n, 54), by place."""
-        state, n = self.state, len(self.state)
+    def by_load(self, load: Array, state: State) -> dict[int, Array]:
+        """Displacement of the springs of loaded states by a further load (n, 54), by place."""
+        n = len(state)
         every = np.empty((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
-        loaded = state.with_(
-            joint_load=np.asarray(state.joint_load) + load[:, :6] + every[:, :6],
-            body_load=np.asarray(state.body_load) + every[:, 6:].reshape(n, 7, 6),
-        )
-        return plus(self._sprung(loaded), self.sprung, -1.0)
+        joints, bodies = np.asarray(state.joint_load) + load[:, :6] + every[:, :6], every[:, 6:].reshape(n, 7, 6)
+        loaded = state.with_(joint_load=joints, body_load=None if state.body_load is None else state.body_load + bodies)
+        if id(state) not in self._known:
+            self._known[id(state)] = self._sprung(state)
+        return plus(self._sprung(loaded), self._known[id(state)], -1.0)
 
     @cached_property
-    def sprung(self) -> dict[int, Array]:
-        """Displacement of the springs by the loads of the state, by place."""
-        return self._sprung(self.state)
+    def _known(self) -> dict[int, dict[int, Array]]:
+        """Displacement of the springs by the loads of a state, by place."""
+        return {}
 
     def _sprung(self, state: State) -> dict[int, Array]:
         found: dict[int, Array] = {}
@@ -128,8 +170,7 @@ class Sensitivity:
 
 def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     """The Jacobian J_theta of all places at an equilibrium, with all loads worked out."""
-    state = loaded_state(model, rest.state, rest.deflection, True)
-    n = len(state)
+    n = len(rest.state)
     chain = rest.chain
     if chain.tip is None:
         chain = deflected_chain(model.robot, chain.q, rest.deflection.body, True)
@@ -137,7 +178,7 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     column = model.elastic.place
     J = np.zeros((n, 6, PLACES))
     J[:, :, column] = point_jacobian(along, rest.T_base_tcp[:, :3, 3])
-    R_tool = rest.chain.T_base_flange[:, :3, :3] @ state.T_flange_tcp[..., :3, :3]
+    R_tool = rest.chain.T_base_flange[:, :3, :3] @ rest.state.T_flange_tcp[..., :3, :3]
     J[:, :3, TOOL : TOOL + 3] = R_tool
     J[:, 3:, TOOL + 3 : INSTRUMENT] = R_tool @ _turned(rest.deflection.tool, n)
     T = _instrument(rest, n)
@@ -150,18 +191,22 @@ def sensitivity(model: Model, rest: Equilibrium) -> Sensitivity:
     J[:, 3:, INSTRUMENT + 3 :] = left
     springs = tuple(e for e in model.effects if "load" in e.reads)
     read = np.flatnonzero((column < BODY) | np.isin((column - BODY) // 6, rest.bodies))
-    return Sensitivity(J, state, along.some(read), column[read], springs)
+    return Sensitivity(J, Loaded(model, rest, chain, along), along.some(read), column[read], springs)
 
 
 def grown_sensitivity(model: Model, state: State) -> Sensitivity:
     """The same with what the deflected arm carries besides, J_theta (I - C K_E)^-1: exact, and slower."""
-    nudged = model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
-    rest = equilibrium(model, state, active_bodies(nudged, state))
+    rest = equilibrium(model, state, active_bodies(nudged(model), state))
     at, found = sensitivity(model, rest), tangent(model, rest)
     place = found.frame.bodies.place
     matrix = at.matrix.copy()
     matrix[:, :, place] = matrix[:, :, place] @ found.give
     return replace(at, matrix=matrix)
+
+
+def nudged(model: Model) -> Model:
+    """A model with nothing null: what its effects read then shows."""
+    return model.with_effects(*(e.with_vector(e.vector() + 1e-3 * e.scale()) for e in model.effects))
 
 
 def _instrument(rest: Equilibrium, n: int) -> Array:

@@ -23,7 +23,7 @@ from postproc.fit.fitted import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
-from postproc.fit.solve import LEAST, Terms, _advance, _held_at_prior, _made_up_for
+from postproc.fit.solve import LEAST, Terms, _held_at_prior, _made_up_for, advance
 from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
@@ -434,7 +434,7 @@ def test_a_step_that_does_what_was_foretold_sets_the_next_one_free(faithful, bef
         moved=lambda problem, step: "there",
         cost=lambda trial: 5.0 - 2.0 * faithful,
     )
-    trial, cost, _, damping = _advance("here", at, 5.0, 1e-9, before, 1)
+    trial, cost, _, damping = advance("here", at, 5.0, 1e-9, before, 1)
     assert (trial, cost) == ("there", 5.0 - 2.0 * faithful) and damping == pytest.approx(after)
 
 

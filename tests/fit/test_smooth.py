@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.joint_error_map import JointErrorMap
+from postproc.fit import smooth
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.smooth import likeliest
@@ -173,3 +174,13 @@ def test_a_function_that_could_take_up_everything_leaves_half_of_the_numbers():
     own = columns * (form.scale() / form.roughness())
     value = np.maximum(np.linalg.eigvalsh(own @ own.T), 0.0)
     assert np.sum(value / (value + found.strength**2)) <= 75
+
+
+def test_how_smooth_a_map_is_many_rows_need_not_be_asked(monkeypatch):
+    data, _ = cell(broadband, seed=903, poses=300)
+    base = base_fit(data)
+    whole = fit_model(base.model, data, [everywhere(8)])
+    monkeypatch.setattr(smooth, "ENOUGH", 400)
+    few = fit_model(base.model, data, [everywhere(8)])
+    assert few.strength != whole.strength and few.data is not whole.data and len(few.data) == len(data)
+    assert few.held_out_rms == pytest.approx(whole.held_out_rms, rel=0.05)

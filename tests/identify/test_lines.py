@@ -219,5 +219,5 @@ def test_a_map_is_called_by_the_orders_that_the_model_has():
     none = np.zeros(64, dtype=bool)
     found = Missing(Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9))
     final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
-    (told,) = _steps(SimpleNamespace(fit=final), None, [found], final, None)
+    (told,) = _steps([found], final)
     assert told.candidate.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5
