@@ -5,7 +5,7 @@ of a file; `expressions` are read into `trees`, targets written as numbers by `l
 
 A program: `program` holds the files of one task and resolves `names`; `motion` reads a motion statement by the
 `signatures` of its instruction; `predefined` is what every controller has (v100, z10, tool0), `lent` what other tasks
-declare; `uses` says where data is used, `changes` what a piece of program may write.
+declare; `uses` says where data is used, `changes` what a piece of program may write, `called` what functions do there.
 
 Values: `records` (what a robtarget or tooldata is) and `values` (how it is computed with); `evaluate` and `functions`
 (Offs, RelTool ..) with `pose`; `declared` is what a declaration says, `memory` what holds at a moment, `assign` and

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from postproc.diagnostics import Span
-from postproc.rapid.changes import BY_REFERENCE, paired
+from postproc.rapid.called import BY_REFERENCE
+from postproc.rapid.changes import paired
 from postproc.rapid.evaluate import evaluate, whole
 from postproc.rapid.events import Handed
 from postproc.rapid.memory import Binding, Frame, Memory, Reference

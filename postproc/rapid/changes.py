@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 
 from postproc.diagnostics import Source, Span
+from postproc.rapid.called import BY_REFERENCE, TEXT, acting_functions, called_in, writing_functions
 from postproc.rapid.motion import Piece, read_arguments
 from postproc.rapid.program import Program, statements_in, statements_of
 from postproc.rapid.syntax import Declaration, Parameter, Routine, Statement
@@ -37,10 +38,8 @@ READ_ONLY = frozenset(
     """,
     )
 )
-BY_REFERENCE = ("VAR", "PERS", "INOUT")
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
-_TEXT = re.compile(rb'"((?:[^"]|"")*)"')
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
 
 
@@ -75,7 +74,7 @@ def named_by_text(statement: Statement, routine: Routine, program: Program) -> I
     data = routine.source.data
     pieces = [span for _, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])]
     plain, texts = data[slice(*pieces[0])] if pieces else b"", []
-    for i, part in enumerate(_TEXT.split(plain)):  # every other part is outside quotes: it is worked out
+    for i, part in enumerate(TEXT.split(plain)):  # every other part is outside quotes: it is worked out
         texts.append(re.escape(part) if i % 2 else b"" if part.strip() in (b"", b"+") else b".*")
     whole, kind = re.compile(b"".join(texts).decode("latin-1"), re.IGNORECASE), ""
     if statement.word == "setalldataval":
@@ -107,6 +106,11 @@ class Changes:
         self.paths: dict[str, set[tuple[str, ...]]] = {}
         # Who writes each declaration: an instruction that is in no file, or nothing where the program itself does.
         self.writers: dict[str, set[str]] = {}
+        # By statement: what functions that are in no file may write of what they are given, and the name of one of
+        # them; calls of the program's own functions.
+        self.by_unknown: dict[tuple[str, Span], tuple[set[str], str]] = {}
+        self.by_own: dict[tuple[str, Span], set[CalledWith]] = {}
+        self._writing = {source.path: writing_functions(source, program) for source in program.sources}
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
         found: dict[str, set[str]] = {key: set() for key in routines}
@@ -126,6 +130,7 @@ class Changes:
                 pending += callers.get(key, ())
         self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
+        self.acting = acting_functions(routines, self.of_routine, calls)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
         traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP"]
         handlers = [
@@ -154,6 +159,9 @@ class Changes:
         return changed
 
     def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        writing = self._writing[routine.source.path]
+        if writing is not None:
+            self._of_functions(writing, statement, routine, changed, calls)
         if statement.kind == "assign":
             self._add(statement.word, routine, changed, component_path(routine.source.data, statement.parts[0]))
         elif statement.kind == "call":
@@ -203,12 +211,55 @@ class Changes:
             return
         start = statement.span[0] + len(statement.word)
         pieces = read_arguments(data, start, statement.span[1])
+        writer = data[statement.span[0] : start].decode("latin-1")
+        if called is None and statement.word in BY_NAME and statement.word != "getdataval":
+            for declaration in named_by_text(statement, routine, self.program):
+                self._add_data(declaration, changed, writer=writer)
+            return
+        self._hand_over(called, pieces, writer, routine, changed, calls)
+
+    def _of_functions(
+        self,
+        writing: re.Pattern[bytes],
+        statement: Statement,
+        routine: Routine,
+        changed: set[str],
+        calls: set[CalledWith],
+    ) -> None:
+        """What functions in the statement's own expressions write."""
+        for name, span in called_in(writing, statement, routine.source.data):
+            pieces = read_arguments(routine.source.data, *span)
+            called = self.program.routine(name, routine.module)
+            written: set[str] = set()
+            through: set[CalledWith] = set()
+            self._hand_over(called, pieces, name, routine, written, through)
+            place = (routine.source.path, statement.span)
+            if written:
+                self.by_unknown[place] = (self.by_unknown.get(place, (set[str](), ""))[0] | written, name)
+            if through:
+                self.by_own.setdefault(place, set()).update(through)
+            changed |= written
+            calls |= through
+
+    def of_functions(self, statement: Statement, routine: Routine) -> set[str]:
+        """Keys that functions of the program change where the expressions of a statement call them."""
+        changed: set[str] = set()
+        for called, passed in self.by_own.get((routine.source.path, statement.span), ()):
+            self._through_call(self.of_routine[called], passed, routine, changed)
+        return changed
+
+    def _hand_over(
+        self,
+        called: Routine | None,
+        pieces: Sequence[Piece],
+        writer: str,
+        routine: Routine,
+        changed: set[str],
+        calls: set[CalledWith],
+    ) -> None:
+        """Add what is called with arguments: a routine, or what is in no file and may write all that it is given."""
+        data = routine.source.data
         if called is None:
-            writer = data[statement.span[0] : start].decode("latin-1")
-            if statement.word in BY_NAME and statement.word != "getdataval":
-                for declaration in named_by_text(statement, routine, self.program):
-                    self._add_data(declaration, changed, writer=writer)
-                return
             for _, span, _ in pieces:
                 self._add(argument_name(data, span), routine, changed, writer=writer)
             return

@@ -61,6 +61,8 @@ class Flow(Loops):
 
     def statement(self, statement: Statement, memory: Memory) -> bool:
         self.steps += 1
+        if self.changes.by_unknown or self.changes.by_own:
+            self.forget_written(statement, memory)
         match statement.kind:
             case "call":
                 self.call(statement, memory)
@@ -89,6 +91,20 @@ class Flow(Loops):
             case "opaque":
                 forget(memory, self.changes.of_one(statement, memory.frame.routine), "is not certain here")
         return True
+
+    def forget_written(self, statement: Statement, memory: Memory) -> None:
+        """What functions write in a statement's expressions, where these are not worked out once."""
+        routine = memory.frame.routine
+        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
+        forget(memory, keys, f"may be written by `{name}`")
+        if statement.kind in ("assign", "return"):
+            return
+        if statement.kind == "call":
+            moves = self.program.motion(routine.source, statement) is not None
+            still = not self.recorder.emitting or self.recorder.returning
+            if not still if moves else self.program.routine(statement.word, routine.module) is not None:
+                return
+        forget(memory, self.changes.of_functions(statement, routine), "is written by a function")
 
     def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
         """Report data that is said to be constant and that the program moves."""

@@ -95,7 +95,7 @@ class Loops(Execution):
         keys = self.changes.of_one(loop, memory.frame.routine)
         memory.frame.bindings.update(bindings)
         body, moves = loop.branches[0].body, "@moves" in keys
-        keys = self.varying(body, memory, keys)
+        keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
         forget(memory, keys, "is changed in a loop")
         begin = self.ways.ends
         self.conditional += not certain

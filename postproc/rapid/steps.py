@@ -40,6 +40,12 @@ class EventMaker:
         found: list[Diagnostic] = []
         reasons: list[str] = []
         target, origin, via, via_origin = self.places(statement, memory, reasons, found)
+        if memory.changes.acting is not None:
+            handed = [o.handed for o in (origin, via_origin) if o is not None and o.handed is not None]
+            spans = [(statement.source, statement.span), *((h.source, h.span) for h in handed)]
+            found_at = (memory.changes.acting.search(source.data, *span) for source, span in spans)
+            acting = sorted({f"`{called[1].decode('latin-1')}`" for called in found_at if called is not None})
+            reasons += [f"{name} does more than calculate: assign what it gives before the move" for name in acting]
         settings = self.settings.read(statement, memory, reasons, found)
         tool, wobj, total = settings.tool, settings.wobj, settings.total
         state = memory.changed
