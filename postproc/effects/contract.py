@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.robot.arm import Robot
+from postproc.robot.kinematics import body_motions
 
 FIELDS = {"payload": "payload_mass", "load": "joint_load", "pose": "T_base_body"}
 """Fields of a state that effects declare by another name."""
@@ -33,7 +35,7 @@ CONSTANT = frozenset({"gravity", "robot", "channels", "session_names", "T_flange
 """Fields of a state that are not one value for each row."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class State:
     """n states of one arm. Channels that were not recorded are None.
 
@@ -90,6 +92,17 @@ class State:
         if self.T_flange_tcp.ndim == 3:
             picked["T_flange_tcp"] = self.T_flange_tcp[index]
         return self.with_(**picked, channels={name: np.asarray(value)[index] for name, value in self.channels.items()})
+
+    @cached_property
+    def motions(self) -> list[tuple[Array, Array]] | None:
+        """How each body accelerates (`body_motions`), for every load that asks; None where nothing tells it.
+
+        Where only the speed was recorded it is steady, as for the links.
+        """
+        if self.robot is None or self.T_base_body is None or (self.v is None and self.a is None):
+            return None
+        v, a = (np.zeros((len(self), 6)) if rate is None else rate for rate in (self.v, self.a))
+        return body_motions(self.robot, np.asarray(self.T_base_body), v, a)
 
     def with_(self, **changes: object) -> State:
         return replace(self, **changes)  # type: ignore[arg-type]

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import skew
+from postproc.robot.kinematics import cross
 
 
 def distal_point(robot: Robot, body: int) -> Array:
@@ -37,64 +35,17 @@ def point_in_base(T_base_body: Array, point: Array) -> Array:
 
 def force_at(point: Array, force: Array) -> Array:
     """(n, 6) force and its moment about the base origin, of a force (n, 3) that acts at a point (n, 3)."""
-    return np.concatenate([force, _cross(point.T, force.T).T], axis=1)
+    return np.concatenate([force, cross(point.T, force.T).T], axis=1)
 
 
-def body_motion(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int) -> tuple[Array, Array]:
-    """Acceleration (n, 3) of a body's origin and matrix A (n, 3, 3): a point p of the body has a_o + A (p - o).
-
-    The outward Newton-Euler recursion, in base axes [m/s^2]; kept for the arm that was asked last, of which a fit asks
-    every parameter of every load.
+def point_acceleration(motion: tuple[Array, Array], T_base_body: Array, point: Array) -> Array:
+    """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes.
 
     Args:
-        T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
+        motion: of the body (`kinematics.body_motions`); T_base_body: (n, 4, 4) the body.
     """
-    global _last
-    asked, last = (robot, T_base_body, v, a), _last
-    if any(one is not other for one, other in zip(asked, last[0], strict=True)):
-        _last = last = asked, _motions(*asked)
-    return last[1][body]  # another thread may have asked meanwhile
-
-
-_last: tuple[tuple[Any, ...], list[tuple[Array, Array]]] = (None,) * 4, []
-
-
-def _motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple[Array, Array]]:
-    """`body_motion` of every body."""
-    # Points run along the last axis: components are long rows.
-    T = np.moveaxis(np.asarray(T_base_body), 0, -1)
-    spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
-    found = [(acceleration.T, np.zeros((len(v), 3, 3)))]
-    for j in range(6):
-        R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
-        arm = p - origin
-        acceleration = acceleration + _cross(spin_rate, arm) + _cross(spin, _cross(spin, arm))
-        origin = p
-        axis = robot.axis[j]
-        turn = R[:, 0] * axis[0] + R[:, 1] * axis[1] + R[:, 2] * axis[2]
-        rate = turn * v[:, j]
-        spin_rate = spin_rate + turn * a[:, j] + _cross(spin, rate)
-        spin = spin + rate
-        outward = skew(spin.T)
-        found.append((acceleration.T, skew(spin_rate.T) + outward @ outward))
-    return found
-
-
-@lru_cache(maxsize=1)
-def still(n: int) -> Array:
-    """(n, 6) no speed, the same each time and not to be written on."""
-    return np.broadcast_to(np.zeros(6), (n, 6))
-
-
-def _cross(x: Array, y: Array) -> Array:
-    """Cross products of columns, (3, n)."""
-    return np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]])
-
-
-def point_acceleration(robot: Robot, T_base_body: Array, v: Array, a: Array, body: int, point: Array) -> Array:
-    """(n, 3) acceleration [m/s^2] of a point (n, 3) of a body, base axes; arguments as in `body_motion`."""
-    a_origin, matrix = body_motion(robot, T_base_body, v, a, body)
-    return a_origin + turned(matrix, point - T_base_body[:, body, :3, 3])
+    acceleration, matrix = motion
+    return acceleration + turned(matrix, point - T_base_body[:, :3, 3])
 
 
 def turned(matrix: Array, vectors: Array) -> Array:
@@ -127,10 +78,8 @@ def weight(state: State, body: int, masses: Sequence[Mass], T_body_part: Array |
         each.append((m, turned(T[:, :3, :3], np.broadcast_to(moment, (n, 3))) + m * (T[:, :3, 3] - origin)))
     mass, first = sum((m for m, _ in each), np.zeros((n, 1))), sum((f for _, f in each), np.zeros((n, 3)))
     force, torque = mass * state.gravity, np.cross(first, state.gravity)
-    if state.robot is not None and (state.v is not None or state.a is not None):
-        # Where only the speed was recorded it is steady, as for the links and the payload.
-        v, a = (still(n) if rate is None else rate for rate in (state.v, state.a))
-        a_origin, matrix = body_motion(state.robot, np.asarray(state.T_base_body), v, a, body)
+    if state.motions is not None:
+        a_origin, matrix = state.motions[body]
         force = force - mass * a_origin - turned(matrix, first)
         torque = torque - np.cross(first, a_origin)
         for m, f in each:

@@ -7,7 +7,7 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.asking import load_of
 from postproc.effects.contract import State
-from postproc.effects.geometry import force_at, point_acceleration, still
+from postproc.effects.geometry import force_at, point_acceleration
 from postproc.model.arm import Model
 from postproc.model.chain import Chain, Directions, deflected_chain, directions, spread
 from postproc.model.deflection import Deflection, tcp
@@ -97,8 +97,7 @@ def payload_wrench(model: Model, state: State, chain: Chain) -> Array:
     """Payload as a point mass: force m (g - a) at its centre and moment about the base origin, (n, 6)."""
     point = payload_point(state, chain)
     pull = np.broadcast_to(model.gravity, point.shape)
-    if state.v is not None or state.a is not None:
-        v, a = (still(len(state)) if r is None else r for r in (state.v, state.a))
-        pull = pull - point_acceleration(model.robot, chain.T_base_body, v, a, 6, point)
+    if state.motions is not None:
+        pull = pull - point_acceleration(state.motions[6], chain.T_base_body[:, 6], point)
     mass = np.broadcast_to(np.asarray(state.payload_mass, dtype=float), (len(state),))
     return force_at(point, mass[:, None] * pull)

@@ -8,7 +8,7 @@ from postproc.arrays import Array, blocks
 from postproc.effects.geometry import point_acceleration
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import body_poses
+from postproc.robot.kinematics import body_motions, body_poses
 
 NO_GRAVITY = np.zeros(3)
 _BLOCK = 5000  # states
@@ -35,7 +35,8 @@ def inertial_torque(
         T = body_poses(robot, q[rows])
         flange = T[:, 6] @ robot.link[6]
         point = (flange[:, :3, :3] @ center[rows, :, None])[..., 0] + flange[:, :3, 3]
-        force = mass[rows, None] * (point_acceleration(robot, T, v[rows], a[rows], 6, point) - gravity)
+        motion = body_motions(robot, T, v[rows], a[rows])[6]
+        force = mass[rows, None] * (point_acceleration(motion, T[:, 6], point) - gravity)
         axes = (T[:, 1:, :3, :3] @ robot.axis[:, :, None])[..., 0]
         # z_j . ((p - p_j) x f) = (z_j x (p - p_j)) . f, moments about the origin taken once.
         moment = np.cross(point, force)[:, None] - np.cross(T[:, 1:, :3, 3], force[:, None])

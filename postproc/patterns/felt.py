@@ -52,8 +52,8 @@ def felt_by_tool(state: State, position: Array) -> list[tuple[str, tuple[str, ..
     wrist, axis = ("q5", "q6", "q4", "q3", "q2"), f"({TOOL})[:, :3, AXIS]"
     free, gravity = np.broadcast_to(state.gravity, (len(turn), 3)), f"({axis} @ state.gravity)"
     pulls: list[tuple[str, tuple[str, ...], Array, str]] = [("gravity", wrist, free, gravity)]
-    if state.a is not None and state.v is not None and state.robot is not None:
-        a = point_acceleration(state.robot, np.asarray(state.T_base_body), state.v, state.a, 6, position)
+    if state.a is not None and state.v is not None and state.motions is not None:
+        a = point_acceleration(state.motions[6], np.asarray(state.T_base_body)[:, 6], position)
         pulls.append(("acceleration", ("a1", "a2", "a3", "a4", "a5"), a, ""))
         free, gravity = free - a, ""
     if state.payload_mass is not None and varies(state.payload_mass):

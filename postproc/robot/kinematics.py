@@ -48,6 +48,37 @@ def body_poses(robot: Robot, q: Array) -> Array:
     return T.transpose(3, 0, 1, 2)
 
 
+def cross(x: Array, y: Array) -> Array:
+    """Cross products of columns, (3, n)."""
+    return np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]])
+
+
+def body_motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple[Array, Array]]:
+    """Of bodies 0 to 6, acceleration (n, 3) of the origin and matrix A (n, 3, 3): a point p has a_o + A (p - o).
+
+    The outward Newton-Euler recursion, in base axes [m/s^2].
+
+    Args:
+        T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
+    """
+    # Points run along the last axis: components are long rows.
+    T = np.moveaxis(T_base_body, 0, -1)
+    spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
+    found = [(acceleration.T, np.zeros((len(v), 3, 3)))]
+    for j in range(6):
+        R, p = T[j + 1, :3, :3], T[j + 1, :3, 3]
+        arm = p - origin
+        acceleration = acceleration + cross(spin_rate, arm) + cross(spin, cross(spin, arm))
+        origin = p
+        turn = times(R, robot.axis[j, :, None])
+        rate = turn * v[:, j]
+        spin_rate = spin_rate + turn * a[:, j] + cross(spin, rate)
+        spin = spin + rate
+        outward = skew(spin.T)
+        found.append((acceleration.T, skew(spin_rate.T) + outward @ outward))
+    return found
+
+
 def forward(robot: Robot, q: Array) -> Array:
     """Flange poses link[0] Rot(axis[0], q1) .. Rot(axis[5], q6) link[6], (n, 6) [rad] -> T_base_flange (n, 4, 4)."""
     q = np.asarray(q, dtype=float).reshape(-1, 6)

@@ -16,7 +16,7 @@ from postproc.effects.bearing_tilt import BearingTilt
 from postproc.effects.dress_pack import DressPack
 from postproc.effects.example import example_arm
 from postproc.effects.frame_drift import FrameDrift
-from postproc.effects.geometry import body_motion, long_bodies, point_acceleration
+from postproc.effects.geometry import long_bodies, point_acceleration
 from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.joint_compliance import JointCompliance
@@ -35,7 +35,7 @@ from postproc.effects.tool_frame import ToolFrame
 from postproc.effects.transmission_error import TransmissionError
 from postproc.effects.wrist_coupling import WristCoupling
 from postproc.robot.catalogue import load_robot
-from postproc.robot.kinematics import body_poses
+from postproc.robot.kinematics import body_motions, body_poses
 
 SIX = np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
 Q = np.array([[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [-1.0, 0.8, -0.6, 2.0, -1.5, 3.0]])
@@ -249,7 +249,7 @@ def test_acceleration_of_a_point_against_differences_of_its_path():
 
     T, now = path(0.0)
     differences = (path(h)[1] - 2 * now + path(-h)[1]) / h**2
-    assert_allclose(point_acceleration(arm, T, v, a, 5, now), differences, rtol=1e-5, atol=1e-5)
+    assert_allclose(point_acceleration(body_motions(arm, T, v, a)[5], T[:, 5], now), differences, rtol=1e-5, atol=1e-5)
 
 
 def test_gravity_compensator_is_a_spring_on_joint_2():
@@ -454,15 +454,15 @@ def test_no_link_weighs_less_than_nothing_and_no_joint_is_stiffer_than_rigid():
         assert not replace(curve, windup_rad=[0, 1e-4, 0, 0, 0, 0]).impossible(arm, linear).any()
 
 
-def test_the_motion_of_a_body_is_that_of_the_speeds_that_were_asked_for():
-    """Kept for the last arm: a second joint that turns as fast gives its body the centripetal acceleration w^2 r."""
+def test_how_bodies_accelerate_is_that_of_the_speeds_of_the_state():
+    """A second joint that turns as fast gives its body the centripetal acceleration w^2 r; so does a state made anew."""
     robot = load_robot("ur10")
     T = body_poses(robot, np.zeros((1, 6)))
     slow, fast = np.zeros((2, 1, 6))
     slow[:, 0], fast[:, 0] = 1.0, 2.0
-    still = np.zeros((1, 6))
     r = float(np.hypot(*(T[0, 6, :2, 3] - T[0, 1, :2, 3])))
+    state = State(q=np.zeros((1, 6)), v=slow, robot=robot, T_base_body=T)
+    assert state.motions is state.motions and replace(state, v=None).motions is None
     for v in (slow, fast, slow):
-        for body in (6, 2, 6):
-            acceleration, _ = body_motion(robot, T, v, still, body)
-        assert np.linalg.norm(acceleration) == pytest.approx(v[0, 0] ** 2 * r)
+        state = state.with_(v=v)
+        assert np.linalg.norm(state.motions[6][0]) == pytest.approx(v[0, 0] ** 2 * r)

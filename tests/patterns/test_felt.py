@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from postproc.effects.contract import State
 from postproc.patterns.felt import felt_by_tool, leaning, overturning
 from postproc.patterns.signals import Signal
 from postproc.robot.catalogue import load_robot
@@ -21,9 +22,9 @@ def test_the_weight_that_a_moving_tool_feels_is_that_of_gravity_less_its_acceler
     now, before, after = (arm.forward(q + t * v + 0.5 * t**2 * a, tool) for t in (0.0, -h, h))
     acceleration = (after.tcp - 2 * now.tcp + before.tcp)[:, :3, 3] / h**2
     mass = np.arange(1.0, 7.0)
-    state = SimpleNamespace(
-        T_base_body=np.stack(now.body, axis=1), gravity=G, v=v, a=a, robot=load_robot("irb4600_60_205"),
-        payload_mass=mass, wrench=None, T_flange_tcp=tool,
+    state = State(
+        q=q, T_base_body=np.stack(now.body, axis=1), gravity=G, v=v, a=a, robot=load_robot("irb4600_60_205"),
+        payload_mass=mass, T_flange_tcp=tool,
     )  # fmt: skip
     felt = {what: along for what, _, along, _ in felt_by_tool(state, now.tcp[:, :3, 3])}
     wanted = mass[:, None] * (G - acceleration)
