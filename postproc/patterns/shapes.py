@@ -199,8 +199,8 @@ class Abrupt:
         return np.asarray(raw / np.maximum(np.abs(raw).max(axis=0), 1e-30), dtype=float)
 
 
-def _bumps(signal: Signal, some: Iterable[tuple[float, float]], fine: int = 0, smooth: bool = False) -> Family:
-    return family((signal,), _bell, lambda centre, width: _bump(signal, centre, width, fine, smooth), some)
+def _bumps(signal: Signal, some: Iterable[tuple[float, float]], fine: int = 0) -> Family:
+    return family((signal,), _bell, lambda centre, width: _bump(signal, centre, width, fine), some)
 
 
 def _bell(x: Any, centre: Any, width: Any) -> Any:

@@ -25,6 +25,8 @@ from postproc.patterns.tried import ODDS, Tried, above
 
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
+TOLD = 5
+"""Suspects that are told at most."""
 SMOOTH = 3
 """Order of what a law may be off by, that a pattern stands for."""
 
@@ -206,44 +208,56 @@ def _ranks(values: Array) -> Array:
     return np.asarray((np.cumsum(count) - 0.5 * count)[index])
 
 
-def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = (), count: int = 5) -> list[Suspect]:
-    """The strongest suspect of each channel, and other structures.
+def by_channel(suspects: Sequence[Suspect], beside: Sequence[Suspect] = ()) -> list[Suspect]:
+    """The strongest suspect of each channel, and other structures, as many as are told.
 
     First the strongest pattern, then those that were found with it taken, its second channel, another place that it
-    cannot be told from, or the joint that a weight winds, and other dresses of the first. What could be chance is left
-    out, what leaves more than twice as much as the first, and what is worth less with further channels than without
-    them: chance has found them.
+    cannot be told from, or the joint that a weight winds, and other dresses of the first.
     """
     if not suspects:
         return []
-    first = suspects[0]
+    first, likely = suspects[0], _likely(suspects)
+    same = list({s.channel: s for s in likely if s.where == first.where and s.values is first.values}.values())
+    all_ = first.fall / max(first.share, 1e-12)
+    further = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
+    # A second part that follows the same there comes after another channel of the first.
+    again = [(s.channel, s.where) == (first.channel, first.where) for s in further]
+    new, more = ([s for s, its in zip(further, again, strict=True) if its is which] for which in (False, True))
     # Where a pose does not tell the first, what it tells of the same place: that can be drafted.
-    drafted = [s for s in suspects if s.where == first.where and s.codes and s.evidence > 0]
-    instead = [] if first.codes else drafted[:1]
-    # A weight winds joints: that at which it shows most is told, too.
-    wound = [s for s in suspects if s.channel == first.channel and s.where.startswith("joint") and s.evidence > 0]
-    wound = wound[:1] if first.where in LOADED else []
-    suspects = [
+    drafted = (s for s in suspects if s.where == first.where and s.codes and s.evidence > 0)
+    instead = [] if first.codes else list(drafted)[:1]
+    # What else the same place follows comes before other places.
+    best: dict[str, Suspect] = {}
+    for suspect in sorted(likely, key=lambda s: s.where != first.where):
+        best.setdefault(suspect.channel, suspect)
+    known = {s.channel for s in same}
+    dresses = [s for s in best.values() if s.channel not in known and not any(s is one for one in instead)]
+    return [*same[:1], *new, *same[1:2], *more, *instead, *_elsewhere(suspects, likely), *dresses][:TOLD]
+
+
+def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
+    """Suspects without those that could be chance.
+
+    That is what leaves more than twice as much as the first, and what is worth less with further channels than without
+    them: chance has found them.
+    """
+    first = suspects[0]
+    near = [
         s
         for s in suspects
         if s.evidence > first.evidence - ODDS or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
     ]
     plain: dict[frozenset[str], float] = {}
-    for s in suspects:
+    for s in near:
         plain.setdefault(frozenset(s.channels), s.evidence)
-    suspects = [s for s in suspects if not any(c < set(s.channels) and plain[c] > s.evidence for c in plain)]
-    same = list({s.channel: s for s in suspects if s.where == first.where and s.values is first.values}.values())
-    close = (s for s in suspects if s.channel == first.channel and s.evidence > first.evidence - ODDS)
-    elsewhere = [s for s in close if s.where != first.where][:1] or wound
-    all_ = first.fall / max(first.share, 1e-12)
-    mine = {s.channel for s in same}
-    others = [replace(s, share=min(1.0, s.fall / all_)) for s in beside]
-    # A second part that follows the same there comes after another channel of the first.
-    again = [s for s in others if (s.channel, s.where) == (first.channel, first.where)]
-    others = [s for s in others if not any(s is a for a in again)]
-    # What else the same place follows comes before other places.
-    best: dict[str, Suspect] = {}
-    for suspect in sorted(suspects, key=lambda s: s.where != first.where):
-        best.setdefault(suspect.channel, suspect)
-    dresses = [s for channel, s in best.items() if channel not in mine and not any(s is i for i in instead)]
-    return [*same[:1], *others, *same[1:2], *again, *instead, *elsewhere, *dresses][:count]
+    return [s for s in near if not any(c < set(s.channels) and plain[c] > s.evidence for c in plain)]
+
+
+def _elsewhere(suspects: Sequence[Suspect], likely: Sequence[Suspect]) -> list[Suspect]:
+    """The place that the first cannot be told from, or the joint that a weight winds, at which it shows most."""
+    first = suspects[0]
+    close = [s for s in likely if s.channel == first.channel and s.evidence > first.evidence - ODDS]
+    if others := [s for s in close if s.where != first.where]:
+        return others[:1]
+    wound = [s for s in suspects if s.channel == first.channel and s.where.startswith("joint") and s.evidence > 0]
+    return wound[:1] if first.where in LOADED else []
