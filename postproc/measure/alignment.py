@@ -12,6 +12,8 @@ from postproc.arrays import Array
 from postproc.robot.kinematics import skew
 from postproc.robot.pose import transform
 
+SAME = 0.05
+"""Scales that differ by less than this from 1 are those of an arm and its own points."""
 FLAT = 0.2
 """Singular values of the linear map lie this far apart where points on a plane or a line tell nothing across it."""
 LOOSE = 1e-4
@@ -46,7 +48,8 @@ def align(
 
     The linear step has 15 unknowns and needs no guess; A is projected on the rotations (Kabsch). Its singular values
     give the scale. Points on a plane or a line, reached with one orientation, do not determine A: there the flanges
-    themselves are turned on the points, and nothing tells a mirror.
+    themselves are turned on the points, and nothing tells a mirror. Flanges that turn about one point do not either,
+    since A = 0 leaves nothing there: how the points turn with them tells the rotation, and nothing tells the scale.
 
     Args:
         T_base_flange: (n, 4, 4); position: (n, 3) [m], finite.
@@ -84,20 +87,41 @@ def align(
         U, _, Vt = np.linalg.svd(p0.T @ y0)
         solution[12:] = 0.0
         mirrored, scale = False, float(np.linalg.norm(y0)) / max(float(np.linalg.norm(p0)), 1e-12)
+    about = _about_a_point(R, p, y) if tool and (mirrored or abs(scale - 1) > SAME) else None
+    if about is not None:
+        return about
     if not 0.2 < scale < 5:
         return Alignment(
             np.eye(4), np.asarray(solution[12:], dtype=float), scale, mirrored, np.full((n, 3), np.nan), np.inf
         )
     rotation = (U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt).T
     point = np.asarray(solution[12:], dtype=float)
-    shift = y_mean - np.median((p + R @ point) @ rotation.T, axis=0)
-    return _refine(R if tool else np.zeros_like(R), p, y, rotation, shift, point, scale, mirrored)
+    return _refine(R if tool else np.zeros_like(R), p, y, rotation, point, scale, mirrored)
 
 
-def _refine(
-    R: Array, p: Array, y: Array, rotation: Array, shift: Array, tool: Array, scale: float, mirrored: bool
-) -> Alignment:
+def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
+    """The same where the flanges turn about one point c of theirs (single-point measurements), else None.
+
+    There p + R c is constant, and y = s + T R d with the measured point at c + d: linear in the nine products T_ij d_k
+    for each row of T, whose best approximation of rank one tells both.
+    """
     n = len(p)
+    turns = np.concatenate([R, np.broadcast_to(-np.eye(3), (n, 3, 3))], axis=2)
+    centre, *_ = np.linalg.lstsq(turns.reshape(-1, 6), -p.ravel(), rcond=1e-9)
+    near = FLAT * float(np.median(np.linalg.norm(y - np.median(y, axis=0), axis=1)))
+    if np.median(np.linalg.norm(p + turns @ centre, axis=1)) > near:
+        return None
+    products, *_ = np.linalg.lstsq(np.hstack([R.reshape(n, 9), np.ones((n, 1))]), y, rcond=1e-9)
+    turn, size, away = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)
+    U, _, Vt = np.linalg.svd(turn[:, 0].reshape(3, 3))
+    hand = float(np.linalg.det(U @ Vt))
+    found = _refine(R, p, y, hand * U @ Vt, centre[:3] + hand * size[0] / np.sqrt(3) * away[0], 1.0, False)
+    return found if found.typical < near else None
+
+
+def _refine(R: Array, p: Array, y: Array, rotation: Array, tool: Array, scale: float, mirrored: bool) -> Alignment:
+    n = len(p)
+    shift = np.median(y - (p + R @ tool) @ rotation.T, axis=0)
     weight = np.ones(n)
     for _ in range(30):
         base = (p + R @ tool) @ rotation.T

@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
-from postproc.measure.alignment import Alignment, align
+from postproc.measure.alignment import SAME, Alignment, align
 from postproc.measure.units import UNITS
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
@@ -49,7 +49,7 @@ def seen(robot: Robot, q: Array, position: Array) -> Alignment:
 
 def fits(found: Alignment) -> bool:
     """Whether the points are where the arm is, in its units and its hand."""
-    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < 0.05
+    return found.typical < SUSPICIOUS_M and not found.mirrored and abs(found.scale - 1) < SAME
 
 
 def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
@@ -75,7 +75,7 @@ def other_reading(
     for q_other, text, help_ in _joints(q):
         other = seen(robot, q_other, position)
         for factor, look, short in ((1.0, "", ""), *other_lengths(unit)):
-            if abs(other.scale / factor - 1) > 0.05:
+            if abs(other.scale / factor - 1) > SAME:
                 continue
             fit = other if factor == 1.0 else seen(robot, q_other, position / factor)
             if fits(fit) and fit.typical < best:

@@ -31,3 +31,16 @@ def test_points_on_a_plane_or_a_line_are_found_as_well(spread, turned):
 def test_a_mirror_is_seen_where_points_tell_it():
     flange, seen = scene((0.4, 0.3, 0.2), 0.4)
     assert align(flange, seen * [1, 1, -1]).mirrored
+
+
+@pytest.mark.parametrize("around", [0.0, 0.0005], ids=["a point", "a ball"])
+def test_flanges_that_turn_about_one_point_are_placed_by_how_they_turn(around):
+    g = np.random.default_rng(5)
+    flange = np.tile(np.eye(4), (60, 1, 1))
+    flange[:, :3, :3] = Rotation.from_rotvec(g.uniform(-0.6, 0.6, (60, 3))).as_matrix()
+    flange[:, :3, 3] = [1.2, 0.3, 0.8] + around * g.normal(size=(60, 3)) - flange[:, :3, :3] @ [0.0, 0.0, 0.3]
+    point = flange[:, :3, 3] + flange[:, :3, :3] @ [0.04, -0.03, 0.25]
+    found = align(flange, point @ TURN.T + [1.0, 2.0, 0.5] + 3e-4 * g.normal(size=(60, 3)))
+    assert found.typical < 1e-3 and found.scale == pytest.approx(1, abs=0.05) and not found.mirrored
+    assert found.tool == pytest.approx([0.04, -0.03, 0.25], abs=2e-3)
+    assert found.T_instrument_base[:3, :3] == pytest.approx(TURN, abs=0.01)
