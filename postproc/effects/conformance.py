@@ -139,7 +139,7 @@ def _identifiable(cls: type[Effect], state: State) -> Iterator[Diagnostic]:
         names = np.array(effect.names())[freed]
         if np.any(size == 0.0):
             dead = ", ".join(f"`{n}`" for n in names[size == 0.0][:4])
-            help = "remove the parameter, or check the channel and the index that it acts on"
+            help = "remove the parameter, or check the channel, the index and the limit (rad, m) that it acts on"
             # A threshold has no slope; the kit knows no levels of a payload, nor of a channel of the user's own.
             levels = bool(own_channels(cls)) or "payload" in cls.reads
             excused = not np.any(effect.amplitudes()[freed][size == 0.0]) or levels

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, did_you_mean
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import COLUMNS
 from postproc.effects.findings import finding
@@ -65,7 +66,10 @@ def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
     if not cls.parameters():
         yield finding("EFF016", f"`{cls.key}` has no parameters", cls, help="declare what a fit may move with `param`")
     if cls.displacement is Effect.displacement and cls.load is Effect.load and cls.basis is Effect.basis:
-        yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help="write one of the two")
+        members = (name for name, value in vars(cls).items() if inspect.isfunction(value))
+        meant = (f"`{n}`: {d}" for n in members if (d := did_you_mean(n, ("displacement", "load"))))
+        help = next(meant, "write one of the two")
+        yield finding("EFF014", f"`{cls.key}` has neither `displacement` nor `load`", cls, help=help)
 
 
 def _bounds(cls: type[Effect], name: str, meta: Parameter) -> Iterator[Diagnostic]:

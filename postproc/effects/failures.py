@@ -50,11 +50,12 @@ def _helps(cls: type[Effect], error: BaseException) -> Iterator[str]:
     if isinstance(error, AttributeError):
         owner = type(error.obj)
         known = [*cls.structures(), *cls.parameters()] if owner is cls else [f.name for f in fields(State)]
+        meant = did_you_mean(error.name or "", known)
         if owner is State and error.name in own_channels(cls):
-            yield f'a column of the table is `state.channels["{error.name}"]`'
+            yield " ".join(filter(None, (meant, f'a column of the table is `state.channels["{error.name}"]`')))
         if owner in (cls, State):
             has = f"{'a state' if owner is State else f'`{cls.key}`'} has {', '.join(known) or 'no parameters'}"
-            yield did_you_mean(error.name or "", known) or has
+            yield meant or has
     yield from (help_ for kind, words, help_ in HELPS if isinstance(error, kind) and words in text)
     yield (
         "it is asked for many states at once: `from postproc.effects.example import example_state` gives the 240 on "
@@ -69,7 +70,7 @@ HELPS: tuple[tuple[type[BaseException], str, str], ...] = (
     (ImportError, "", "install that package beside postproc, or do without it"),
     (IndexError, "", "counting starts at 0: joints are 0 to 5, bodies 0 to 6"),
     (ValueError, "truth value", "write one value for each state: np.where(state.q[:, 1] > 0.4, a, b)"),
-    (ValueError, "broadcast", "state.q is (n, 6); one joint of it, state.q[:, 1], is (n,)"),
+    (ValueError, "broadcast", "state.q is (n, 6); one joint of it, state.q[:, 1], is (n,), n = len(state)"),
     (ValueError, "inhomogeneous", "give one array (n, 6) of joint angles, or a Displacement"),
     (ValueError, "shapes", "state.q is (n, 6); one joint of it, state.q[:, 1], is (n,)"),
     (TypeError, "Python scalar", "use numpy's function for all states at once: np.sin(x), not math.sin(x)"),

@@ -87,7 +87,8 @@ def _block(effect: Effect, member: str, n: int, part: object) -> Array:
         text = f"gives shape {array.shape} for {n} states"
         raise Failure(_shape(effect, member, text, "give (n, 6): one row a state, six numbers a row"))
     if array.dtype.kind not in "fi" or not np.all(np.isfinite(array)):
-        raise Failure(_shape(effect, member, "gives numbers that are not finite", "look for a division by zero"))
+        help = "look for a division by zero, and for roots and logarithms of negative numbers"
+        raise Failure(_shape(effect, member, "gives numbers that are not finite", help))
     return np.broadcast_to(array.astype(float), (n, 6))
 
 

@@ -73,7 +73,7 @@ class _Bodies(_Table):
 
 
 class _File(_Table):
-    name: Annotated[str, Field(min_length=1)]
+    name: Annotated[str, Field(min_length=1)] | None = None
     description: str = ""
     payload_kg: Positive | None = None
     repeatability_mm: Positive | None = None
@@ -140,7 +140,7 @@ def read_robot(source: Source) -> Robot:
     center = _centers(file, link, axis)
     inertia = np.array([_inertia(b) for b in bodies])
     return Robot(
-        name=file.name,
+        name=file.name or Path(source.path).stem,
         link=link,
         axis=axis,
         lower=lower,

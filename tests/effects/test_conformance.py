@@ -141,6 +141,8 @@ def test_the_kit_catches(effect_file, code, line, text, says):
         ("EFF005", "return self.step_rad * state.tmperature", "did you mean `temperature`?"),
         ("EFF005", "return self.step_rad * state.q[:, 6:7][:, 3]", "counting starts at 0"),
         ("EFF005", "return state.q + state.q[:, 1]", "one joint of it, state.q[:, 1], is (n,)"),
+        ("EFF003", "return np.sqrt(-np.abs(state.q))", "roots and logarithms of negative numbers"),
+        ("EFF014", "return self.step_rad * (state.q > 20)", "the limit (rad, m)"),
         ("EFF005", "return state.q if state.q > 0.4 else self.step_rad", "np.where("),
         ("EFF005", "import math; return self.step_rad * math.sin(state.q)", "np.sin(x)"),
         ("EFF005", "return Displacement(joints=state.q)", "Displacement has joint, body, tool and instrument"),
@@ -286,6 +288,17 @@ def test_own_columns_of_the_table_are_channels(effect_file):
     with pytest.raises(PostprocError) as error:
         load_effect_file(effect_file(text.replace('channels["humidity"]', "humidity")))
     assert error.value.diagnostics[0].help == 'a column of the table is `state.channels["humidity"]`'
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(text.replace('channels["humidity"]', "aproach").replace("humidity", "aproach")))
+    help = 'did you mean `approach`? a column of the table is `state.channels["aproach"]`'
+    assert error.value.diagnostics[0].help == help
+
+
+def test_a_method_by_a_misspelt_name_is_asked_about(effect_file):
+    text = body(STEP + "def displacment(self, state): return self.step_rad * state.q\n")
+    with pytest.raises(PostprocError) as error:
+        load_effect_file(effect_file(text))
+    assert error.value.diagnostics[0].help == "`displacment`: did you mean `displacement`?"
 
 
 @pytest.mark.parametrize("cls", BUILT_IN, ids=lambda c: c.key)

@@ -49,7 +49,8 @@ def test_masses_agree_with_an_independent_table_and_every_number_has_a_source(na
 
 def test_a_geometry_alone_is_an_arm_without_weight() -> None:
     whole = (ARMS / "ur5.toml").read_text(encoding="utf-8")
-    bare = read_robot(Source("arm.toml", whole[: whole.index("[joints]")].encode()))
+    bare = read_robot(Source("cell/arm.toml", whole[whole.index("[dh]") : whole.index("[joints]")].encode()))
+    assert bare.name == "arm"
     q = np.random.default_rng(2).uniform(-3, 3, (5, 6))
     assert np.abs(forward(bare, q) - forward(load_robot("ur5"), q)).max() < 1e-12
     assert np.degrees(bare.upper).tolist() == pytest.approx([360.0] * 6) and (bare.jerk == 10 * bare.acceleration).all()
