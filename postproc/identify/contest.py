@@ -11,7 +11,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.worth import schwarz
 from postproc.identify.ranking import Search
 from postproc.identify.unnamed import with_patterns
-from postproc.identify.whole import Missing, formed_anew
+from postproc.identify.whole import Missing, formed_anew, worth
 from postproc.patterns.suspects import Suspect
 
 
@@ -21,7 +21,8 @@ def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing
     A law that nobody knows is never met exactly, and what is left of it looks like one effect or another. So each
     effect is taken out in turn and the patterns are found anew: it goes where as many of them, of the same channels at
     the same places, leave nothing for it that a smooth function of the same channels there does not tell as well, and
-    the first of them tells more than the effect would in its place.
+    the first of them tells more than the effect would in its place. And it goes where those that stand beside it leave
+    nothing for it: half of a law has brought it in.
     """
     if not missing:
         return missing
@@ -32,7 +33,11 @@ def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing
             others = [m for m in missing if m is not one]
             without = replace(left, fit=left.only(base, [m.candidate for m in others]))
             if without.fit.set_aside == left.fit.set_aside:
-                both, rival = (left.fit, without.fit), with_patterns(without, len(left.outside))
+                both = (left.fit, without.fit)
+                if (alone := _worth(one, *both, without.fit, [])) <= 0:
+                    rivals.append((alone, without, others))
+                    continue
+                rival = with_patterns(without, len(left.outside))
                 stands_for = alike(left.outside, rival.outside)
                 if stands_for and rival.outside[0].evidence > _worth(one, *both, rival.beside([]).fit, []):
                     rivals.append((_worth(one, *both, rival.fit, rival.outside), rival, others))
@@ -40,7 +45,7 @@ def contested(search: Search, base: Fit, missing: list[Missing]) -> list[Missing
         if least is None or least[0] > 0:
             break
         _, left, missing = least
-        left = with_patterns(left)
+        left = max(with_patterns(left), left, key=lambda one: worth(base, one, missing))
     search.fit, search.outside = left.fit, left.outside
     return missing
 

@@ -206,6 +206,8 @@ def _suspects(named: Search, outside: list[Suspect], lacking: bool) -> tuple[Sus
     first = clear(named)
     if not (outside or lacking or first):
         return ()
+    if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
+        first = outside[0].seen_by(named.fit.problem, named.fit.linear)
     others = [s for s in named.suspects(named.fit.linear) if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], outside[1:]))
 

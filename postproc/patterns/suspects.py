@@ -19,6 +19,7 @@ from postproc.patterns.felt import LEANS, leaning, overturning_moment
 from postproc.patterns.fields import Field, fields
 from postproc.patterns.formula import Pattern, spread
 from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
+from postproc.patterns.place import taken_off
 from postproc.patterns.sight import Sight
 from postproc.patterns.signals import Draft, Signal, text_of
 from postproc.patterns.tried import ODDS, Tried, above
@@ -79,6 +80,12 @@ class Suspect:
             smooth.append(legvander(2 * (given - low) / max(high - low, 1e-300) - 1, SMOOTH)[:, 1:])
         every = [values, *smooth, *((values[:, :, None] * p[:, None]).reshape(len(p), -1) for p in smooth)]
         return replace(self, values=np.hstack(every)).columns(problem)
+
+    def seen_by(self, problem: Problem, linear: Linear) -> list[Suspect]:
+        """The same by each of its channels, with what it explains of what another fit leaves."""
+        fall = float(taken_off(linear, self.columns(problem))[1].sum())
+        share = min(1.0, fall / above(linear))
+        return [replace(self, channel=c, fall=fall, share=share) for c in self.channels]
 
     @property
     def codes(self) -> tuple[str, ...]:

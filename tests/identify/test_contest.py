@@ -53,11 +53,26 @@ def test_a_name_goes_where_what_it_tells_may_be_the_pattern_itself(monkeypatch, 
     monkeypatch.setattr(ranking, "refit_all", lambda base, full, others, noise: bare if not others else None)
     monkeypatch.setattr(contest, "with_patterns", lambda search, most=3: search.beside(search.fit.outside[:most]))
     monkeypatch.setattr(contest, "_worth", lambda one, whole, without, seen, free: more if free else 5.0)
+    monkeypatch.setattr(contest, "worth", lambda base, search, missing: 0.0)
     search = Told(whole, {}, None, [])
     told = SimpleNamespace(candidate=SimpleNamespace(key="backlash"))
     kept = contest.contested(search, base, [told])
     assert (kept == []) is goes
     assert search.fit is (bare if goes else whole) and search.outside == search.fit.outside
+
+
+@pytest.mark.parametrize("left", [-3.0, 3.0])
+def test_a_name_goes_that_the_patterns_beside_it_leave_nothing(monkeypatch, left):
+    """Half of a law brought it in; what stands there without it is of another place."""
+    whole, bare = fit(("transmission_error",), [suspect("q3", "joint 3")]), fit((), [suspect("q3", "body 2")])
+    monkeypatch.setattr(ranking, "refit_all", lambda base, full, others, noise: bare)
+    monkeypatch.setattr(contest, "with_patterns", lambda search, most=3: search.beside(search.fit.outside[:most]))
+    monkeypatch.setattr(contest, "_worth", lambda one, whole, without, seen, free: left if seen is without else 9.0)
+    monkeypatch.setattr(contest, "worth", lambda base, search, missing: 9.0 if search.outside == bare.outside else 8.0)
+    search = Told(whole, {}, None, [])
+    told = SimpleNamespace(candidate=SimpleNamespace(key="transmission_error"))
+    assert contest.contested(search, fit((), []), [told]) == ([] if left < 0 else [told])
+    assert search.fit is (bare if left < 0 else whole)
 
 
 @pytest.mark.parametrize("more", [True, False])
