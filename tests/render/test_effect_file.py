@@ -363,6 +363,17 @@ def test_what_was_found_beside_the_first_pattern_is_drafted_with_it(tmp_path: Pa
     assert moved.joint[:, 4] == pytest.approx([0.0, 2e-3])
 
 
+def test_where_no_pose_tells_the_first_what_tells_most_of_its_place_is_drafted() -> None:
+    """Not what was found beside it and is little alone."""
+    found = hidden_found(unknown.angle_step, seed=401)
+    first = replace(found.suspects[0], drafts=(), pattern="following temperature with a lag")
+    little = replace(first, share=0.01, drafts=(("np.cos(state.time)",),))
+    most = replace(first, share=0.9, drafts=(("state.temperature",),))
+    text = effect_file(replace(found, suspects=(first, little, most), beside=(little,)), "own", "cell.csv")[1]
+    assert text is not None
+    assert "state.temperature" in text and "np.cos(state.time)" not in text
+
+
 def test_a_column_with_quotes_in_its_name_is_drafted(tmp_path: Path) -> None:
     found = hidden_found(unknown.angle_step, seed=401)
     name = 'hose 5" \\ 7'
