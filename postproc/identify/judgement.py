@@ -30,7 +30,7 @@ MATERIAL = 0.01
 ROUNDS = 6
 """Times that amplitudes are told again with the scatter that they turned out to have, if it is no ordinary one."""
 CLEARLY = 2.0
-"""Standard errors over blocks by which what predicts clearly better does so."""
+"""Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
 QUIET = 1.2
 """Residual variance, in that of the repeats, at which no other start can be better."""
 
@@ -195,14 +195,15 @@ def reaches_further(after: Fit, before: Fit) -> bool:
 
 
 def _falls(after: Array, before: Array, blocks: NDArray[np.int_], errors: float) -> bool:
-    """Whether the sum of squares of (n, 3) errors falls by so many standard errors over the blocks."""
-    gain = _by_block(before, blocks) - _by_block(after, blocks)
-    return bool(gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain)))
+    """Whether the sum of squares of (n, 3) errors falls by so many standard errors over the blocks.
 
-
-def _by_block(error: Array, blocks: NDArray[np.int_]) -> Array:
-    """Sum of squares of the errors in every block."""
-    return np.asarray(np.bincount(blocks, np.nansum(error**2, axis=1)), dtype=float)
+    Or does so in more blocks, and by more, than in which it rises: signed ranks (Wilcoxon 1945). A block that nothing
+    but itself determines is off by anything, and one that gains far more than the others is no doubt.
+    """
+    gain = np.bincount(blocks, np.nansum(before**2 - after**2, axis=1))
+    rank = 1.0 + np.argsort(np.argsort(np.abs(gain)))
+    clearly = gain.mean() > errors * gain.std(ddof=1) / np.sqrt(len(gain))
+    return bool(clearly or np.sign(gain) @ rank > errors * np.linalg.norm(rank))
 
 
 def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from postproc.effects.payload_error import PayloadError
 from postproc.effects.thermal_growth import ThermalGrowth
 from postproc.effects.thermal_joint_drift import ThermalJointDrift
 from postproc.effects.transmission_error import TransmissionError
-from postproc.fit.held_out import contiguous_blocks
+from postproc.fit.held_out import contiguous_blocks, neighbouring_blocks
 from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
@@ -34,7 +35,6 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.forms import forms_of
 from postproc.identify.gains import laplace
 from postproc.identify.judgement import (
-    _by_block,
     convincing,
     fitted_best,
     impossible,
@@ -249,6 +249,11 @@ def test_better_is_what_predicts_better_in_most_blocks():
     one.__dict__["held_out_error"] = base.held_out_error.copy()
     one.held_out_error[:6] *= 0.1
     assert predicts_better(one, base, 0.0) and not predicts_better(one, base, 1.1)
+    # Nor is one block that nothing but itself determines, and that is farther off than all others gain.
+    bad = replace(right)
+    bad.__dict__["held_out_error"] = right.held_out_error.copy()
+    bad.held_out_error[:6] *= 100.0
+    assert np.nansum(bad.held_out_error**2) > np.nansum(base.held_out_error**2) and predicts_better(bad, base, 1.5)
 
 
 def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch):
@@ -262,7 +267,7 @@ def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch
     places = predict(arm, replace(data.state, q=q + off))[:, :3, 3] + g.normal(0, 3e-5, (80, 3))
     base = base_fit(replace(data, state=replace(data.state, q=q), position=places, rotation=None))
     after = fit_model(base.model, base.data, [JointErrorMap(joint=(1,), order=25)])
-    assert predicts_better(after, base, 2.0) and not reaches_further(after, base)
+    assert predicts_better(after, base, 1.0) and not reaches_further(after, base)
     free = np.ones(len(after.model.effect("joint_error_map").vector()), dtype=bool)
     effect, fall = after.model.effect("joint_error_map"), base.linear.square - after.linear.square
     learnt = Candidate("joint_error_map", effect, free, "joint 1", 100.0, fall, 50, 0.0, 9.0, 0.0, fit=after)
@@ -272,6 +277,17 @@ def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch
     data, _ = cell(_short_wave, seed=640120, poses=80)
     base = base_fit(data)
     assert reaches_further(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base)
+
+
+@pytest.mark.parametrize(("worse", "further"), [(0, True), (1, True), (4, False)])
+def test_a_part_that_gains_far_more_than_the_others_is_no_doubt(worse, further):
+    q = np.random.default_rng(3).uniform(-1, 1, (100, 6))
+    data = SimpleNamespace(repeats=np.arange(100), state=SimpleNamespace(q=q))
+    blocks = neighbouring_blocks(data.repeats, q)
+    before = 1.0 + 9.0 * (blocks == 9)[:, None] * np.ones((100, 3))
+    after = before * np.select([blocks < worse, blocks == 9], [1.02, 0.1], 0.95)[:, None]
+    fits = (SimpleNamespace(data=data, held_out_by=lambda blocks, error=error: error) for error in (after, before))
+    assert reaches_further(*fits) is further
 
 
 def test_what_hides_is_told_from_fits_that_use_other_rows():
@@ -312,7 +328,7 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
         x = np.linalg.lstsq(columns[~own], y[~own], rcond=None)[0]
         wanted.append(np.sum(((y[own] - columns[own] @ x) / weights.values[weights.used][own]) ** 2))
     beside = Search(fit, {}, None, []).beside([one]).fit
-    found = _by_block(beside.held_out_error, blocks)
+    found = np.bincount(blocks, np.nansum(beside.held_out_error**2, axis=1))
     assert found == pytest.approx(np.array(wanted), rel=1e-2)
     assert found.sum() < 0.5 * np.nansum(fit.held_out_error**2)
 
