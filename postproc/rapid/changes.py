@@ -38,6 +38,8 @@ READ_ONLY = frozenset(
     """,
     )
 )
+# But for these arguments.
+WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
@@ -207,11 +209,15 @@ class Changes:
         called = self.program.routine(statement.word, routine.module)
         if called is None and statement.word in STATE:
             changed.add(STATE[statement.word])
-        if called is None and (statement.word in STATE or statement.word in READ_ONLY):
+            return
+        reads = called is None and statement.word in READ_ONLY
+        if reads and b":=" not in data[slice(*statement.span)]:
             return
         start = statement.span[0] + len(statement.word)
         pieces = read_arguments(data, start, statement.span[1])
         writer = data[statement.span[0] : start].decode("latin-1")
+        if reads:
+            pieces = tuple(piece for piece in pieces if piece[0] in WRITTEN)
         if called is None and statement.word in BY_NAME and statement.word != "getdataval":
             for declaration in named_by_text(statement, routine, self.program):
                 self._add_data(declaration, changed, writer=writer)

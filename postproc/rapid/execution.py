@@ -96,7 +96,9 @@ class Execution(ABC):
             self.report_undeclared(memory.changed.get(STATE[word]), source)
         elif word in ("incr", "decr", "add", "clear"):
             self.data.count(word, pieces, memory)
-        elif word not in READ_ONLY and not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
+        elif word in READ_ONLY:
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
+        elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             name = source.data[statement.span[0] : start].decode("latin-1")
             forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
             self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
