@@ -13,7 +13,7 @@ from postproc.compensate.insertions import insertion_of, small_zone
 from postproc.compensate.sharing import straight
 from postproc.compensate.targets import Pieces
 from postproc.compensate.texts import SAME_MM, same_value
-from postproc.compensate.values import Insertion, Place, TargetValue
+from postproc.compensate.values import Displacement, Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.grouping import grouped
 from postproc.motion.refusals import STILL
@@ -53,7 +53,7 @@ def added_statements(
         module = moves[group[0]].event.statement.module
         named = None if any(program.routine(name, module) for name in FUNCTIONS) else edited
         if all(_same_insertions(first, other, same) for other in others):
-            found += first
+            found += _tuned(wishes, group[0], divided[group[0]], first) if group[0] in divided else first
         elif shared := _shared(wishes, [divided.get(i) for i in group], [first, *others], named, same / 2):
             found += shared
         else:
@@ -74,6 +74,27 @@ def _added(wishes: Wishes, i: int, part: Pieces | None, program: Program) -> lis
     vias = wishes.values([(i, wishes.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
     zone, parts = small_zone(program, event), np.diff(shares, prepend=0.0).tolist()
     return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
+
+
+def _tuned(wishes: Wishes, i: int, part: Pieces, added: Sequence[Insertion]) -> list[Insertion]:
+    """The same displaced as the target behind them is by PERS data, or by a share of it where their start is not."""
+    origins = [wishes.motion.moves[j].event.target_origin for j in (max(i - 1, 0), i)]
+    before, terms = (() if origin.tuned is None else origin.tuned.terms for origin in origins)
+    found = []
+    for insertion, goal in zip(added, part.goals, strict=True):
+        share = 1.0 if before == terms else float(wishes.motion.samples.u[goal])
+        away, slopes = [0.0, 0.0, 0.0], []
+        for axis, name, value in terms:
+            away[axis] = share * value
+            x, y, z = share * np.eye(3)[axis]
+            slopes.append((name, (float(x), float(y), float(z))))
+        pose = insertion.to.pose
+        if slopes:
+            x, y, z = np.subtract(pose.trans, away).tolist()
+            to = replace(insertion.to, pose=replace(pose, trans=(x, y, z)), way=Displacement((0.0,) * 3, tuple(slopes)))
+            insertion = replace(insertion, to=to)
+        found.append(insertion)
+    return found
 
 
 def _axes(wishes: Wishes, i: int, share: float) -> Ax6:

@@ -32,6 +32,7 @@ from postproc.compensate.texts import (
 )
 from postproc.compensate.values import Change, Place, Wish
 from postproc.rapid.events import MotionEvent, StatementKey
+from postproc.rapid.pose import pose_inv, pose_mult, subtract
 from postproc.rapid.records import Pose, RobTarget
 
 DIFFERENT = "it runs several times and each time needs another correction"
@@ -110,7 +111,7 @@ def decide_changes(
             continue
         texts = [text for w in group if (text := text_of(w, editable)) is not None]
         if len(texts) < len(group):
-            displaced = None if agree(group) else _displaced(group, least)
+            displaced = _inside(group) if agree(group) else _displaced(group, least)
             changes.append(displaced or _change(group[0], "argument"))
             edited[key] = "argument"
         else:
@@ -193,6 +194,21 @@ def _displaced(group: Sequence[Wish], least: float) -> Change | None:
     if not way.slopes:
         return Change(base.source, base.span, value)
     return replace(whole, value=value, displacement=replace(way, constant=(0.0, 0.0, 0.0)), inner=base.span)
+
+
+def _inside(group: Sequence[Wish]) -> Change | None:
+    """The change of what PERS data displaces; None where nothing is."""
+    tuned = group[0].origin.tuned
+    if tuned is None or any(wish.origin.tuned != tuned for wish in group):
+        return None
+    pose = group[0].value.pose
+    for plain, after, before in tuned.steps:
+        if plain:
+            pose = Pose(subtract(pose.trans, subtract(after.trans, before.trans)), pose.rot)
+        else:
+            turn = pose_mult(pose_inv(Pose(after.trans, after.rot)), Pose(before.trans, before.rot))
+            pose = pose_mult(pose, turn)
+    return Change(tuned.source, tuned.span, replace(group[0].value, pose=pose))
 
 
 def _change(wish: Wish, where: str) -> Change:

@@ -66,6 +66,9 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
         return "`\\T` gives the time of the whole move"
     if statement.argument("\\corr") is not None:
         return "`\\Corr` follows a sensor"
+    tuned = event.target_origin.tuned
+    if tuned is not None and (not tuned.terms or event.via is not None):
+        return "PERS data that is set by hand displaces its target"
     if not _stands_alone(statement.source.data, statement.span[0]):
         return "it stands in a one-line IF"
     return None

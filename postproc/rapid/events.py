@@ -55,6 +55,23 @@ class Base:
 
 
 @dataclass(frozen=True, slots=True)
+class Tuned:
+    """The target that ``Offs`` and ``RelTool``, one inside the other, displace by PERS data which the program does not
+    write: what an operator sets there has to go on to displace it.
+
+    Args:
+        source, span: its text.
+        steps: from the outermost on: whether ``Offs`` displaces, the target behind it and before it.
+        terms: axis of the object frame, name and value of what ``Offs`` displaces by; none where ``RelTool`` does.
+    """
+
+    source: Source
+    span: Span
+    steps: tuple[tuple[bool, RobTarget, RobTarget], ...]
+    terms: tuple[tuple[int, str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Origin:
     """Where the value of a target argument comes from.
 
@@ -69,6 +86,7 @@ class Origin:
         base: what is displaced, if it is ``Offs(..)``.
         root: value of the target that ``Offs`` and ``RelTool``, one inside the other, displace; lever: what of that
             turns with it, being displaced by ``RelTool`` [mm].
+        tuned: what is displaced, if PERS data says how far.
     """
 
     kind: OriginKind
@@ -79,6 +97,7 @@ class Origin:
     base: Base | None = None
     root: RobTarget | None = None
     lever: Vec3 = (0.0, 0.0, 0.0)
+    tuned: Tuned | None = None
 
     @property
     def named(self) -> TargetSpans | None:

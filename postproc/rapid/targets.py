@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.assign import store
-from postproc.rapid.evaluate import evaluate
-from postproc.rapid.events import Base, Origin, OriginKind
+from postproc.rapid.evaluate import evaluate, names_in
+from postproc.rapid.events import Base, Origin, OriginKind, Tuned
 from postproc.rapid.expressions import read_whole_expression
 from postproc.rapid.literals import read_literal_target
 from postproc.rapid.memory import Memory, Reference
@@ -49,7 +49,7 @@ class Targets:
             target, origin = self._of_value(evaluate(tree, memory), memory)
             if isinstance(tree, Call):
                 root, lever = _root(tree, target, before)
-                origin = replace(origin, root=root, lever=lever)
+                origin = replace(origin, root=root, lever=lever, tuned=_tuned(tree, target, source, before))
                 if tree.name == "offs":
                     displaced = tree.arguments[0]
                     named, its = self._of_value(evaluate(displaced, before), before)
@@ -156,6 +156,42 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
     found = to_robtarget(evaluate(tree, aside).data)
     wanted = (*add(after.trans, _TRIED.trans), *quat_mult(_TRIED.rot, after.rot))
     return math.dist(wanted, (*found.trans, *found.rot)) < 1e-6
+
+
+def _tuned(tree: Expression, target: RobTarget, source: Source, memory: Memory) -> Tuned | None:
+    """What PERS data that nothing in the program writes displaces.
+
+    Args:
+        target: value of the tree; memory: as it was before.
+    """
+    chain: list[Call] = []
+    while isinstance(tree, Call) and tree.name in ("offs", "reltool") and tree.arguments:
+        chain.append(tree)
+        tree = tree.arguments[0]
+    amounts = [
+        (call.name, axis, part)
+        for call in chain
+        for axis, part in enumerate((*call.arguments[1:], *(v for _, v in call.options if v is not None)))
+        if any(_is_set_by_hand(name, memory) for name in names_in(part))
+    ]
+    if not amounts:
+        return None
+    steps = []
+    for call in chain:
+        inner = to_robtarget(evaluate(call.arguments[0], memory.aside()).data)
+        steps.append((call.name == "offs", target, inner))
+        target = inner
+    terms = []
+    for _, axis, part in amounts if all(name == "offs" for name, _, _ in amounts) else ():
+        words = source.data[slice(*part.span)].decode("latin-1")
+        name = words if isinstance(part, Name) else f"({words})"
+        terms.append((axis, name, evaluate(part, memory.aside()).data))
+    return Tuned(source, tree.span, tuple(steps), tuple(terms))
+
+
+def _is_set_by_hand(name: str, memory: Memory) -> bool:
+    declaration = memory.find(name) if name not in memory.frame.bindings else None
+    return declaration is not None and declaration.storage == "PERS" and memory.is_initial(declaration)
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

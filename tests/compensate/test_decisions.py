@@ -553,3 +553,46 @@ def test_blanks_between_a_sign_and_its_digits() -> None:
     found = convert(module("", f"MoveJ {there},v200,fine,tT;\nMoveL {target(1350, -300)},v50,fine,tT;"))
     plain = convert(module("", f"MoveJ {target(1300, -500)},v200,fine,tT;\nMoveL {target(1350, -300)},v50,fine,tT;"))
     assert places(written(found)) == places(written(plain))
+
+
+TUNED = f"""  CONST robtarget first:={target(1250, -600)};
+  CONST robtarget last:={target(1250, -20)};
+  PERS num side:=2;
+  PERS pos by:=[0,1,0.5];
+  PERS num turned:=1;
+"""
+
+
+@pytest.mark.parametrize(
+    ("displaced", "name"),
+    [
+        ("Offs(last,0,side,0)", "side"),
+        ("Offs(last,by.x,by.y,by.z+1)", "by"),
+        ("Offs(RelTool(last,0,0,-3\\Rz:=2),0,side,0)", "side"),
+        ("RelTool(Offs(last,0,side,0),0,0,-3)", "side"),
+        ("RelTool(last,0,turned,-3\\Rx:=2)", "turned"),
+    ],
+)
+def test_what_an_operator_sets_goes_on_to_displace(displaced: str, name: str) -> None:
+    """Numbers in its place would take the PERS data's effect away; targets that are added move along."""
+    moves = f"MoveJ {C},v200,fine,tT;\nMoveL {displaced.replace('last', 'first')},v50,fine,tT;\nMoveL {displaced},v50,fine,tT;"
+    found = convert(module(TUNED, moves))
+    text = written(found)
+    assert independent(module(TUNED, moves), found).violations == []
+    assert (found.report["added_targets"] > 0) is (name != "turned")
+
+    def reset(of: str) -> str:
+        return (
+            of.replace("side:=2;", "side:=9;")
+            .replace("by:=[0,1,0.5];", "by:=[3,-4,5];")
+            .replace("turned:=1;", "turned:=4;")
+        )
+
+    before, after = (events(of)[1:] for of in (text, reset(text)))
+    plain = [events(of)[-1].target for of in (module(TUNED, moves), reset(module(TUNED, moves)))]
+    wanted = np.subtract(plain[1].trans, plain[0].trans)
+    moved = np.array([np.subtract(b.target.trans, a.target.trans) for a, b in zip(before, after, strict=True)])
+    shares = moved @ wanted / (wanted @ wanted)  # on the way to the first target the displacement grows
+    assert moved == pytest.approx(np.outer(shares, wanted), abs=0.01)
+    begun = 1 + next(i for i, share in enumerate(shares) if share > 0.999)
+    assert (np.diff(shares[:begun]) > 0.1).all() and shares[begun:] == pytest.approx(1.0, abs=0.002)
