@@ -31,8 +31,9 @@ FEWEST = 4
 """Poses of which a model of an arm could be made."""
 NOTHING = 1e-3
 """Share of what one number has of the sum of squares: steps below it are a thirtieth of a standard deviation."""
-LEAST, UNFAITHFUL = 1e-3, 1e-2
-"""Damping with which steps begin to be held back, and the share of the foretold fall below which a step is none."""
+LEAST, FREED, UNFAITHFUL = 1e-3, 1e-6, 1e-2
+"""Damping with which steps begin to be held back and below which they are free again, and the share of the foretold
+fall below which a step is none. Freed too soon, every second step in a bent valley begins from ``LEAST`` anew."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def advance(
         faithful = (now - cost) / foretold
         if faithful > UNFAITHFUL:
             damping *= max(0.2, 1 - (2 * faithful - 1) ** 3)
-            if damping < 0.1 * LEAST:
+            if damping < FREED:
                 damping = 0.0 if faithful > 0.25 else LEAST
             return trial, cost, stopped, damping
         damping = max(4 * damping, LEAST)

@@ -23,7 +23,7 @@ from postproc.fit.fitted import rms
 from postproc.fit.least_squares import evaluate, fit_model
 from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import cautions, fit_json
-from postproc.fit.solve import LEAST, Terms, _held_at_prior, _made_up_for, advance
+from postproc.fit.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
 from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
 from postproc.measure.repeat import estimate_noise
@@ -423,7 +423,15 @@ def test_others_make_up_for_it_within_ten_ordinary_sizes_or_where_they_become_sm
 
 
 @pytest.mark.parametrize(
-    ("faithful", "before", "after"), [(0.9, 0.0, 0.0), (0.2, 0.0, LEAST), (0.5, 1.0, 1.0), (1.0, 1.0, 0.2)]
+    ("faithful", "before", "after"),
+    [
+        (0.9, 0.0, 0.0),
+        (0.2, 0.0, LEAST),
+        (0.5, 1.0, 1.0),
+        (1.0, 1.0, 0.2),
+        (1.0, 5 * FREED, FREED),
+        (1.0, 4 * FREED, 0.0),
+    ],
 )
 def test_a_step_that_does_what_was_foretold_sets_the_next_one_free(faithful, before, after):
     """One that does a fifth of it holds the next one back, though it was not held back itself."""
