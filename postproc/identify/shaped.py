@@ -24,7 +24,7 @@ from postproc.model.places import carried, placed
 POSES = 120
 """Poses on which a shape is looked for; parameters of the fit ask for more."""
 STAGES = ((3, 6), (6, 4), (25, 3))
-"""Steps of a search, and how many of the best starts go on after them.
+"""Steps of a search, and how many laws, pairs of bodies .. go on after them, each from its best start.
 
 No start is left out by what its columns alone explain: the ends of a hose may be right where they explain least.
 """
@@ -115,8 +115,7 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
     some = list(candidate.starts)
     for tries, enough in STAGES:
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
-        some = [c for c, _ in moved]
-        some = (_one_of_each(some) if tries > STAGES[0][0] else some)[:enough]
+        some = _one_of_each([c for c, _ in moved])[:enough]
         if tries == STAGES[0][0]:
             some += [other for c in some for other in _relatives(screen, c)]
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
