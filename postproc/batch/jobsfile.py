@@ -16,6 +16,7 @@ from postproc.rapid.program import ENDINGS
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Vec3 = tuple[float, float, float]
+MOST_NAMES = 10  # that a finding lists
 
 
 class _Choices(BaseModel):
@@ -86,6 +87,7 @@ def _planned(source: Source, settings: Settings, output: Path) -> Plan:
     for index, job in enumerate(file.job):
         chosen = _chosen(base, job, root)
         found = _found(source, root, index, job, output)
+        _named(source, index, job, found)
         for task in found.tasks:
             if task.name in tasks or not any(fnmatchcase(task.name, pattern) for pattern in _patterns(job)):
                 continue
@@ -96,6 +98,15 @@ def _planned(source: Source, settings: Settings, output: Path) -> Plan:
             owner.update(dict.fromkeys(task.files, task.name))
         copies.update(found.copies)
     return Plan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
+
+
+def _named(source: Source, index: int, job: _Job, found: Inventory) -> None:
+    """Raises BAT009 where a name in ``only`` is that of no task."""
+    for name, pattern in zip(job.only, _patterns(job), strict=True):
+        if name != "*" and not any(fnmatchcase(task.name, pattern) for task in found.tasks):
+            skipped = len(pattern) - len(name)
+            names = ", ".join(f"`{task.name[skipped:]}`" for task in found.tasks[:MOST_NAMES]) or "none"
+            raise _wrong(source, index, f"no task matches `{name}`", f"the tasks there: {names}", "only")
 
 
 def _patterns(job: _Job) -> list[str]:

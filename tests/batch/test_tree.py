@@ -309,6 +309,7 @@ name = "together"
         ('[[job]]\nfolder = "cell"\ntolerence_mm = 1\n', "3:1"),
         ('[[job]]\nfiles = ["nothing*.mod"]\n', "2:1"),
         ('[[job]]\nfolder = ".."\n', "2:1"),
+        ('[[job]]\nfolder = "cell"\nonly = ["a.mod", "cell/a.mod"]\n', "3:1"),
         ('[[job]]\nfiles = ["cell/a.mod"]\n[[job]]\nfiles = ["cell/a.mod"]\nname = "b"\n', "3:3"),
         ('[[job]]\nmodel = "x.toml"\n', "1:3"),
         ('[[job]]\nfolder = "cell"\nchannel = { temperature = "warm" }\n', "3:11"),
