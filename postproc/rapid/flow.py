@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from postproc.diagnostics import Span
 from postproc.rapid.assign import forget, joined, no_longer
 from postproc.rapid.choices import Choices, Ends, Place
-from postproc.rapid.evaluate import evaluate
+from postproc.rapid.evaluate import evaluate, names_in
 from postproc.rapid.jumps import jumps_in, structured
 from postproc.rapid.loops import Loops
 from postproc.rapid.memory import Memory, Reference
@@ -25,6 +25,7 @@ class Flow(Loops):
     def __init__(self, program: Program) -> None:
         super().__init__(program)
         self.choices = Choices()
+        self.told: set[Place] = set()
 
     def enter(self, routine: Routine, memory: Memory) -> Value | NotKnown | None:
         """Run a routine's body; what it returns."""
@@ -106,6 +107,22 @@ class Flow(Loops):
                 return
         forget(memory, self.changes.of_functions(statement, routine), "is written by a function")
 
+    def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
+        """Report PERS data that decides on motions or data and that nothing in these files writes."""
+        if place in self.told or not self.changes.of_one(statement, memory.frame.routine):
+            return
+        self.told.add(place)
+        for span in (*statement.parts, *(span for branch in statement.branches for span in branch.conditions)):
+            try:
+                names = names_in(self.data.tree(span, memory)) - memory.frame.bindings.keys()
+            except NotKnown:
+                continue
+            for declaration in filter(None, map(memory.find, sorted(names))):
+                if declaration.storage == "PERS" and memory.is_initial(declaration):
+                    text = f"`{declaration.name}` decides here: it is followed with its value in the file"
+                    help_ = "give the file that writes it (`--with FILE`) if there is one"
+                    self.report_once("RAP036", "info", text, memory.frame.routine.source, span, help_)
+
     def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
         """Report data that is said to be constant and that the program moves."""
         bound = memory.frame.bindings.get(statement.word)
@@ -124,6 +141,7 @@ class Flow(Loops):
         place = (memory.frame.routine.source.path, statement.span[0])
         if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
             return self.forced(statement, place, memory)
+        self.say_followed(statement, place, memory)
         changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
         begin, stands = self.ways.ends, frozenset[int]()
         ends: list[dict[str, Data]] = []

@@ -275,3 +275,12 @@ def test_what_is_left_while_the_arc_burns_stands_beside_the_ways_in_the_air() ->
     plain = convert(module("", f"{lift}\n{seam}"))
     assert plain.report["max_arc_error_after_mm"] <= 0.01 and "burns" not in plain.summary + written(plain)
     assert convert(module("", f"{lift}\n{lift}")).report["max_arc_error_after_mm"] is None
+
+
+@pytest.mark.parametrize(("set_to", "told"), [("", ["RAP036"]), ("wide:=DInput(di2)=1;\n", [])])
+def test_a_branch_on_data_that_nothing_writes_is_told(set_to: str, told: list[str]) -> None:
+    """Who sets it is not in the file: the other arm is corrected at its targets alone."""
+    head = "  PERS bool wide:=FALSE;\n"
+    found = convert(module(head, set_to + BRANCH.replace("DInput(di1)=1", "wide")))
+    assert [d.code for d in found.diagnostics if d.code.startswith("RAP")] == told
+    assert (outcome(found, 1).reason == UNKNOWN_START) is bool(told)
