@@ -36,7 +36,7 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
         return np.zeros((0, 6))
     if robot.opw is None:
         return np.stack([q for q in _stepwise(robot, poses, q_start)])
-    arm = _arm(robot.opw, np.asarray(q_start, dtype=float), inverse(robot, poses[:1])[0])
+    arm = _arm(robot, robot.opw, np.asarray(q_start, dtype=float), poses[:1])
     wrists = np.empty((len(poses), 2, 6))
     for rows in blocks(len(poses), BLOCK):
         wrists[rows] = _of_arm(robot, robot.opw, poses[rows], arm, rows.start)
@@ -51,15 +51,16 @@ def track(robot: Robot, T_base_flange: Array, q_start: Array) -> Array:
     return np.unwrap(np.concatenate([np.asarray(q_start, dtype=float)[None], q]), axis=0)[1:]
 
 
-def _arm(opw: Opw, q_start: Array, first: Array) -> int:
+def _arm(robot: Robot, opw: Opw, q_start: Array, first: Array) -> int:
     """The branch of shoulder and elbow that the arm stands in, whatever its wrist; where it stands between two, the one
-    of whose solutions (8, 6) of the first pose axes 1 to 3 are nearest.
+    of whose solutions of the first pose (1, 4, 4) axes 1 to 3 are nearest.
     """
-    between = np.abs(wrist_place(opw, q_start)) < ARM_SINGULAR
-    travel = np.abs(_wrapped(first - q_start))[:, :3].max(axis=1)
-    if not np.any(between) or np.isnan(travel).all():
-        return int(branch(opw, q_start)) >> 1
-    return int(branch(opw, first)[np.nanargmin(travel)]) >> 1
+    if np.any(np.abs(wrist_place(opw, q_start)) < ARM_SINGULAR):
+        solutions = inverse(robot, first)[0]
+        travel = np.abs(_wrapped(solutions - q_start))[:, :3].max(axis=1)
+        if not np.isnan(travel).all():
+            return int(branch(opw, solutions)[np.nanargmin(travel)]) >> 1
+    return int(branch(opw, q_start)) >> 1
 
 
 def _of_arm(robot: Robot, opw: Opw, poses: Array, arm: int, start: int) -> Array:
