@@ -50,7 +50,7 @@ def begin(monkeypatch):
         return sorted(found, key=lambda c: -c.evidence)
 
     def take(search, best, ranked):
-        if best.key == "refused":
+        if best.key.startswith("refused"):
             return None
         search.fit = SimpleNamespace(names=(*search.fit.names, best.key))
         return SimpleNamespace(candidate=best)
@@ -75,10 +75,11 @@ def begin(monkeypatch):
 
     def begin(table):
         worth = {frozenset(k.split()): v for k, v in table.items()}
-        search = Table(SimpleNamespace(names=(), linear=None), {}, None, [], worth=worth)
-        return sorted(m.candidate.key for m in module.select_forward(search, ranking(search))), [
-            s.where for s in search.outside
-        ]
+        classes = {name: None for key in table for name in key.split()}
+        search = Table(SimpleNamespace(names=(), linear=None), classes, None, [], worth=worth)
+        missing = module.select_forward(search, ranking(search))
+        assert search.classes == classes
+        return sorted(m.candidate.key for m in missing), [s.where for s in search.outside]
 
     return begin
 
@@ -172,8 +173,17 @@ def test_a_pattern_that_spares_no_name_does_not_stand_in_for_one(begin):
     assert begin(table) == (["casting", "line"], [])
 
 
+def test_one_plainer_name_alone_has_lost_against_a_hose_already(begin):
+    table = {"": {"hose": 360.0, "wind-up": 340.0}, "hose": {"joint total": 363.0}, "wind-up": {"joint total": 377.0}}
+    assert begin(table) == (["hose"], [])
+
+
 @pytest.mark.parametrize(("near", "together"), [(340.0, 377.0), (340.0, 350.0), (300.0, 377.0)])
-def test_a_hose_gives_way_to_plainer_names_that_came_near_it_and_are_worth_more_together(begin, near, together):
+def test_a_hose_gives_way_to_plainer_names_that_came_near_it_and_are_worth_more_together(
+    monkeypatch, begin, near, together
+):
+    reached = []
+    monkeypatch.setattr(way.Rival, "beats", lambda rival, way: bool(reached.append(rival.worth)))
     table = {
         "": {"hose": 360.0, "wind-up": near},
         "hose": {"joint total": 363.0},
@@ -181,11 +191,47 @@ def test_a_hose_gives_way_to_plainer_names_that_came_near_it_and_are_worth_more_
         "wind-up line": {"joint total": together},
     }
     assert begin(table) == ((["line", "wind-up"] if (near, together) == (340.0, 377.0) else ["hose"]), [])
+    assert set(reached) == ({363.0} if near > 0.9 * 360.0 else set())
 
 
 def test_a_name_that_was_refused_is_asked_again_once_another_is_in(begin):
-    table = {"": {"refused": 90.0, "backlash": 50.0}, "backlash": {"joint-1": 20.0}}
+    table = {"": {"refused": 90.0, "refused-2": 80.0, "backlash": 50.0}, "backlash": {"joint-1": 20.0}}
     assert begin(table) == (["backlash"], ["joint-1"])
+
+
+def test_a_way_goes_six_steps_at_most_and_takes_three_patterns_at_most(begin):
+    def table(kind):
+        every = [f"{kind}-{k}" for k in range(8)]
+        return {" ".join(every[:k]): {one: 90.0 - 9 * k} for k, one in enumerate(every)}
+
+    assert begin(table("name")) == ([f"name-{k}" for k in range(6)], [])
+    assert begin(table("joint")) == ([], [f"joint-{k}" for k in range(3)])
+
+
+def test_patterns_are_looked_for_as_far_as_they_come_near_the_name(monkeypatch, begin):
+    """To the first fork those behind it by the odds at most, then those that are ahead of it; all where none is named."""
+    asked, clear = [], way.clear
+    monkeypatch.setattr(way, "clear", lambda search, least: asked.append(least) or clear(search, least))
+    table = {"": {"drift": 90.0, "joint-2": 85.0}, "drift": {"growth": 30.0}, "drift growth": {}}
+    assert begin(table) == (["drift", "growth"], [])
+    assert asked[:3] == [90.0 - way.ODDS, 30.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("table", "asked"),
+    [
+        ({"": {"drift": 90.0}, "drift": {"growth": 30.0}}, [(), ("drift",)]),
+        ({"": {"refused": 90.0, "drift": 50.0}, "drift": {}}, [()]),
+        ({"": {"drift": 90.0}, "drift": {"joint-1": 50.0}, "drift joint-1": {"growth": 9.0}}, [(), ("drift",)]),
+    ],
+)
+def test_effects_are_formed_anew_before_anything_is_taken_but_beside_patterns_and_what_was_refused(
+    monkeypatch, begin, table, asked
+):
+    seen = []
+    monkeypatch.setattr(way, "formed_anew", lambda search, base, missing: seen.append(search.fit.names) or missing)
+    begin(table)
+    assert seen == asked
 
 
 @pytest.mark.parametrize(("spread", "alone"), [(True, False), (False, True)])

@@ -140,6 +140,11 @@ def test_a_second_structure_comes_before_other_dresses_of_the_first():
     assert shown[1].share == pytest.approx(0.2)
     more = Suspect("q1", "joint 2", "wave", 0.6, 60.0, 60.0, nothing, dress, ("load2", "q1"))
     assert "q1" not in {s.channel for s in by_channel([ranked[0], more])}
+    # What is worth more with a further channel than without it stays.
+    both = [suspect("time", 50.0, dress, "time", "q6"), suspect("q6", 45.0, dress, "q6", "time")]
+    assert [s.channel for s in by_channel([ranked[0], *both, suspect("x", 44.0, dress), suspect("time", 42.0, second)])] == [
+        "load2", "time", "q6", "x",
+    ]  # fmt: skip
 
 
 def test_a_second_part_of_the_same_channel_is_listed():
@@ -149,6 +154,9 @@ def test_a_second_part_of_the_same_channel_is_listed():
         Suspect("q2", "joint 2", t, 0.5, 50.0, 50.0, nothing, np.full(1, x)) for t, x in (("a", 1), ("b", 2))
     )
     assert [s.pattern for s in by_channel([first], [wave])] == ["a", "b"]
+    # .. after what else the first follows, and after a part elsewhere.
+    load, third = replace(first, channel="load2"), replace(wave, where="joint 4", pattern="c")
+    assert [s.pattern + s.channel for s in by_channel([first, load], [wave, third])] == ["aq2", "cq2", "aload2", "bq2"]
 
 
 def test_what_a_pose_tells_is_listed_where_it_does_not_tell_the_first():
