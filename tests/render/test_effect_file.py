@@ -423,6 +423,7 @@ def test_a_family_has_the_values_of_its_patterns() -> None:
     switch = switched(side, gate, way)
     finer = [sharper(one) for one in (*(members(part)[0] for part in every.parts[::9]), sharper(wave)[3], switch)]
     for part in (*every.parts, *filter(len, finer)):
-        alone = list(members(part))
+        made, some = members(part), slice(None, None, 3)
+        alone = [made[k] for k in range(len(made))[some]]
         if not alone[0].wide:
-            np.testing.assert_allclose(values_of(members(part)), values_of(alone), atol=1e-6, err_msg=alone[0].text)
+            np.testing.assert_allclose(values_of(made)[:, some], values_of(alone), atol=1e-6, err_msg=alone[0].text)
