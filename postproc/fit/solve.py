@@ -63,7 +63,8 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     """Least squares by Levenberg and Marquardt inside the bounds; rows far off are set aside on the way.
 
     One slope serves several steps: a step along an old one is a good step where the model hardly bends, and a fit ends
-    where a slope that still holds there foretells nothing.
+    where a slope that still holds there foretells nothing. What was held because it only repeats what has stopped at a
+    bound since is determined then, and goes on in its place.
 
     Args:
         noise: of the instrument. terms: with masks for all effects.
@@ -75,12 +76,17 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
     base = problem.weights
     aside: tuple[int, ...] = ()
     stopped: set[Name] = set()
+    replaced: set[Name] = set()
     at: Slope | None = None
     place, good = problem, False
     prior = _prior(problem, fresh, terms.determined)
     kept: tuple[Name, ...] = ()
     returned: set[Name] = set()
     damping = 0.0
+
+    def sloped(frozen: set[Name]) -> Slope:
+        return slope(problem, terms.free, frozen, terms.strength, kept)
+
     for sweep in range(SWEEPS):
         if sweep < (2 * ROUNDS if terms.robust else ROUNDS):
             weights, aside = reweighted(problem, base, noise, terms.robust)
@@ -88,7 +94,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
                 problem = problem.weighted(weights)
                 at, good = None if at is None else at.reweighted(weights), False
         if at is None:
-            at, place, good = slope(problem, terms.free, set(), terms.strength, kept), problem, True
+            at, place, good = sloped(replaced), problem, True
             # Coefficients of a free function are told by its smoothness where the data is silent.
             _enough(problem, int(np.sum(at.penalty == 0.0)))
             kept = at.parameters
@@ -102,15 +108,25 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
         damping = held_back if good else damping
         settled = now - after <= little
         if settled and good:
-            break
+            if not stopped:
+                break
+            beside = sloped(replaced | stopped)
+            freed = set(at.held).difference(beside.held)
+            more = {p for p in stopped if freed and freed.intersection(sloped(replaced | stopped - {p}).held)}
+            if not more:
+                at, place = beside, problem
+                break
+            replaced, at = replaced | more, None
+            continue
         bends = np.inf if further is problem else at.bends(problem, further)
         good = good and bends < FAITHFUL and at.still_holds(problem, further)
         problem = further
         if not good and (settled or bends > BENT):
             at = None
+    stopped |= replaced
     # Screening looks for directions beside these columns: they must be those of the very place.
-    if at is None or place is not problem or stopped:
-        at = slope(problem, terms.free, stopped, terms.strength, kept)
+    if at is None or place is not problem or stopped.intersection(at.parameters):
+        at = sloped(stopped)
     bound = tuple(sorted(stopped))
     strength = dict(terms.strength)
     return Fit(problem, terms.free, at.held, bound, at.columns, at.penalty, noise, aside, strength)

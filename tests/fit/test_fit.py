@@ -255,6 +255,27 @@ def test_a_compliance_that_stops_at_its_lower_bound_is_named():
     assert [d.code for d in cautions(fit)] == ["DAT026"]
 
 
+class Lifted(Effect, reads=("load",)):
+    """Joint 2 follows its load. Source: none."""
+
+    again_rad_per_Nm: float = param(unit="rad/(N m)", low=-1e-3, high=1e-3, typical=1e-6)
+
+    def displacement(self, state):
+        return Displacement(joint=self.again_rad_per_Nm * state.joint_load * np.eye(6)[1])
+
+
+def test_what_was_held_beside_a_parameter_goes_on_where_that_stops_at_its_bound():
+    def lifted(g, arm):
+        return Hidden("lifted", "unknown", joint=lambda s, tau: column(1, -3e-5 * tau[:, 1]))
+
+    before = base_fit(cell(lifted, seed=963)[0])
+    fit = fit_model(before.model, before.data, [Lifted.null()])
+    assert ("joint_compliance", 1) in fit.at_bound and Lifted.key in {key for key, _ in fit.parameters}
+    assert fit.rms == pytest.approx(3e-5, rel=0.12) and before.rms > 3e-4
+    total = fit.model.effect("joint_compliance").vector()[1] + fit.model.effect(Lifted.key).vector()[0]
+    assert total == pytest.approx(-3e-5, rel=0.05)
+
+
 def test_an_effect_that_does_not_help_is_said_so():
     fit = base_fit(cell(seed=962)[0])
     text = add_effects(fit.model, fit.data, ["wrist_coupling"]).text()
