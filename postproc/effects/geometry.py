@@ -9,7 +9,6 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.robot.arm import Robot
-from postproc.robot.kinematics import cross
 
 
 def distal_point(robot: Robot, body: int) -> Array:
@@ -35,7 +34,7 @@ def point_in_base(T_base_body: Array, point: Array) -> Array:
 
 def force_at(point: Array, force: Array) -> Array:
     """(n, 6) force and its moment about the base origin, of a force (n, 3) that acts at a point (n, 3)."""
-    return np.concatenate([force, cross(point.T, force.T).T], axis=1)
+    return np.concatenate([force, np.cross(point, force)], axis=1)
 
 
 def point_acceleration(motion: tuple[Array, Array], T_base_body: Array, point: Array) -> Array:

@@ -111,6 +111,7 @@ def solve(problem: Problem, noise: Noise, terms: Terms, fresh: frozenset[str] = 
             if not stopped:
                 break
             beside = sloped(replaced | stopped)
+            # Of what stopped, only that gives way for whose sake alone something is held.
             freed = set(at.held).difference(beside.held)
             more = {p for p in stopped if freed and freed.intersection(sloped(replaced | stopped - {p}).held)}
             if not more:

@@ -146,22 +146,25 @@ class Sensitivity:
             yield {at: part / (step[i] if exact else 2 * step[i]) for at, part in change.items()}
 
     def by_load(self, load: Array, state: State) -> dict[int, Array]:
-        """Displacement of the springs of loaded states by a further load (n, 54), by place."""
+        """Displacement of the springs by a further load (n, 54) on the states of `loaded`, by place."""
         n = len(state)
         every = np.empty((n, BODY + 42))
         every[:, self.column] = spread(self.along, load[:, 6:].reshape(n, 8, 6))
         joints, bodies = np.asarray(state.joint_load) + load[:, :6] + every[:, :6], every[:, 6:].reshape(n, 7, 6)
         loaded = state.with_(joint_load=joints, body_load=None if state.body_load is None else state.body_load + bodies)
-        if id(state) not in self._known:
-            self._known[id(state)] = self._sprung(state)
-        return plus(self._sprung(loaded), self._known[id(state)], -1.0)
+        before = self._sprung_by_own if state is self.loaded.own else self._sprung_by_every
+        return plus(self._sprung(loaded), before, -1.0)
 
     @cached_property
-    def _known(self) -> dict[int, dict[int, Array]]:
-        """Displacement of the springs by the loads of a state, by place."""
-        return {}
+    def _sprung_by_own(self) -> dict[int, Array]:
+        return self._sprung(self.loaded.own)
+
+    @cached_property
+    def _sprung_by_every(self) -> dict[int, Array]:
+        return self._sprung(self.loaded.every)
 
     def _sprung(self, state: State) -> dict[int, Array]:
+        """Displacement of the springs by the loads of the states, by place."""
         found: dict[int, Array] = {}
         for spring in self.springs:
             found = plus(found, placed(displacement_of(spring, state)))

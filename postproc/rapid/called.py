@@ -10,7 +10,8 @@ from postproc.rapid.functions import FUNCTIONS, RUN_TIME
 from postproc.rapid.program import Program, statements_of
 from postproc.rapid.syntax import Routine, Statement
 
-# Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time.
+# Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
+# of which GetNextSym writes.
 READING = frozenset(
     re.findall(
         r"\w+",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from postproc.arrays import Array, blocks
@@ -48,11 +50,6 @@ def body_poses(robot: Robot, q: Array) -> Array:
     return T.transpose(3, 0, 1, 2)
 
 
-def cross(x: Array, y: Array) -> Array:
-    """Cross products of columns, (3, n)."""
-    return np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]])
-
-
 def body_motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[tuple[Array, Array]]:
     """Of bodies 0 to 6, acceleration (n, 3) of the origin and matrix A (n, 3, 3): a point p has a_o + A (p - o).
 
@@ -62,7 +59,7 @@ def body_motions(robot: Robot, T_base_body: Array, v: Array, a: Array) -> list[t
         T_base_body: (n, 7, 4, 4); v, a: (n, 6) joint speeds [rad/s] and accelerations [rad/s^2].
     """
     # Points run along the last axis: components are long rows.
-    T = np.moveaxis(T_base_body, 0, -1)
+    T, cross = np.moveaxis(T_base_body, 0, -1), partial(np.cross, axis=0)
     spin, spin_rate, acceleration, origin = np.zeros((4, 3, len(v)))
     found = [(acceleration.T, np.zeros((len(v), 3, 3)))]
     for j in range(6):
