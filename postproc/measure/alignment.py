@@ -103,7 +103,7 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     """The same where the flanges turn about one point c of theirs (single-point measurements), else None.
 
     There p + R c is constant, and y = s + T R d with the measured point at c + d: linear in the nine products T_ij d_k
-    for each row of T, whose best approximation of rank one tells both.
+    for each row of T, whose best approximation of rank one tells T; d is found beside it.
     """
     n = len(p)
     turns = np.concatenate([R, np.broadcast_to(-np.eye(3), (n, 3, 3))], axis=2)
@@ -112,10 +112,9 @@ def _about_a_point(R: Array, p: Array, y: Array) -> Alignment | None:
     if np.median(np.linalg.norm(p + turns @ centre, axis=1)) > near:
         return None
     products, *_ = np.linalg.lstsq(np.hstack([R.reshape(n, 9), np.ones((n, 1))]), y, rcond=1e-9)
-    turn, size, away = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)
-    U, _, Vt = np.linalg.svd(turn[:, 0].reshape(3, 3))
-    hand = float(np.linalg.det(U @ Vt))
-    found = _refine(R, p, y, hand * U @ Vt, centre[:3] + hand * size[0] / np.sqrt(3) * away[0], 1.0, False)
+    turn = np.linalg.svd(products[:9].T.reshape(9, 3), full_matrices=False)[0][:, 0]
+    U, _, Vt = np.linalg.svd(turn.reshape(3, 3))
+    found = _refine(R, p, y, np.linalg.det(U @ Vt) * U @ Vt, centre[:3], 1.0, False)
     return found if found.typical < near else None
 
 
