@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from postproc.batch.controller import read_quietly
 from postproc.batch.values import Job, Settings, Task
 from postproc.compensate.options import Options
 from postproc.diagnostics import Source
@@ -23,6 +22,7 @@ from postproc.rapid.lent import lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.catalogue import load_robot
+from postproc.robot.controller import read_quietly
 from postproc.tomlfile import read_source
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,8 @@ def _prepare(root: Path, task: Task, settings: Settings, converter: Converter) -
     """The job of a task, or why there is none."""
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
+    if task.unknown is not None and not converter.chosen:
+        return failed(task.name, "", task.unknown, final=False)
     try:
         if task.robot is not None and task.robot != converter.robot and not converter.chosen:
             converter = read_settings(settings, task.robot)
@@ -82,6 +85,8 @@ def _stated(task: Task, converter: Converter) -> tuple[Mapping[str, Any], ...]:
         text = f"the controller drives `{task.robot}` with this task, the model is of `{converter.robot}`"
         help_ = "give each arm's model to its tasks in a jobs file"
         found.append(Diagnostic("BAT012", "warning", text, help=help_))
+    if converter.chosen and task.unknown is not None:
+        found.append(replace(task.unknown, severity="info", help="the arm or model that was named is used"))
     return tuple(d.as_json() for d in found)
 
 

@@ -15,9 +15,8 @@ from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
+from postproc.robot.type_names import ARMS, library_name
 from postproc.tomlfile import check, parse_toml, read_source, span_of
-
-ARMS = Path(__file__).parent / "arms"
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
@@ -72,6 +71,10 @@ class _Bodies(_Table):
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
 
 
+class _Controller(_Table):
+    types: list[str] = []
+
+
 class _File(_Table):
     name: Annotated[str, Field(min_length=1)] | None = None
     description: str = ""
@@ -81,6 +84,7 @@ class _File(_Table):
     dh: _Dh | None = None
     joints: _Joints = _Joints()
     bodies: _Bodies = _Bodies()
+    controller: _Controller = _Controller()
 
 
 def list_robots() -> list[str]:
@@ -104,7 +108,9 @@ def load_robot(name_or_path: str | Path) -> Robot:
     if path.suffix.lower() != ".toml" or not isfile(path):
         what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml") else "robot"
         known = ", ".join(f"`{r}`" for r in list_robots())
-        help_ = f"known: {known}; or the path of a robot TOML or URDF"
+        called = library_name(str(name_or_path))
+        meant = f"the library calls it `{called}`; " if called is not None else ""
+        help_ = f"{meant}known: {known}; or the path of a robot TOML or URDF"
         raise PostprocError.of("KIN006", f"there is no {what} `{name_or_path}`", help=help_)
     source = read_source(path, "KIN007")
     return read_robot(source)
