@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
@@ -118,15 +118,18 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 def doubts(robot: Robot) -> list[Diagnostic]:
     """KIN010 where an arm is hardly meant: nothing on it has a mass, or it is shorter or longer than any arm."""
-    found = []
-    if not robot.mass.any():
-        text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
-        found.append(Diagnostic("KIN010", "warning", text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML"))
+    found = [no_masses(robot)] if not robot.mass.any() else []
     reach = float(np.linalg.norm(robot.link[:, :3, 3], axis=1).sum())
     if not SHORTEST < reach < LONGEST:
         text = f"the links of `{robot.name}` are {reach:.4g} m long, one after another"
         found.append(Diagnostic("KIN010", "warning", text, help="lengths are in m in a URDF, in mm in a TOML"))
     return found
+
+
+def no_masses(robot: Robot, severity: Severity = "warning") -> Diagnostic:
+    """KIN010 for an arm on which nothing has a mass."""
+    text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
+    return Diagnostic("KIN010", severity, text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML")
 
 
 def read_robot(source: Source) -> Robot:

@@ -189,15 +189,18 @@ def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
 @pytest.mark.parametrize(
     ("stations", "moving"),
     [
-        (["500", "500.04", "500.09", "500"], []),
-        (["500", "9E9", "500", "9E9"], []),
-        (["9E9", "500", "500", "9E9"], []),
-        (["500", "500.06", "500.12", "500.18"], [2]),
-        (["500", "9E9", "750", "750"], [2]),
+        (["0", "0.04", "0.09", "0"], []),
+        (["0", "9E9", "0", "9E9"], []),
+        (["9E9", "0", "-0.05", "9E9"], []),
+        (["500", "500.04", "500.09", "500"], [0]),
+        (["500", "9E9", "500", "9E9"], [0]),
+        (["9E9", "500", "500", "9E9"], [1]),
+        (["500", "500.06", "500.12", "500.18"], [0, 2]),
+        (["500", "9E9", "750", "750"], [0, 2]),
         (["0", "0", "0.2", "0"], [2, 3]),
     ],
 )
-def test_external_axes_that_move_are_refused_where_they_do(stations: list[str], moving: list[int]) -> None:
+def test_external_axes_away_from_zero_are_refused_where_they_get_there(stations: list[str], moving: list[int]) -> None:
     lines = [f"MoveL {P1[: -len(E) - 1]}[{axis},9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;" for axis in stations]
     _, findings, text = read("\n".join(lines))
     first = text[: text.index("MoveL")].count("\n") + 1
@@ -213,6 +216,9 @@ def test_axes_that_carry_nothing_may_move() -> None:
     assert {free: [d.code for d in findings] for free, findings in found.items()} == {
         "": ["MOT008"], "a": ["MOT008"], "ab": []
     }  # fmt: skip
+    away = f"MODULE M\n{DATA}PROC main()\n{lines[1]}\nENDPROC\nENDMODULE\n"
+    _, standing = read_moves(ROBOT, walk(read_program([Source("m.mod", away.encode())])), "b")
+    assert [d.message.partition(":")[0] for d in standing] == ["external axes stand away from zero (eax_a at 90)"]
     assert "(eax_a, eax_b)" in found[""][0].message and "(eax_b)" in found["a"][0].message
     assert found["a"][0].help.startswith("if they carry neither, say `--free-axes b`")
 
