@@ -41,7 +41,8 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     source = events[0].statement.source
-    findings = [*doubts(model), *_without_load(model, options, source), *_turned(model, events, options.base)]
+    findings = [d for _, _, d in doubts(model)]
+    findings += [*_without_load(model, options, source), *_turned(model, events, options.base)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_))

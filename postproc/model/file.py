@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,6 +17,7 @@ from postproc.effects.base import Effect
 from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
+from postproc.model.doubts import doubts
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.pose import rpy, transform
@@ -121,7 +123,8 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 
     Raises:
         PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown
-            effect, EFF021..EFF024 its parameters, KIN006 or KIN007 its robot; each at file:line:col.
+            effect, EFF021..EFF024 its parameters, MOD005 values that no arm has, KIN006 or KIN007 its robot; each at
+            file:line:col.
     """
     return parse_model(read_source(Path(path), "MOD001"), library)
 
@@ -133,7 +136,17 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
-    return Model(_robot(file.robot, source), effects, mounting, tool, file.robot, content.get("fit", {}))
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, content.get("fit", {}))
+    if not model.fit:
+        _check_signs(model, source)
+    return model
+
+
+def _check_signs(model: Model, source: Source) -> None:
+    """Raises MOD005 where no arm has a value that the user wrote; what a fit came to is told where it is used."""
+    found = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
+    if found:
+        raise PostprocError(found)
 
 
 def _robot(name: str, source: Source) -> Robot:

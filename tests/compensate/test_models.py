@@ -71,31 +71,46 @@ def test_a_turned_base_is_a_warning(text: str, said: list[str]) -> None:
     assert [d.code for d in found if d.severity == "warning" and d.code == "CMP014"] == said
 
 
-def test_a_link_that_weighs_less_than_nothing_is_refused() -> None:
-    lifted = "[effects.arm_load]\nbody=[3]\nmass_kg=[{}]\nmoment_kgm=[[0,0,0]]\n"
-    found = convert(TEXT, model(SPRINGS.format("3e-7") + lifted.format(-250)), force=NO_FORCE)
-    (finding,) = [d for d in found.diagnostics if d.code == "MOD005"]
-    assert finding.severity == "error" and not found.outputs
-    assert finding.message == "no arm has `mass_kg[1] = -250` of `arm_load`"
-    assert convert(TEXT, model(SPRINGS.format("3e-7") + lifted.format(-20)), force=NO_FORCE).outputs
+@pytest.mark.parametrize(
+    ("value", "sigma", "refused"),
+    [("-3e-8", "1e-14", False), ("-3e-7", "1e-14", True), ("-1e-9", "1e-24", True)],
+)
+def test_a_fitted_spring_may_be_below_zero_by_chance_alone(value: str, sigma: str, refused: bool) -> None:
+    found = convert(TEXT, model(SPRINGS.format(value) + FITTED.format(sigma)), force=NO_FORCE)
+    told = [d.message for d in found.diagnostics if d.code == "MOD005" and d.severity == "error"]
+    assert told == (
+        [f"no arm has `compliance_rad_per_Nm[2] = {float(value):g}` of `joint_compliance`"] if refused else []
+    )
+    assert bool(found.outputs) != refused
+
+
+LIFTED = "[effects.arm_load]\nbody = [3]\nmass_kg = [{}]\nmoment_kgm = [[0, 0, 0]]\n"
 
 
 @pytest.mark.parametrize(
-    ("effect", "place"),
+    ("effect", "code", "line"),
     [
-        ("joint_compliance]\ncompliance_rad_per_Nm = [4e-6, -3e-7, 4e-7, 2e-6, 2e-6, 3e-6]", "3:1"),
-        ("backlash]\nhalf_gap_rad = [0, -8e-5, 0, 0, 0, 0]", "3:1"),
-        ("bearing_tilt]\ntilt_rad_per_Nm = [0, -1e-8, 0, 0, 0, 0]", "3:1"),
-        ("base_compliance]\ntilt_rad_per_Nm = [-1e-8, 0]", "3:1"),
-        ("link_compliance]\nbody = [2]\nbending_per_Nm2 = [-1e-7]", "4:1"),
-        ("dress_pack]\nstiffness_N_per_m = -100", "3:1"),
+        ("joint_compliance]\ncompliance_rad_per_Nm = [4e-6, -3e-7, 4e-7, 2e-6, 2e-6, 3e-6]", "MOD005", 3),
+        ("backlash]\nhalf_gap_rad = [0, -8e-5, 0, 0, 0, 0]", "EFF024", 3),
+        ("bearing_tilt]\ntilt_rad_per_Nm = [0, -1e-8, 0, 0, 0, 0]", "MOD005", 3),
+        ("base_compliance]\ntilt_rad_per_Nm = [-1e-8, 0]", "MOD005", 3),
+        ("link_compliance]\nbody = [2]\nbending_per_Nm2 = [-1e-7]", "MOD005", 4),
+        ("dress_pack]\nstiffness_N_per_m = -100", "EFF024", 3),
+        ("arm_load]\nbody = [3]\nmass_kg = [-250]", "MOD005", 4),
     ],
 )
-def test_a_sign_that_no_arm_has_is_an_error_at_its_place(effect: str, place: str) -> None:
+def test_a_sign_that_no_arm_has_is_an_error_at_its_place(effect: str, code: str, line: int) -> None:
     with pytest.raises(PostprocError) as caught:
         model(f'robot = "irb4600_60_205"\n[effects.{effect}\n')
     (finding,) = caught.value.diagnostics
-    assert (finding.code, finding.place) == ("EFF024", f"arm.toml:{place}") and finding.help.startswith("allowed: 0 to")
+    assert (finding.code, finding.place) == (code, f"arm.toml:{line}:1")
+
+
+def test_a_link_may_be_lighter_than_its_estimate_but_not_than_nothing() -> None:
+    assert convert(TEXT, model(SPRINGS.format("3e-7") + LIFTED.format(-20)), force=NO_FORCE).outputs
+    fitted = model(SPRINGS.format("3e-7") + LIFTED.format(-250) + FITTED.format("1e-14"))
+    found = convert(TEXT, fitted, force=NO_FORCE)
+    assert [d.severity for d in found.diagnostics if d.code == "MOD005"] == ["error"] and not found.outputs
 
 
 def test_an_arm_without_weight_or_springs_is_refused() -> None:
