@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.accuracy import expect_accuracy
+from postproc.compensate.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.applicable import applicable_model
 from postproc.compensate.belief import doubt_corrections
 from postproc.compensate.document import document, refused, summary
@@ -139,6 +139,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
     report = document(plan, model.robot.name, events, outcomes, figures, accuracy, limits, findings)
+    report["expected_remaining_fraction"] = expect_remaining(model, motion)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 

@@ -30,6 +30,8 @@ class Model:
         T_flange_tcp: (4, 4) nominal tool, where a program or a table does not name another.
         robot_name: what the model file says about the robot (a library name or a path).
         fit: what `fit` and `add` noted about how the parameters were found.
+        stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
+            ``estimated``, ``controller``, ``user``; empty where nobody says.
     """
 
     robot: Robot
@@ -38,6 +40,7 @@ class Model:
     T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
     robot_name: str = ""
     fit: Mapping[str, Any] = field(default_factory=dict)
+    stiffness_source: str = ""
 
     @cached_property
     def gravity(self) -> Array:

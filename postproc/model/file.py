@@ -92,6 +92,7 @@ class _Fit(_Table):
 
 class _File(_Table):
     robot: Annotated[str, Field(min_length=1)]
+    stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
     mounting: _Mounting = _Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}
@@ -99,7 +100,9 @@ class _File(_Table):
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
-    """The shipped model of a robot: its published joint stiffness, gravity of links and tool on.
+    """The shipped model of a robot: its published or estimated joint stiffness, gravity of links and tool on.
+
+    A stiffness that is stated with a factor (of one other arm of the type, or by a rule) is an estimate for this one.
 
     Raises:
         PostprocError: KIN006 unknown robot, MOD004 nobody knows how stiff it is.
@@ -112,7 +115,9 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
             help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
             "and give that model with -m",
         )
-    return Model(robot, (JointCompliance(compliance_rad_per_Nm=robot.joint_compliance),), robot_name=str(robot_name))
+    source = "estimated" if robot.stiffness_factor is not None else str(robot.stiffness_source)
+    springs = JointCompliance(compliance_rad_per_Nm=robot.joint_compliance)
+    return Model(robot, (springs,), robot_name=str(robot_name), stiffness_source=source)
 
 
 def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
@@ -136,7 +141,8 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
-    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, content.get("fit", {}))
+    stated, noted = file.stiffness_source or "", content.get("fit", {})
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated)
     if not model.fit:
         _check_signs(model, source)
     return model

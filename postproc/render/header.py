@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from postproc.compensate.document import arc_alone
+from postproc.compensate.document import arc_alone, estimated_stiffness
 from postproc.compensate.options import Options
 from postproc.model.arm import Model
 
@@ -25,6 +25,7 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "after_mm": f"{document['max_error_after_mm']:.3f}",
         "arc_mm": arc_alone(document),
         **beyond,
+        "stiffness": estimated_stiffness(document),
         "added": document["added_targets"],
         "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
         "measured": document["measured_statements"],

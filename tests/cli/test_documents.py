@@ -19,6 +19,7 @@ ROW = re.compile(r"^\| (`.+?`) \| (.+?) \|", re.MULTILINE)
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 RARE = {
     "at_bound[]",
+    "expected_remaining_fraction[]",
     "missing[].not_separable_from[]",
     "missing[].not_seen_beside[]",
     "missing[].structure.NAME",

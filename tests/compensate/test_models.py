@@ -113,6 +113,19 @@ def test_a_link_may_be_lighter_than_its_estimate_but_not_than_nothing() -> None:
     assert [d.severity for d in found.diagnostics if d.code == "MOD005"] == ["error"] and not found.outputs
 
 
+def test_an_estimated_stiffness_says_what_it_means() -> None:
+    found = convert(TEXT, default_model("irb4600_40_255"), force=NO_FORCE)
+    low, high = found.report["expected_remaining_fraction"]
+    assert 0.0 < low < 0.5 < high
+    said = (
+        f"the stiffness of this arm is estimated: {100 * low:.0f} to {100 * high:.0f} % of its deflection is expected"
+    )
+    assert said in found.summary and f"! {said}" in written(found)
+    known = convert(TEXT, force=NO_FORCE)
+    assert known.report["expected_remaining_fraction"] is None
+    assert "estimated" not in known.summary + written(known)
+
+
 def test_an_arm_without_weight_or_springs_is_refused() -> None:
     """Without masses 0.023 mm were corrected where masses give 0.162 mm: nothing said so."""
     whole = arm()
