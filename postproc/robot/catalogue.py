@@ -124,12 +124,12 @@ def describe_robot(name_or_path: str | Path) -> Robot:
     path = ARMS / f"{name_or_path}.toml"
     if not isfile(path) or Path(name_or_path).name != str(name_or_path):
         path = Path(name_or_path)
-    if path.suffix.lower() in (".urdf", ".xml") and isfile(path):
+    if path.suffix.lower() in (".urdf", ".xml", ".xacro") and isfile(path):
         from postproc.robot.urdf import read_urdf
 
         return read_urdf(path)
     if path.suffix.lower() != ".toml" or not isfile(path):
-        what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml") else "robot"
+        what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml", ".xacro") else "robot"
         called = library_name(str(name_or_path))
         near = (
             f"the library calls it `{called}`"
@@ -145,6 +145,9 @@ def describe_robot(name_or_path: str | Path) -> Robot:
 def doubts(robot: Robot) -> list[Diagnostic]:
     """KIN010 where an arm is hardly meant: nothing on it has a mass, or it is shorter or longer than any arm."""
     found = [no_masses(robot)] if not robot.mass.any() else []
+    if "angles" in robot.sources:
+        text = f"`{robot.name}`: angles of its URDF are rounded, {robot.sources['angles']}"
+        found.append(Diagnostic("KIN013", "info", text, help="nothing to do, where the arm is built at right angles"))
     reach = float(np.linalg.norm(robot.link[:, :3, 3], axis=1).sum())
     if not SHORTEST < reach < LONGEST:
         text = f"the links of `{robot.name}` are {reach:.4g} m long, one after another"

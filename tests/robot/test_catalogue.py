@@ -126,6 +126,41 @@ def test_urdf_gives_the_same_arm(tmp_path: Path) -> None:
     assert error.value.diagnostics[0].code == "KIN007"
 
 
+@pytest.mark.parametrize("quarter", ["1.5708", "1.571", "1.570796", "1.57079633", "1.5707963267948966"])
+def test_rounded_quarter_turns_of_a_urdf_are_quarter_turns(tmp_path: Path, quarter: str) -> None:
+    """tool0 with rpy="0 1.5708 0", as in the common URDFs of ABB arms: four digits are enough for the closed form."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace('rpy="0 1.5707963267948966 0"', f'rpy="0 {quarter} 0"'), encoding="utf-8")
+    robot, shipped = load_robot(path), load_robot("irb4600_60_205")
+    q = np.random.default_rng(0).uniform(-3, 3, (20, 6))
+    assert robot.opw is not None and np.abs(forward(robot, q) - forward(shipped, q)).max() < 1e-12
+    told = [d for d in doubts(robot) if d.code == "KIN013"]
+    assert [d.severity for d in told] == ([] if len(quarter) > 12 else ["info"])
+    assert all(quarter in d.message for d in told)
+
+
+def test_an_angle_that_is_meant_stays(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace('rpy="0 1.5707963267948966 0"', 'rpy="0 1.5650 0"'), encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.opw is None and doubts(robot) == []
+    assert robot.link[6, 0, 2] == pytest.approx(np.sin(1.565), abs=1e-12)
+
+
+def test_a_xacro_file_is_told_how_to_become_a_urdf(tmp_path: Path) -> None:
+    text = '<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m"/></robot>'
+    for name in ("arm.xacro", "arm.urdf.xacro", "arm.urdf"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        with pytest.raises(PostprocError) as caught:
+            load_robot(tmp_path / name)
+        (found,) = caught.value.diagnostics
+        assert found.code == "KIN007" and "xacro" in found.message
+        assert f"`xacro {tmp_path / name} > arm_made.urdf`" in found.help
+    left = urdf().replace('<robot name="arm">', '<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro">')
+    (tmp_path / "made.urdf").write_text(left, encoding="utf-8")
+    assert load_robot(tmp_path / "made.urdf").opw is not None
+
+
 def test_a_urdf_that_is_hardly_meant_is_doubted(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
 
