@@ -14,6 +14,7 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
+from postproc.robot.cell import Cell
 
 GRAVITY = 9.81  # [m/s^2]
 ALL_BODIES = tuple(range(7))
@@ -32,6 +33,7 @@ class Model:
         fit: what `fit` and `add` noted about how the parameters were found.
         stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
             ``estimated``, ``controller``, ``user``; empty where nobody says.
+        cell: the external axes around it, None where none are described.
     """
 
     robot: Robot
@@ -41,6 +43,7 @@ class Model:
     robot_name: str = ""
     fit: Mapping[str, Any] = field(default_factory=dict)
     stiffness_source: str = ""
+    cell: Cell | None = None
 
     @cached_property
     def gravity(self) -> Array:

@@ -20,6 +20,7 @@ from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
+from postproc.robot.cell_file import ExternalAxis, Mounting, stated_cell
 from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
@@ -35,10 +36,6 @@ Channel = Literal[
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Mounting(_Table):
-    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
 class _Tool(_Table):
@@ -93,10 +90,11 @@ class _Fit(_Table):
 class _File(_Table):
     robot: Annotated[str, Field(min_length=1)]
     stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
-    mounting: _Mounting = _Mounting()
+    mounting: Mounting = Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}
     fit: _Fit = _Fit()
+    external_axes: list[ExternalAxis] = []
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
@@ -128,8 +126,8 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 
     Raises:
         PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown
-            effect, EFF021..EFF024 its parameters, MOD005 values that no arm has, KIN006 or KIN007 its robot; each at
-            file:line:col.
+            effect, EFF021..EFF024 its parameters, MOD005 values that no arm has, KIN006 or KIN007 its robot, KIN016
+            its external axes; each at file:line:col.
     """
     return parse_model(read_source(Path(path), "MOD001"), library)
 
@@ -142,7 +140,8 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
     stated, noted = file.stiffness_source or "", content.get("fit", {})
-    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated)
+    cell = stated_cell(file.external_axes, file.mounting, source) if file.external_axes else None
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, cell)
     if not model.fit:
         _check_signs(model, source)
     return model

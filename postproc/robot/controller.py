@@ -65,14 +65,14 @@ def read_backup(folder: Path) -> Backup:
 def read_drive(backup: Backup, folder: str) -> Drive:
     """What the task in a folder (``TASK1``, or a task's own name) moves."""
     name = backup.tasks.get(folder.upper(), folder)
-    tasks = _by_name(backup.system, "CAB_TASKS")
+    tasks = by_name(backup.system, "CAB_TASKS")
     task = tasks.get(name.lower())
     if task is None and tasks:
-        unknown = _not_known(f"`{name}` is none of the tasks in the backup's SYS.cfg, which would say what it moves")
-        return Drive(name, True, None, unknown)
+        text = f"`{name}` is none of the tasks in the backup's SYS.cfg, which would say what it moves"
+        return Drive(name, True, None, _not_known(text))
     moves = task is None or "motiontask" in task
     robots = arm_entries(backup.motion)
-    group = _by_name(backup.system, "MECHANICAL_UNIT_GROUP").get((task or {}).get("usemechanicalunitgroup", "").lower())
+    group = by_name(backup.system, "MECHANICAL_UNIT_GROUP").get((task or {}).get("usemechanicalunitgroup", "").lower())
     if group is not None:
         robots = [r for r in robots if r.get("name", "").lower() == group.get("robot", "").lower()]
         if not robots and "robot" not in group:
@@ -147,7 +147,8 @@ def _not_in_library(task: str, type_: str) -> Diagnostic:
     return _not_known(text, f"the nearest names are {near}; {SETTLE}")
 
 
-def _by_name(entries: Entries, kind: str) -> dict[str, Entry]:
+def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
+    """Entries of a type by their name in lower case."""
     return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
 
 

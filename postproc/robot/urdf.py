@@ -17,7 +17,7 @@ from postproc.tomlfile import read_source
 ENDLESS = 2 * np.pi
 """A joint without limits turns so far to either side: poses are drawn inside limits."""
 ROUNDED = 5e-4
-"""Angles [rad] of so few digits stand for the multiple of an eighth of a turn that they are nearest to: 1.5708, 3.142."""
+"""Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
 _ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
 
 
