@@ -17,7 +17,7 @@ from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.compensate.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.applicable import applicable_model
-from postproc.compensate.belief import doubt_corrections
+from postproc.compensate.belief import doubt_corrections, doubt_weights
 from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import figures_of
@@ -115,7 +115,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     motion = _moving(model, program, events, options, findings)
     plan = plan_changes(model, motion, events, program)
-    findings += doubt_corrections(model, plan)
+    findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
     _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}

@@ -7,9 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
+from postproc.effects.asking import load_of
 from postproc.effects.base import Effect
+from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.equilibrium import equilibrium
 from postproc.model.uncertainty import read_uncertainty
 
 SURE = 2.0
@@ -29,6 +33,23 @@ def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
             help_ = f"check signs and units (`postproc effects show {key}`); a fit that came to this misses a load: "
             found = Diagnostic("MOD005", "error", f"no arm has `{entry}` of `{key}`", help=help_ + "`diagnose`")
             yield key, list(effect.parameters())[effect.layout.parameter[first]], found
+
+
+def flange_mass(model: Model, state: State) -> Array:
+    """(n,) mass of the last body and all that hangs on it [kg]: its own, the stated payload, and what effects add.
+
+    Of an effect counts what changes with gravity, F(g) - F(0) = m g: the pull of a hose is no weight.
+    """
+    mass = np.full(len(state), model.robot.mass[6])
+    if state.payload_mass is not None:
+        mass = mass + state.payload_mass
+    adding = [e for e in model.effects if type(e).load is not Effect.load]
+    seen = equilibrium(model, state).state if adding else state
+    for effect in adding:
+        loads = [load_of(effect, s).body.get(6) for s in (seen, seen.with_(gravity=np.zeros(3)))]
+        if loads[0] is not None and loads[1] is not None:
+            mass = mass + (loads[0] - loads[1])[:, :3] @ model.gravity / (model.gravity @ model.gravity)
+    return np.asarray(mass)
 
 
 def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:

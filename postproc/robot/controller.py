@@ -67,9 +67,6 @@ def read_drive(backup: Backup, folder: str) -> Drive:
     name = backup.tasks.get(folder.upper(), folder)
     tasks = by_name(backup.system, "CAB_TASKS")
     task = tasks.get(name.lower())
-    if task is None and tasks:
-        text = f"`{name}` is none of the tasks in the backup's SYS.cfg, which would say what it moves"
-        return Drive(name, True, None, _not_known(text))
     moves = task is None or "motiontask" in task
     robots = arm_entries(backup.motion)
     group = by_name(backup.system, "MECHANICAL_UNIT_GROUP").get((task or {}).get("usemechanicalunitgroup", "").lower())
@@ -78,7 +75,8 @@ def read_drive(backup: Backup, folder: str) -> Drive:
         if not robots and "robot" not in group:
             return Drive(name, False)  # a positioner's task
     if len(robots) != 1:
-        return Drive(name, moves, None, _not_known(_no_single_arm(name, robots, backup)))
+        listed = task is not None or not tasks
+        return Drive(name, moves, None, _not_known(_no_single_arm(name, robots, backup, listed)))
     type_ = robots[0].get("use_robot_type", "")
     arm = library_name(type_)
     unknown = None if arm is not None else _not_in_library(name, type_)
@@ -132,9 +130,11 @@ def _not_known(text: str, help_: str = SETTLE) -> Diagnostic:
     return Diagnostic("KIN011", "error", text, help=help_)
 
 
-def _no_single_arm(task: str, robots: list[Entry], backup: Backup) -> str:
+def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool) -> str:
     if robots:
         each = " and ".join(f"`{r.get('name', '?')}` (`{r.get('use_robot_type', '?')}`)" for r in robots)
+        if not listed:
+            return f"the backup holds {each}, and its SYS.cfg does not list the task `{task}`, which moves one of them"
         return f"the backup holds {each}, and no mechanical unit group says which of them `{task}` moves"
     if not backup.motion:
         return f"which arm `{task}` moves is not known: the backup has no SYSPAR/MOC.cfg, or it cannot be read"

@@ -149,7 +149,7 @@ def test_the_model_of_another_arm_than_the_controllers_is_told(tmp_path: Path) -
         ({"SYSPAR/MOC.cfg": ""}, "the backup has no SYSPAR/MOC.cfg"),
         ({"SYSPAR/SYS.cfg": ""}, "`ROB_1` (`ROB1_6700_LeanID_2.65_220`) and `ROB_2` (`ROB2_4600_2.05_60`)"),
         ({"SYSPAR/SYS.cfg": SYS.replace('-UseMechanicalUnitGroup "rob2" ', "")}, "no mechanical unit group says which"),
-        ({"SYSPAR/SYS.cfg": SYS.replace("T_MAIN", "T_OTHER")}, "`T_MAIN` is none of the tasks in the backup's SYS.cfg"),
+        ({"SYSPAR/SYS.cfg": SYS.replace("T_MAIN", "T_OTHER")}, "its SYS.cfg does not list the task `T_MAIN`"),
     ],
 )
 def test_a_backup_whose_arm_is_not_understood_is_refused(tmp_path: Path, files: dict[str, str], told: str) -> None:

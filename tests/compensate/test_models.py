@@ -113,6 +113,21 @@ def test_a_link_may_be_lighter_than_its_estimate_but_not_than_nothing() -> None:
     assert [d.severity for d in found.diagnostics if d.code == "MOD005"] == ["error"] and not found.outputs
 
 
+@pytest.mark.parametrize(
+    ("effect", "refused"),
+    [
+        ("[effects.payload_error]\nmass_kg = -3\n", False),  # a tool of 2 kg that tooldata calls one of 5 kg
+        ("[effects.payload_error]\nmass_kg = -9\n", True),  # the flange itself weighs 3 kg
+        ("[effects.payload_error]\nmass_kg = 3\n", False),
+    ],
+)
+def test_a_tool_may_be_lighter_than_stated_but_not_than_nothing(effect: str, refused: bool) -> None:
+    found = convert(TEXT, model(SPRINGS.format("3e-7") + effect), force=NO_FORCE)
+    told = [d for d in found.diagnostics if d.code == "MOD005"]
+    assert bool(told) == refused and bool(found.outputs) != refused
+    assert all(d.severity == "error" and d.span and "weigh -1 kg" in d.message for d in told)
+
+
 def test_an_estimated_stiffness_says_what_it_means() -> None:
     found = convert(TEXT, default_model("irb4600_40_255"), force=NO_FORCE)
     low, high = found.report["expected_remaining_fraction"]

@@ -6,7 +6,7 @@ import pytest
 
 from postproc.diagnostics import PostprocError
 from postproc.robot.catalogue import list_robots, load_robot
-from postproc.robot.controller import arm_entries, read_entries
+from postproc.robot.controller import Backup, arm_entries, read_drive, read_entries
 from postproc.robot.type_names import library_name, nearest_names, parse_type_name
 
 OUT_OF_SCOPE = [
@@ -55,6 +55,14 @@ def test_a_controllers_name_for_an_arm_is_told_with_ours() -> None:
     with pytest.raises(PostprocError) as caught:
         load_robot("IRB 4600-40/2.55")
     assert caught.value.diagnostics[0].help.startswith("the library calls it `irb4600_40_255`; ")
+
+
+def test_the_only_arm_is_that_of_a_task_that_the_configuration_does_not_list() -> None:
+    """System tasks stand in a backup's RAPID folder and not in its SYS.cfg."""
+    motion = read_entries('ROBOT:\n\n      -name "ROB_1" -use_robot_type "ROB1_1200_0.9_5_TypeB"\n#\n')
+    system = read_entries('CAB_TASKS:\n\n      -Name "T_ROB1" -MotionTask\n#\n')
+    found = read_drive(Backup({"TASK2": "PSC_CBC"}, system, motion), "TASK2")
+    assert (found.task, found.arm, found.unknown) == ("PSC_CBC", "irb1200_5_09", None)
 
 
 def test_gantries_and_positioners_are_no_arms() -> None:
