@@ -16,8 +16,8 @@ from postproc.batch.controller import Drive, library_name, read_drives, read_qui
 from postproc.batch.journal import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.program import ENDINGS
-from postproc.rapid.records import Pose
+from postproc.rapid.program.program import ENDINGS
+from postproc.rapid.program.records import Pose
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})

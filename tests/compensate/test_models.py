@@ -12,8 +12,8 @@ from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
-from postproc.rapid.pose import pose_mult
-from postproc.rapid.records import Pose, RobTarget
+from postproc.rapid.program.pose import pose_mult
+from postproc.rapid.program.records import Pose, RobTarget
 from postproc.robot.kinematics import jacobian
 from tests.compensate.build import arm, body_of, codes, convert, events, module, places, target, written
 
