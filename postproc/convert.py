@@ -31,12 +31,12 @@ from postproc.compensate.reading import read_motion
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
-from postproc.rapid.edits import Edit
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.memory import set_first
-from postproc.rapid.program import Program, read_program
-from postproc.rapid.walk import walk_program
-from postproc.rapid.world import seen_from_base
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.motions.base_frame import seen_from_base
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
 from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 import pytest
 
 if TYPE_CHECKING:
-    from postproc.rapid.program import Program
+    from postproc.rapid.program.program import Program
 
 UPDATE = "--approve-programs"
 
@@ -25,7 +25,7 @@ class ApprovedProgram(Protocol):
 
 def programs(folder: str | Path) -> list[str]:
     """Names of the modules below a folder, relative to it, sorted."""
-    from postproc.rapid.program import ENDINGS
+    from postproc.rapid.program.program import ENDINGS
 
     root = Path(folder)
     return sorted(p.relative_to(root).as_posix() for p in root.rglob("*") if p.suffix.lower() in ENDINGS)
@@ -38,7 +38,7 @@ def assert_same_program(approved: str | Path, produced: str | Path, tolerance_mm
         AssertionError: with every statement that differs, or because one of the files is not there.
         PostprocError: a file that is not a program.
     """
-    from postproc.rapid.diff import compare_programs
+    from postproc.rapid.diff.compare import compare_programs
 
     for path in (approved, produced):
         if not Path(path).is_file():
@@ -86,7 +86,7 @@ def _difference(produced: str | Path, approved: str | Path, tolerance_mm: float)
 
 def _read(path: str | Path) -> Program:
     from postproc.diagnostics import PostprocError, Source, has_errors
-    from postproc.rapid.program import read_program
+    from postproc.rapid.program.program import read_program
 
     program = read_program(Source(str(path), Path(path).read_bytes()))
     if has_errors(program.diagnostics):

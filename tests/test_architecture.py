@@ -64,6 +64,18 @@ def test_imports_point_downward(path: Path) -> None:
         assert ROOMS.index(used) <= ROOMS.index(own), f"{own} imports {name}, which stands above it"
 
 
+RAPID_ROOMS = ("unknown", "syntax", "program", "evaluation", "motions", "execution", "diff")
+
+
+@pytest.mark.parametrize("path", sorted((PACKAGE / "rapid").rglob("*.py")), ids=lambda p: p.name)
+def test_folders_of_rapid_import_downward(path: Path) -> None:
+    own = path.relative_to(PACKAGE / "rapid").with_suffix("").parts[0]
+    for name in imported(path):
+        parts = name.split(".")
+        if own in RAPID_ROOMS and parts[1] == "rapid" and len(parts) > 2:
+            assert RAPID_ROOMS.index(parts[2]) <= RAPID_ROOMS.index(own), f"{own} imports {name}, which stands above it"
+
+
 def test_every_folder_is_a_known_room() -> None:
     assert {p.name for p in PACKAGE.iterdir() if (p / "__init__.py").exists()} <= set(ROOMS)
 
@@ -112,11 +124,16 @@ def test_pages_name_files_that_exist() -> None:
     assert {(page, name) for page, name in named if not any(f"/{path}".endswith(f"/{name}") for path in every)} == set()
 
 
-@pytest.mark.parametrize("folder", [p.parent for p in PACKAGE.glob("*/__init__.py")], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "folder",
+    [p.parent for p in PACKAGE.glob("*/__init__.py")] + [p.parent for p in (PACKAGE / "rapid").glob("*/__init__.py")],
+    ids=lambda p: p.name,
+)
 def test_a_room_says_what_its_files_are_for(folder: Path) -> None:
     """A newcomer finds a file in the docstring of its room: all of them stand there, and nothing that is none."""
     named = set(re.findall(r"`([a-z_0-9]+)`", (folder / "__init__.py").read_text("utf-8")))
-    assert named == {p.stem for p in folder.glob("*.py")} - {"__init__"}
+    inside = [*folder.glob("*.py"), *(p.parent for p in folder.glob("*/__init__.py"))]
+    assert named == {p.stem for p in inside} - {"__init__"}
 
 
 def test_modules_stay_small() -> None:

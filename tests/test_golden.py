@@ -10,8 +10,8 @@ from postproc.compensate.options import Options
 from postproc.convert import compensate_program
 from postproc.diagnostics import Source
 from postproc.model.file import default_model
-from postproc.rapid.diff import compare_programs
-from postproc.rapid.program import read_program
+from postproc.rapid.diff.compare import compare_programs
+from postproc.rapid.program.program import read_program
 
 ROOT = Path(__file__).resolve().parent.parent
 APPROVED = {

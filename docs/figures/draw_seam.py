@@ -18,8 +18,8 @@ from postproc.model.equilibrium import predict
 from postproc.model.file import default_model
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
-from postproc.rapid.program import read_program
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.program import read_program
 
 ROOT = Path(__file__).resolve().parents[2]
 FORCE = (200.0, -200.0, -200.0)  # [N]

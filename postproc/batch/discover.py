@@ -15,8 +15,8 @@ from pathlib import Path, PurePosixPath
 from postproc.batch.journal import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.program import ENDINGS
-from postproc.rapid.records import Pose
+from postproc.rapid.program.program import ENDINGS
+from postproc.rapid.program.records import Pose
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 
 SYSTEM = frozenset({".sys", ".sysx"})

@@ -18,7 +18,7 @@ from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.model.arm import Model
 from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
-from postproc.rapid.lent import lent_values
+from postproc.rapid.program.read_only import lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
 from postproc.robot.catalogue import load_robot

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from postproc.batch.discover import discover
 from postproc.batch.values import Inventory, Plan, Settings, Task
 from postproc.diagnostics import PostprocError, Source
-from postproc.rapid.program import ENDINGS
+from postproc.rapid.program.program import ENDINGS
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 Vec3 = tuple[float, float, float]

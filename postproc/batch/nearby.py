@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from postproc.batch.discover import PARTS, SHARED
-from postproc.rapid.program import ENDINGS
+from postproc.rapid.program.program import ENDINGS
 
 LACKING = frozenset({"RAP020", "RAP021"})
 """Findings about data without a value, whose name stands first in their message."""

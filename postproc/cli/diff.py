@@ -10,7 +10,7 @@ from postproc.cli.report import print_json, show
 from postproc.diagnostics import PostprocError, has_errors
 
 if TYPE_CHECKING:
-    from postproc.rapid.program import Program
+    from postproc.rapid.program.program import Program
 
 
 def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Distance = 0.01, json: Flag = False) -> int:
@@ -23,7 +23,7 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Dist
         angle_tolerance: angle between their orientations, or between joints, that is still the same [deg].
         json: print the postproc/diff/1 document.
     """
-    from postproc.rapid.diff import compare_programs
+    from postproc.rapid.diff.compare import compare_programs
 
     found = compare_programs(_read(a), _read(b), tolerance, angle_tolerance)
     if json:
@@ -34,7 +34,7 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Dist
 
 
 def _read(name: str) -> Program:
-    from postproc.rapid.program import read_program
+    from postproc.rapid.program.program import read_program
 
     program = read_program(read_source(name))
     if has_errors(program.diagnostics):

@@ -47,7 +47,7 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
     """
     from postproc.effects.registry import effect_library
     from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
-    from postproc.rapid.program import ENDINGS
+    from postproc.rapid.program.program import ENDINGS
     from postproc.robot.catalogue import load_robot
 
     library = effect_library(effects)

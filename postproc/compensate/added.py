@@ -17,9 +17,9 @@ from postproc.compensate.values import Displacement, Insertion, Place, TargetVal
 from postproc.compensate.wishes import Wishes, conf_of, middle_value
 from postproc.grouping import grouped
 from postproc.motion.refusals import STILL
-from postproc.rapid.events import StatementKey
-from postproc.rapid.program import Program
-from postproc.rapid.records import NO_AXIS, Ax6, RobTarget
+from postproc.rapid.program.events import StatementKey
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import NO_AXIS, Ax6, RobTarget
 from postproc.robot.configuration import confdata
 
 NO_CONF = (0, 0, 0, 0)

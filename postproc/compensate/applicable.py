@@ -15,9 +15,9 @@ from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
 from postproc.model.equilibrium import equilibrium
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import Pose
-from postproc.rapid.units import pose_matrix, tool_matrix
+from postproc.rapid.motions.units import pose_matrix, tool_matrix
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import Pose
 from postproc.robot.catalogue import no_masses
 from postproc.robot.pose import displace
 

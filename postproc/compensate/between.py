@@ -25,9 +25,9 @@ from postproc.compensate.targets import Pieces
 from postproc.compensate.values import UNCHANGED_MM, Displacement, Insertion, Place, TargetValue
 from postproc.compensate.wishes import Wishes
 from postproc.motion.refusals import STILL
-from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.records import Pose, RobTarget, Vec3
-from postproc.rapid.terms import NAME
+from postproc.rapid.motions.regressors import NAME
+from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.program.records import Pose, RobTarget, Vec3
 
 FUNCTIONS = ("pow", "distance")  # of RAPID, by which it is written
 TURNED = 1e-3  # of a quaternion, 0.1 deg: what is added is turned as the end is

@@ -17,7 +17,7 @@ from postproc.compensate.motion import Motion
 from postproc.compensate.placement import circle_gaps
 from postproc.compensate.samples import Samples
 from postproc.motion.curves import circle_through
-from postproc.rapid.events import StatementKey
+from postproc.rapid.program.events import StatementKey
 
 BEHIND = "its circle begins where the arm stays as it is, nobody knows where: corrected points would make another one"
 BEFORE = "the arc behind it stays as it is, and with a corrected start it would be another one"

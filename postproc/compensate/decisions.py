@@ -31,9 +31,9 @@ from postproc.compensate.texts import (
     text_of,
 )
 from postproc.compensate.values import Change, Place, Wish
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.pose import pose_inv, pose_mult, subtract
-from postproc.rapid.records import Pose, RobTarget
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.pose import pose_inv, pose_mult, subtract
+from postproc.rapid.program.records import Pose, RobTarget
 
 DIFFERENT = "it runs several times and each time needs another correction"
 WAYS = "the arm comes to it by several ways and each needs another correction"

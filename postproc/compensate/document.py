@@ -13,7 +13,7 @@ from postproc.compensate.plan import Plan
 from postproc.compensate.values import UNCHANGED_MM, Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.limits import LimitReport
-from postproc.rapid.events import MotionEvent
+from postproc.rapid.program.events import MotionEvent
 
 SCHEMA = "postproc/compensate/1"
 

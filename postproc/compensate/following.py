@@ -13,9 +13,9 @@ from postproc.compensate.motion import Motion
 from postproc.compensate.sharing import fully_wished, straight
 from postproc.compensate.values import Change, Displacement, TargetValue, Wish
 from postproc.grouping import grouped
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.records import Pose, RobTarget
-from postproc.rapid.units import object_matrices
+from postproc.rapid.motions.units import object_matrices
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.records import Pose, RobTarget
 from postproc.robot.pose import pose_error
 
 Ways = Mapping[StatementKey, Displacement]

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
 from postproc.compensate.values import Insertion, TargetValue
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.program import Program
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.program import Program
 
 # An added target of the approach to a seam is a plain move: the arc is lit at the seam's first target only.
 # Instructions that do something at their target (outputs, procedure calls) get plain moves as well; those with triggers

@@ -23,9 +23,9 @@ from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
 from postproc.motion.values import Move
-from postproc.rapid.events import MotionEvent, MotionStatement, StatementKey, executions_of
-from postproc.rapid.memory import set_first
-from postproc.rapid.program import Program
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey, executions_of
+from postproc.rapid.program.program import Program
 from postproc.robot.pose import pose_error
 
 MM = 1e3

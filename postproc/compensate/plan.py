@@ -24,9 +24,9 @@ from postproc.compensate.wishes import Wishes
 from postproc.grouping import grouped
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.program import Program
-from postproc.rapid.units import object_matrices
+from postproc.rapid.motions.units import object_matrices
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.program import Program
 from postproc.robot.pose import pose_error
 
 

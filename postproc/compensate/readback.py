@@ -18,10 +18,10 @@ from postproc.compensate.targets import Pieces
 from postproc.compensate.values import OUT_OF_REACH, Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.program import Program, read_program
-from postproc.rapid.walk import walk
-from postproc.rapid.world import seen_from_base
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.base_frame import seen_from_base
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program, read_program
 
 MOST = 5000  # events of the written program that are looked at together
 

@@ -15,7 +15,7 @@ from postproc.compensate.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
 from postproc.motion.moves import read_moves
-from postproc.rapid.events import MotionEvent
+from postproc.rapid.program.events import MotionEvent
 
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32

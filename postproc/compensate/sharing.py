@@ -9,10 +9,10 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.values import Displacement
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.execution import MAX_CALLS
-from postproc.rapid.program import Program
-from postproc.rapid.uses import Use, declaration_uses
+from postproc.rapid.execution.calls import MAX_CALLS
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.references import Use, declaration_uses
 
 APART = 0.03
 """Share of their spread by which numbers must differ from one another to be told apart: a coordinate that is a rounded

@@ -11,7 +11,7 @@ from postproc.arrays import Array
 from postproc.compensate.placement import place_arcs, place_vertices
 from postproc.compensate.samples import Samples
 from postproc.motion.values import Flags
-from postproc.rapid.events import StatementKey
+from postproc.rapid.program.events import StatementKey
 
 SHARE = 0.8  # of the tolerance, for the chords; the rest is rounding and what a circle cannot follow
 TRANSIENT = 0.1  # weight of deviations while the speed changes: not worth a target each

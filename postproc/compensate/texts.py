@@ -11,7 +11,7 @@ import numpy as np
 from postproc.compensate.sharing import Users
 from postproc.compensate.values import TargetValue, Wish
 from postproc.grouping import grouped
-from postproc.rapid.events import Base, Origin, StatementKey
+from postproc.rapid.program.events import Base, Origin, StatementKey
 
 SAME_MM = 0.002  # two uses of a target whose corrected positions are this close share one value
 SAME_QUATERNION = 2e-6

@@ -10,7 +10,7 @@ from postproc.compensate.proof import Deviation
 from postproc.compensate.values import UNCHANGED_MM
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.motion.values import Flags
-from postproc.rapid.events import MotionStatement, StatementKey
+from postproc.rapid.program.events import MotionStatement, StatementKey
 
 MM = 1e3
 

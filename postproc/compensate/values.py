@@ -9,9 +9,9 @@ from typing import Literal
 
 from postproc.diagnostics import Source, Span
 from postproc.motion.values import Move
-from postproc.rapid.events import MotionEvent, MotionStatement, Origin
-from postproc.rapid.records import Ax6, Pose, RobTarget, Vec3
-from postproc.rapid.spans import TargetSpans
+from postproc.rapid.program.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.program.records import Ax6, Pose, RobTarget, Vec3
+from postproc.rapid.syntax.spans import TargetSpans
 
 Status = Literal["compensated", "unchanged", "skipped"]
 Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]

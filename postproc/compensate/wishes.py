@@ -17,9 +17,9 @@ from postproc.compensate.targets import Pieces
 from postproc.compensate.values import TargetValue, Wish
 from postproc.grouping import grouped
 from postproc.motion.postures import any_configuration
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import Pose, RobTarget
-from postproc.rapid.units import target_poses
+from postproc.rapid.motions.units import target_poses
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import Pose, RobTarget
 from postproc.robot.arm import Robot
 from postproc.robot.configuration import confdata, within
 from postproc.robot.inverse import BOUNDARY

@@ -16,10 +16,10 @@ from postproc.motion.reach import another_arm, only_displaced
 from postproc.motion.refusals import refuse_events
 from postproc.motion.values import Move
 from postproc.motion.weights import doubt_weights
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import LoadData, ToolData, WobjData
-from postproc.rapid.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
-from postproc.rapid.walk import forgiven
+from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import LoadData, ToolData, WobjData
 from postproc.robot.arm import Robot
 
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)

@@ -13,9 +13,9 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.motion.findings import place
 from postproc.motion.mounts import Mounts
 from postproc.motion.values import Flags, stretches
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import JointTarget, RobTarget
-from postproc.rapid.units import target_matrices
+from postproc.rapid.motions.units import target_matrices
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import JointTarget, RobTarget
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import Failure, beyond_limits, joint_solution, nearest_solution
 from postproc.robot.track import track

@@ -6,8 +6,8 @@ from collections.abc import Hashable, Sequence
 
 from postproc.diagnostics import Diagnostic
 from postproc.motion.weights import in_metres
-from postproc.rapid.events import MotionEvent, StatementKey
-from postproc.rapid.records import Pose, RobTarget
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.records import Pose, RobTarget
 from postproc.robot.arm import Robot
 
 Reached = Sequence[tuple[MotionEvent, str | None]]

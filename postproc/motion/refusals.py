@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from postproc.diagnostics import Diagnostic
 from postproc.motion.findings import place
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import NO_AXIS
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import NO_AXIS
 
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.

@@ -8,9 +8,9 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.motion.findings import place
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import LoadData, ToolData
-from postproc.rapid.state import NO_MASS
+from postproc.rapid.evaluation.state import NO_MASS
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import LoadData, ToolData
 from postproc.robot.arm import Robot
 
 NOT_DEFINED = "-1 stands for a load that was never identified"

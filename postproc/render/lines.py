@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from postproc.rapid.tokens import tokenize
+from postproc.rapid.syntax.tokens import tokenize
 
 LONGEST = 200  # characters of what stays on one line: a target takes more than a hundred
 WIDTH = 110  # of the lines of what is longer

@@ -12,9 +12,9 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc.compensate.values import Change, Displacement, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.grouping import grouped
-from postproc.rapid.edits import Edit, edited
-from postproc.rapid.events import MotionStatement
-from postproc.rapid.tokens import number_text, tokenize
+from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.syntax.edits import Edit, edited
+from postproc.rapid.syntax.tokens import number_text, tokenize
 from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template

@@ -12,11 +12,11 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.compensate.values import TargetValue
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.program import read_program
-from postproc.rapid.records import NO_AXIS, Pose
-from postproc.rapid.units import flange_matrix, matrix_pose
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.units import flange_matrix, matrix_pose
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import read_program
+from postproc.rapid.program.records import NO_AXIS, Pose
 from postproc.render.seampoints import SeamPoints
 from postproc.render.seamposture import seam_configuration, unreachable
 from postproc.render.templates import environment, fill, load_template

@@ -15,9 +15,9 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move, mounts_of
-from postproc.rapid.events import MotionEvent, MotionStatement, executions_of
-from postproc.rapid.program import read_program
-from postproc.rapid.walk import walk_program
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.events import MotionEvent, MotionStatement, executions_of
+from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian
 

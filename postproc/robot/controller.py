@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.records import Pose
-from postproc.rapid.values import NotKnown, to_quat
+from postproc.rapid.program.records import Pose
+from postproc.rapid.program.values import to_quat
+from postproc.rapid.unknown import Unknown
 from postproc.robot.type_names import library_name, nearest_names
 
 Entry = Mapping[str, str]
@@ -99,7 +100,7 @@ def base_frame(robot: Entry) -> Pose | None:
     try:
         x, y, z = (1e3 * float(robot.get(f"base_frame_pos_{axis}", 0.0)) for axis in "xyz")
         rot = to_quat(tuple(float(robot.get(f"base_frame_orient_u{i}", not i)) for i in range(4)))
-    except (ValueError, NotKnown):
+    except (ValueError, Unknown):
         return None
     if robot.get("base_frame_coordinated") or not all(map(math.isfinite, (x, y, z, *rot))):
         return None

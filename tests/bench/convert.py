@@ -24,8 +24,8 @@ import numpy as np
 
 from postproc.arrays import invert
 from postproc.diagnostics import Source
-from postproc.rapid.program import read_program
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.program import read_program
 from postproc.robot.catalogue import load_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.track import track

@@ -19,10 +19,10 @@ from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.trajectory import retime
 from postproc.motion.values import Trajectory
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.program import read_program
-from postproc.rapid.records import RobTarget
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import read_program
+from postproc.rapid.program.records import RobTarget
 from tests.independent.arm import ARMS
 from tests.independent.verify import Report, check
 

@@ -12,7 +12,7 @@ from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
-from postproc.rapid.records import RobTarget
+from postproc.rapid.program.records import RobTarget
 from tests.compensate.build import arm, codes, convert, events, module, places, target, written
 
 TEXT = module(

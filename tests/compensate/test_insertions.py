@@ -12,8 +12,8 @@ import pytest
 
 from postproc.compensate.insertions import added_instruction
 from postproc.convert import Conversion
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import RobTarget
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import RobTarget
 from tests.compensate.build import (
     AXES,
     body_of,

@@ -19,8 +19,8 @@ from postproc.compensate.wishes import Wishes
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.motion.curves import build_curves
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.records import Pose
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.records import Pose
 from tests.compensate.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.compensate.values import OUT_OF_REACH
-from postproc.rapid.units import matrix_pose
+from postproc.rapid.motions.units import matrix_pose
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import transform

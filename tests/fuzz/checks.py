@@ -20,10 +20,10 @@ from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model, parse_model
 from postproc.model.rewrite import render_model
-from postproc.rapid.edits import Edit, edited
-from postproc.rapid.program import read_program
-from postproc.rapid.tokens import tokenize
-from postproc.rapid.walk import walk_program
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import read_program
+from postproc.rapid.syntax.edits import Edit, edited
+from postproc.rapid.syntax.tokens import tokenize
 from postproc.report.inspection import inspect_program
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"

@@ -14,9 +14,9 @@ from hashlib import sha256
 from pathlib import Path
 
 from postproc.diagnostics import Source
-from postproc.rapid.program import is_encrypted, read_program
-from postproc.rapid.signatures import SIGNATURES
-from postproc.rapid.walk import walk_program
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import is_encrypted, read_program
+from postproc.rapid.program.signatures import SIGNATURES
 from tests.fuzz import checks
 
 SUFFIXES = {".mod", ".modx", ".prg", ".sys", ".sysx"}

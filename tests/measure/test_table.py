@@ -184,8 +184,8 @@ def test_commanded_poses_become_joints():
 
 def test_targets_come_from_the_program_that_was_run(samples):
     module = Source("corner_arc.mod", (samples / "paper_case.mod").read_bytes())
-    from postproc.rapid.program import read_program
-    from postproc.rapid.walk import walk
+    from postproc.rapid.execution.walk import walk
+    from postproc.rapid.program.program import read_program
 
     named = [e.statement.argument("to") for e in walk(read_program(module)) if e.target is not None]
     names = list(dict.fromkeys(a.text for a in named if a is not None and a.text.isidentifier()))

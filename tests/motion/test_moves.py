@@ -10,9 +10,9 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
 from postproc.motion.path import sample_path
 from postproc.motion.values import Move
-from postproc.rapid.program import read_program
-from postproc.rapid.units import matrix_pose
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.motions.units import matrix_pose
+from postproc.rapid.program.program import read_program
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
 from tests.motion.build import ROBOT, tcp

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from postproc.diagnostics import Source
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.program import Program, read_program
-from postproc.rapid.walk import walk
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program, read_program
 
 UNUSED = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 

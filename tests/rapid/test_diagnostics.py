@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from postproc.rapid.walk import walk_program
+from postproc.rapid.execution.walk import walk_program
 from tests.rapid.build import module, program, target
 
 P = f"CONST robtarget p:={target(1, 2, 3)};"
@@ -59,7 +59,7 @@ def test_messages(text: str, first: str) -> None:
 def test_every_code_is_explained() -> None:
     root = Path(__file__).resolve().parents[2]
     used = set()
-    for file in (root / "postproc" / "rapid").glob("*.py"):
+    for file in (root / "postproc" / "rapid").rglob("*.py"):
         used |= set(re.findall(r'"(RAP\d{3})"', file.read_text()))
     explained = re.findall(r"^## (RAP\d{3}) \S", (root / "docs" / "diagnostics" / "RAP.md").read_text(), re.MULTILINE)
     assert sorted(used) == sorted(explained)

@@ -8,8 +8,8 @@ import operator
 
 import pytest
 
-from postproc.rapid.align import aligned
-from postproc.rapid.diff import ProgramDiff, compare_programs
+from postproc.rapid.diff.align import aligned
+from postproc.rapid.diff.compare import ProgramDiff, compare_programs
 from tests.rapid.build import UNUSED, module, program, target
 
 DATA = f"CONST robtarget p:={target(100, 0, 0)};CONST robtarget q:={target(200, 0, 0)};PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[2,[0,0,50],[1,0,0,0],0,0,0]];"

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from postproc import rapid
 from postproc.diagnostics import Source
-from postproc.rapid.edits import Edit, edited
-from postproc.rapid.program import read_program
-from postproc.rapid.signatures import SIGNATURES
-from postproc.rapid.tokens import tokenize
-from postproc.rapid.walk import walk_program
+from postproc.rapid.execution.walk import walk_program
+from postproc.rapid.program.program import read_program
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.edits import Edit, edited
+from postproc.rapid.syntax.tokens import tokenize
 from tests.rapid.build import module, target
 
 PIECES = [
@@ -108,7 +108,7 @@ def test_editing_one_number_changes_that_number_only(end: bytes, mark: bytes, co
 
 def test_no_group_is_possessive() -> None:
     """Python before 3.11.5 loses its place in ``(?:..)*+`` (cpython gh-106052); atomic groups are used."""
-    modules = [importlib.import_module(f"postproc.rapid.{m.name}") for m in pkgutil.iter_modules(rapid.__path__)]
+    modules = [importlib.import_module(m.name) for m in pkgutil.walk_packages(rapid.__path__, "postproc.rapid.")]
     patterns = [value for m in modules for value in vars(m).values() if isinstance(value, re.Pattern)]
     assert len(patterns) > 20
     for pattern in patterns:

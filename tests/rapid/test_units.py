@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import invert
-from postproc.rapid import units
+from postproc.rapid.motions import units
 from tests.rapid.build import events
 
 W = 'PERS wobjdata w:=[FALSE,TRUE,"",[[1000,200,-30],[0.5,0.5,-0.5,0.5]],[[10,20,30],[0,0.6,0,0.8]]];'

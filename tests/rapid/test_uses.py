@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.rapid.uses import declaration_uses
+from postproc.rapid.program.references import declaration_uses
 from tests.rapid.build import program, target
 
 

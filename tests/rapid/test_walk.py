@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import pytest
 
 from postproc.diagnostics import PostprocError
-from postproc.rapid import execution
-from postproc.rapid.assign import undecided
-from postproc.rapid.choices import Choices
-from postproc.rapid.events import MotionEvent
-from postproc.rapid.pose import pose_mult
-from postproc.rapid.records import JointTarget, LoadData, Pose, RobTarget
-from postproc.rapid.values import Data
-from postproc.rapid.walk import walk, walk_program
+from postproc.rapid.evaluation.assign import undecided
+from postproc.rapid.execution import calls as execution
+from postproc.rapid.execution.path_splitting import Choices
+from postproc.rapid.execution.walk import walk, walk_program
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.pose import pose_mult
+from postproc.rapid.program.records import JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.program.values import Data
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
 P = f"CONST robtarget p:={target(0, 0, 0)};CONST robtarget q:={target(10, 0, 0)};"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from postproc.rapid.tokens import tokenize
+from postproc.rapid.syntax.tokens import tokenize
 from postproc.render.lines import LONGEST, WIDTH, broken
 
 WAY = "(pS{i,2}.trans.x-pE{i,2}.trans.x)"

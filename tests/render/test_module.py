@@ -9,7 +9,7 @@ import pytest
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
-from postproc.rapid.program import read_program
+from postproc.rapid.program.program import read_program
 from tests.compensate.build import DATA, arm, codes, convert, module, target, written
 
 PLAIN = module(

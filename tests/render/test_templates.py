@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.rapid.program import read_program
+from postproc.rapid.program.program import read_program
 from postproc.render.templates import environment
 from tests.compensate.build import body_of, convert, module, target, written
 

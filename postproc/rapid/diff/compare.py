@@ -1,0 +1,203 @@
+"""Two programs compared by meaning: what the arm does and what else the routines do, not how it is written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from itertools import accumulate
+from typing import Literal
+
+from postproc.grouping import grouped
+from postproc.rapid.diff.align import aligned
+from postproc.rapid.diff.difference import Difference, ProgramDiff
+from postproc.rapid.diff.words import Ranks, compare_declarations, compare_statements, words
+from postproc.rapid.execution.walk import walk
+from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.program.predefined import PREDEFINED
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import JointTarget, Quat, RobTarget
+from postproc.rapid.syntax.tokens import identifiers
+
+NEAR_MM = 5.0  # targets this close are taken for the same one when statements were added or removed
+
+
+def compare_programs(a: Program, b: Program, tolerance_mm: float, tolerance_deg: float = 0.01) -> ProgramDiff:
+    """Compare two programs statement by statement.
+
+    Motion statements are compared by target, orientation, configuration and arguments (values, where names or spellings
+    differ), all others by their words; declared targets count only through the statements that use them.
+    """
+    events_a, events_b = _by_statement(walk(a)), _by_statement(walk(b))
+    differences: list[Difference] = []
+    compared, most_mm, most_deg = 0, 0.0, 0.0
+    routines_a, routines_b = _motions(a), _motions(b)
+    paired: dict[str, tuple[Ranks, Ranks]] = {}
+    for place in dict.fromkeys([*routines_a, *routines_b]):
+        ours, theirs = routines_a.get(place, []), routines_b.get(place, [])
+
+        def near(x: MotionStatement, y: MotionStatement) -> bool:
+            return x.instruction == y.instruction and _near(events_a.get(x.key, []), events_b.get(y.key, []))
+
+        pairs = [*aligned(ours, theirs, near)]
+        paired[place] = _ranks([y for x, y in pairs if x is not None]), _ranks([x for x, y in pairs if y is not None])
+        for x, y in pairs:
+            if x is None or y is None:
+                differences.append(_lonely(x, y))
+                continue
+            compared += 1
+            found = _compare(a, x, events_a.get(x.key, []), b, y, events_b.get(y.key, []))
+            most_mm, most_deg = max(most_mm, found.distance_mm or 0.0), max(most_deg, found.angle_deg or 0.0)
+            far = (found.distance_mm or 0.0) > tolerance_mm or (found.angle_deg or 0.0) > tolerance_deg
+            if far or found.conf or found.arguments:
+                differences.append(found)
+    differences += compare_statements(a, b, paired)
+    differences += compare_declarations(a, b)
+    return ProgramDiff(tuple(differences), compared, most_mm, most_deg, tolerance_mm, tolerance_deg)
+
+
+def _by_statement(events: Sequence[MotionEvent]) -> dict[StatementKey, list[MotionEvent]]:
+    return grouped((event.statement.key, event) for event in events)
+
+
+def _motions(program: Program) -> dict[str, list[MotionStatement]]:
+    return grouped((_place(statement).lower(), statement) for statement in program.statements)
+
+
+def _ranks(partners: Sequence[MotionStatement | None]) -> Ranks:
+    """How many of the first 0, 1, 2.. motion statements of a routine have a partner."""
+    return tuple(accumulate((partner is not None for partner in partners), initial=0))
+
+
+def _near(a: Sequence[MotionEvent], b: Sequence[MotionEvent]) -> bool:
+    if not a or not b:
+        return False
+    x, y = a[0].target, b[0].target
+    if isinstance(x, RobTarget) and isinstance(y, RobTarget):
+        return math.dist(x.trans, y.trans) < NEAR_MM
+    if isinstance(x, JointTarget) and isinstance(y, JointTarget):
+        return math.dist(x.robax, y.robax) < 1.0
+    return x is None and y is None
+
+
+def _lonely(x: MotionStatement | None, y: MotionStatement | None) -> Difference:
+    there = x or y
+    assert there is not None
+    kind: Literal["added", "removed"] = "removed" if x else "added"
+    lines = x.line if x else None, y.line if y else None
+    return Difference(kind, "motion", _place(there), there.instruction, *lines)
+
+
+def _place(statement: MotionStatement) -> str:
+    return f"{statement.module}.{statement.routine}"
+
+
+def _compare(
+    of_x: Program,
+    x: MotionStatement,
+    a: Sequence[MotionEvent],
+    of_y: Program,
+    y: MotionStatement,
+    b: Sequence[MotionEvent],
+) -> Difference:
+    distance: float | None = None
+    angle: float | None = None
+    conf = None
+    texts: dict[str, tuple[str, str]] = {}
+    if x.instruction != y.instruction:
+        texts["instruction"] = (x.instruction, y.instruction)
+    if len(a) != len(b):
+        texts["executions"] = (str(len(a)), str(len(b)))
+    for one, two in zip(a, b, strict=False):
+        for p, q in ((one.target, two.target), (one.via, two.via)):
+            if isinstance(p, RobTarget) and isinstance(q, RobTarget):
+                distance = max(distance or 0.0, math.dist(p.trans, q.trans))
+                angle = max(angle or 0.0, angle_between(p.rot, q.rot))
+                if p.robconf != q.robconf:
+                    conf = (p.robconf, q.robconf)
+                if p.extax != q.extax:
+                    texts["external axes"] = (str(p.extax), str(q.extax))
+            elif isinstance(p, JointTarget) and isinstance(q, JointTarget):
+                angle = max(angle or 0.0, *(abs(m - n) for m, n in zip(p.robax, q.robax, strict=True)))
+                if p.extax != q.extax:
+                    texts["external axes"] = (str(p.extax), str(q.extax))
+            elif p != q:
+                texts["target"] = (_shown(p), _shown(q))
+        texts.update(_values(one, two))
+    known = _known(of_x, x, a) & _known(of_y, y, b)
+    texts.update({role: pair for role, pair in _arguments(x, y).items() if role not in known})
+    rows = tuple((role, *pair) for role, pair in texts.items())
+    return Difference("changed", "motion", _place(y), y.instruction, x.line, y.line, distance, angle, conf, rows)
+
+
+def angle_between(p: Quat, q: Quat) -> float:
+    """Angle [deg] between two orientations, exact for small angles: ``4 asin(min |p -+ q| / 2)``."""
+    minus = math.sqrt(sum((m - n) ** 2 for m, n in zip(p, q, strict=True)))
+    plus = math.sqrt(sum((m + n) ** 2 for m, n in zip(p, q, strict=True)))
+    return math.degrees(4 * math.asin(min(1.0, min(minus, plus) / 2)))
+
+
+def _values(a: MotionEvent, b: MotionEvent) -> dict[str, tuple[str, str]]:
+    """What is in force at the two events, compared by value."""
+    pairs = {
+        "tool": ((a.tool.robhold, a.tool.tframe), (b.tool.robhold, b.tool.tframe)),
+        "load of the tool": (a.tool.tload, b.tool.tload),
+        "\\wobj": ((a.wobj.robhold, a.wobj.uframe, a.wobj.oframe), (b.wobj.robhold, b.wobj.uframe, b.wobj.oframe)),
+        "speed": (a.speed, b.speed),
+        "zone": (a.zone, b.zone),
+        "weld": (a.weld, b.weld),
+        "duration": (a.duration, b.duration),
+        "payload": (a.gripload, b.gripload),
+        "displacement": (a.displacement, b.displacement),
+    }
+    return {role: (_shown(p), _shown(q)) for role, (p, q) in pairs.items() if p != q}
+
+
+def _shown(value: object) -> str:
+    """A value as RAPID writes it, ``[100,500,5000,1000]``."""
+    if value is None:
+        return "not known"
+    if isinstance(value, bool):
+        return str(value).upper()
+    if is_dataclass(value) and not isinstance(value, type):
+        value = tuple(getattr(value, field.name) for field in fields(value))
+    if isinstance(value, tuple):
+        return f"[{','.join(map(_shown, value))}]"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
+TARGETS = frozenset({"to", "via"})
+BY_VALUE = frozenset({"speed", "zone", "tool", "\\wobj", "\\v", "\\t", "\\z", "\\tload"})
+
+
+def _known(program: Program, statement: MotionStatement, events: Sequence[MotionEvent]) -> frozenset[str]:
+    """Roles of arguments that have values in the program's files (or are not there), by which they were compared."""
+    if not events:
+        return frozenset()
+    routine = program.routine(statement.routine, statement.module)
+    parameters = {p.name for p in routine.parameters} if routine is not None else set()
+
+    def declared(name: str) -> bool:
+        found = program.declaration(name, statement.module, statement.routine)
+        return found is not None or name in PREDEFINED or name in parameters
+
+    unknown = {
+        argument.role
+        for argument in statement.arguments
+        if argument.role in BY_VALUE and not all(map(declared, identifiers(argument.text.encode("latin-1"))))
+    }
+    return (BY_VALUE - unknown) | (TARGETS if all(e.target is not None for e in events) else frozenset())
+
+
+def _arguments(x: MotionStatement, y: MotionStatement) -> dict[str, tuple[str, str]]:
+    """Arguments that differ in their words, by role."""
+    ours, theirs = (
+        {(a.role, [b.role for b in s.arguments[:k]].count(a.role)): a.text for k, a in enumerate(s.arguments)}
+        for s in (x, y)
+    )
+    found = {}
+    for role, at in dict.fromkeys([*ours, *theirs]):
+        p, q = ours.get((role, at)), theirs.get((role, at))
+        if (p is None) != (q is None) or (p is not None and q is not None and words(p) != words(q)):
+            found[role] = (p if p is not None else "", q if q is not None else "")
+    return found

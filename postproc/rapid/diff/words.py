@@ -1,0 +1,126 @@
+"""What routines say and declare apart from motion, compared by words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.rapid.diff.align import aligned
+from postproc.rapid.diff.difference import Difference
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import tokenize
+
+Ranks = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A statement that does not move the arm, or the end of a branch.
+
+    Args:
+        before: how many motion statements of its routine stand before it.
+    """
+
+    words: tuple[str, ...]
+    line: int
+    before: int
+
+
+def words(text: str) -> tuple[str, ...]:
+    """The tokens of a piece of text without blanks and comments, in lower case but for strings, numbers by value."""
+    data = text.encode("latin-1", "replace")
+    return tuple(
+        _number(piece) if kind == "number" else (piece if kind == "string" else piece.lower()).decode("latin-1")
+        for kind, (start, end) in tokenize(data)
+        if kind not in ("blank", "comment")
+        for piece in (data[start:end],)
+    )
+
+
+def _number(text: bytes) -> str:
+    try:
+        return f"{float(text):.9g}"
+    except ValueError:
+        return text.decode("latin-1").lower()  # 0x1F
+
+
+def compare_statements(a: Program, b: Program, paired: Mapping[str, tuple[Ranks, Ranks]]) -> Iterator[Difference]:
+    """Statements that do not move the arm: by their words, and by the motion statements that they stand between.
+
+    Args:
+        paired: for both programs, by routine, how many of the first motion statements have a partner in the other.
+    """
+    ours, theirs = _rows(a), _rows(b)
+    for place in dict.fromkeys([*ours, *theirs]):
+        rows_a, rows_b = ours.get(place, []), theirs.get(place, [])
+        ranks_a, ranks_b = paired.get(place, ((0,), (0,)))
+        for x, y in aligned(rows_a, rows_b, lambda p, q: p.words == q.words):
+            if x is not None and y is not None:
+                rank_x, rank_y = ranks_a[x.before], ranks_b[y.before]
+                if x.words != y.words:
+                    pair = ("text", " ".join(x.words), " ".join(y.words))
+                elif rank_x != rank_y:
+                    pair = ("motion statements before it", str(rank_x), str(rank_y))
+                else:
+                    continue
+                yield Difference("changed", "statement", place, y.words[0], x.line, y.line, arguments=(pair,))
+            elif x is not None:
+                yield Difference("removed", "statement", place, " ".join(x.words), x.line, None)
+            elif y is not None:
+                yield Difference("added", "statement", place, " ".join(y.words), None, y.line)
+
+
+def _rows(program: Program) -> dict[str, list[_Row]]:
+    found: dict[str, list[_Row]] = {}
+    for routine in program.all_routines():
+        rows: list[_Row] = []
+        before = 0
+        for number, body in enumerate((routine.body, *routine.handlers)):
+            if number:
+                rows.append(_Row(("handler",), routine.source.position(body[0].span[0])[0] if body else 0, before))
+            before = _add_rows(program, routine, body, before, rows)
+        if rows:
+            found.setdefault(routine.key, []).extend(rows)
+    return found
+
+
+def _add_rows(program: Program, routine: Routine, body: Sequence[Statement], before: int, rows: list[_Row]) -> int:
+    """Rows of a body, block by block; the number of motion statements up to its end."""
+    source = routine.source
+    for statement in body:
+        if program.motion(source, statement) is not None:
+            before += 1
+            continue
+        # Of a block, the head: its body is compared statement by statement.
+        spans = [statement.span]
+        if statement.branches:
+            spans = [*statement.parts, *(c for branch in statement.branches for c in branch.conditions)]
+        text = " ".join([statement.kind, *(source.data[s:e].decode("latin-1") for s, e in spans)])
+        line, end = (source.position(at)[0] for at in (statement.span[0], statement.span[1] - 1))
+        rows.append(_Row(words(text)[0 if statement.branches else 1 :], line, before))
+        for number, branch in enumerate(statement.branches, 1):
+            before = _add_rows(program, routine, branch.body, before, rows)
+            rows.append(_Row(("end", "of", statement.kind, str(number)), end, before))
+    return before
+
+
+def compare_declarations(a: Program, b: Program) -> Iterator[Difference]:
+    """Data other than targets, by key and words."""
+    ours, theirs = ({d.key: d for d in p.declarations if d.type not in ("robtarget", "jointtarget")} for p in (a, b))
+    for key in dict.fromkeys([*ours, *theirs]):
+        x, y = ours.get(key), theirs.get(key)
+        texts = [d.source.data[slice(*d.init)].decode("latin-1") if d and d.init else "" for d in (x, y)]
+        if (
+            x is not None
+            and y is not None
+            and (x.storage, x.type, words(texts[0])) == (y.storage, y.type, words(texts[1]))
+        ):
+            continue
+        kind: Literal["changed", "added", "removed"] = "changed" if x and y else "removed" if x else "added"
+        either = y or x
+        lines = [d.source.position(d.span[0])[0] if d else None for d in (x, y)]
+        if either is not None:
+            row = (("value", texts[0], texts[1]),) if kind == "changed" else ()
+            yield Difference(kind, "declaration", either.module, either.name, lines[0], lines[1], arguments=row)

@@ -1,0 +1,92 @@
+"""Data read and written by the text of the routine that runs: expressions evaluated, assignments, counters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.assign import forget, store
+from postproc.rapid.evaluation.evaluate import evaluate
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.program.arguments import Piece
+from postproc.rapid.program.values import Data
+from postproc.rapid.program.write_effects import argument_name
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.trees import Expression
+from postproc.rapid.unknown import Unknown
+
+MAX_TREES = 20_000  # expressions kept for the next time they are executed
+
+
+class Accessor:
+    """Reads and writes data by spans of the present routine's file; trees of expressions are kept."""
+
+    def __init__(self) -> None:
+        self.trees: dict[tuple[str, Span], Expression] = {}
+
+    def tree(self, span: Span, memory: Memory) -> Expression:
+        """The expression at a span of the present routine's file.
+
+        Raises:
+            Unknown: it cannot be read.
+        """
+        source = memory.frame.routine.source
+        tree = self.trees.get((source.path, span))
+        if tree is None:
+            tree = read_whole_expression(source.data, *span)
+            if len(self.trees) < MAX_TREES:
+                self.trees[source.path, span] = tree
+        return tree
+
+    def value(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span.
+
+        Raises:
+            Unknown: the text alone does not give it.
+        """
+        return evaluate(self.tree(span, memory), memory).data
+
+    def value_or_not(self, span: Span, memory: Memory) -> Data:
+        try:
+            return self.value(span, memory)
+        except Unknown as error:
+            return error
+
+    def assign(self, target: Span, data: Data, memory: Memory) -> None:
+        try:
+            store(self.tree(target, memory), data, memory)
+        except Unknown:
+            name = argument_name(memory.frame.routine.source.data, target)
+            declaration = memory.find(name)
+            keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
+            forget(memory, keys, "is not certain here")
+
+    def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
+        """Incr, Decr, Add and Clear."""
+        if not pieces:
+            return
+        now = self.value_or_not(pieces[0][1], memory)
+        more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
+        data: Data = Unknown("a counter has no certain value here")
+        if word == "clear":
+            data = 0.0
+        elif isinstance(now, float) and isinstance(more, float):
+            data = now - more if word == "decr" else now + more
+        self.assign(pieces[0][1], data, memory)
+
+    def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:
+        """GetDataVal and SetDataVal; whether it is known which data they mean."""
+        plain = [span for option, span, _ in pieces if not option]
+        name = self.value_or_not(plain[0], memory) if len(plain) == len(pieces) == 2 else None
+        module = memory.frame.routine.module
+        declaration = memory.program.declaration(name, module) if isinstance(name, str) else None
+        if declaration is None or word not in ("getdataval", "setdataval"):
+            return False
+        if word == "getdataval":
+            try:
+                self.assign(plain[1], memory.value(declaration).data, memory)
+            except Unknown as error:
+                self.assign(plain[1], error, memory)
+        elif declaration.storage != "CONST":
+            memory.changed[declaration.key] = self.value_or_not(plain[1], memory)
+        return True

@@ -1,0 +1,83 @@
+"""What a called routine gets: its parameters bound to the caller's arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.evaluate import evaluate, whole
+from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference
+from postproc.rapid.program.arguments import Piece
+from postproc.rapid.program.events import ByValueArgument
+from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.write_effects import paired
+from postproc.rapid.syntax.nodes import Parameter, Routine
+from postproc.rapid.syntax.trees import Expression, Index, Name
+from postproc.rapid.unknown import Unknown
+
+Tree = Callable[[Span, Memory], Expression]
+
+
+def unbound_frame(routine: Routine) -> Frame:
+    """A call whose arguments nobody knows."""
+    unknown = {p.name: Unknown(f"the parameter `{p.name}` is not known") for p in routine.parameters}
+    return Frame(routine, dict(unknown))
+
+
+def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree: Tree) -> Frame:
+    r"""A call with the arguments ``pieces`` of the present routine's file.
+
+    ``\Opt?name`` passes a parameter on only if the caller got it.
+    """
+    frame = Frame(routine)
+    for parameter in routine.parameters:
+        if not parameter.optional:
+            frame.bindings[parameter.name] = Unknown(f"the parameter `{parameter.name}` is not known")
+    for parameter, span in paired(routine.parameters, pieces):
+        if parameter.optional and not passed_on(span, memory):
+            continue
+        frame.present.add(parameter.name)
+        if span[0] < span[1]:
+            frame.bindings[parameter.name] = _binding(
+                span, parameter, routine.parameter_key(parameter.name), memory, tree
+            )
+    return frame
+
+
+def passed_on(span: Span, memory: Memory) -> bool:
+    r"""Whether an optional argument counts: ``\Opt?name`` only if the present routine got the parameter ``name``."""
+    data = memory.frame.routine.source.data
+    words = data[span[0] : span[1]].decode("latin-1").strip().lower()
+    return not data[max(0, span[0] - 80) : span[0]].rstrip().endswith(b"?") or words in memory.frame.present
+
+
+def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: Tree) -> Binding:
+    try:
+        expression = tree(span, memory)
+        reference = _reference(expression, memory) if parameter.mode in BY_REFERENCE else None
+        if reference is not None:
+            return reference
+        value = evaluate(expression, memory)
+        value = value if value.type else replace(value, type=parameter.type)  # an aggregate
+    except Unknown as error:
+        return error
+    if parameter.mode or parameter.type != "robtarget":
+        return value if value.handed is None else replace(value, handed=None)
+    first = value.handed or ByValueArgument(memory.frame.routine.source, span, ())
+    return replace(value, handed=replace(first, parameters=(*first.parameters, key)))
+
+
+def _reference(tree: Expression, memory: Memory) -> Reference | None:
+    """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
+    indices: tuple[int, ...] = ()
+    if isinstance(tree, Index) and isinstance(tree.base, Name):
+        indices = tuple(whole(evaluate(i, memory).data) for i in tree.indices)
+        tree = tree.base
+    if not isinstance(tree, Name):
+        return None
+    bound = memory.frame.bindings.get(tree.name)
+    if isinstance(bound, Reference):
+        return Reference(bound.declaration, (*bound.indices, *indices))
+    declaration = memory.find(tree.name) if bound is None else None
+    return Reference(declaration, indices) if declaration is not None else None

@@ -1,0 +1,106 @@
+"""What declarations say: their values and the parts of these, read from the text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.evaluate import Scope, evaluate, whole
+from postproc.rapid.evaluation.literals import read_literal_numbers
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.values import Data, Value, known_records, zero
+from postproc.rapid.syntax import patterns
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.nodes import Declaration
+from postproc.rapid.unknown import Unknown
+
+MAX_ELEMENTS = 1_000_000
+
+Home = Callable[[Declaration], Scope]
+
+
+class Declared:
+    """Values that declarations give, each read once; ``home`` is the scope in which one is read."""
+
+    def __init__(self, program: Program) -> None:
+        self.values: dict[str, Value | Unknown] = {}
+        self.elements: dict[tuple[str, tuple[int, ...]], tuple[Span, ...]] = {}
+        self.records = known_records(program.modules)
+
+    def value(self, declaration: Declaration, home: Home) -> Value:
+        """The value that the declaration itself gives.
+
+        Raises:
+            Unknown: it gives none.
+        """
+        key = declaration.key
+        known = self.values.get(key)
+        if known is None:
+            self.values[key] = Unknown(f"the value of `{declaration.name}` depends on itself")
+            try:
+                known = self.initial(declaration, declaration.init, home)
+            except Unknown as error:
+                known = error
+            self.values[key] = known
+        if isinstance(known, Unknown):
+            raise known
+        return known
+
+    def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
+        """The value that a span of a declaration's text gives, that of data without a value where there is none.
+
+        Raises:
+            Unknown: it gives none.
+        """
+        rank = len(declaration.dims)
+        if span is None:
+            if declaration.storage == "PERS":
+                raise Unknown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
+            return Value(self._zeros(declaration, home), declaration.type, rank)
+        if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
+            numbers = read_literal_numbers(declaration.source.data, *span)
+            if numbers is not None:
+                return Value(numbers, declaration.type, rank, declaration.key)
+        tree = read_whole_expression(declaration.source.data, *span, f"the value of `{declaration.name}`")
+        return Value(evaluate(tree, home(declaration)).data, declaration.type, rank, declaration.key)
+
+    def _zeros(self, declaration: Declaration, home: Home) -> Data:
+        data = zero(declaration.type, self.records)
+        total = 1
+        for span in reversed(declaration.dims):
+            tree = read_whole_expression(declaration.source.data, *span, f"the size of `{declaration.name}`")
+            size = evaluate(tree, home(declaration)).data
+            total *= max(1, whole(size))
+            if total > MAX_ELEMENTS:
+                raise Unknown(f"`{declaration.name}` is too large to follow")
+            data = (data,) * whole(size)
+        return data
+
+    def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
+        """Span of an array element or a component in the text of its declaration; None if it is not written there.
+
+        Args:
+            indices: of elements and components, from 1.
+        """
+        if declaration.init is None:
+            return None
+        span = declaration.init
+        for level, index in enumerate(indices):
+            spans = self.elements.get((declaration.key, indices[:level]))
+            if spans is None:
+                spans = element_spans(declaration.source.data, span)
+                self.elements[declaration.key, indices[:level]] = spans
+            if level >= len(declaration.dims) and not spans:
+                return None
+            if not 1 <= index <= len(spans):
+                raise Unknown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
+            span = spans[index - 1]
+        return span
+
+
+def element_spans(data: bytes, span: Span) -> tuple[Span, ...]:
+    """Spans of the items of the aggregate at ``span``; none if it is none."""
+    start, end = span
+    if data[start : start + 1] != b"[" or data[end - 1 : end] != b"]":
+        return ()
+    return patterns.listed(data, start + 1, end - 1)

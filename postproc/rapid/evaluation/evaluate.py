@@ -1,0 +1,227 @@
+"""The value of an expression, as far as the text alone gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
+from typing import Protocol
+
+from postproc.rapid.program import builtins as functions
+from postproc.rapid.program.pose import cross, quat_mult
+from postproc.rapid.program.values import Data, Fields, Value
+from postproc.rapid.syntax.trees import (
+    Aggregate,
+    Binary,
+    Call,
+    Component,
+    Expression,
+    Index,
+    Name,
+    Number,
+    Star,
+    Text,
+    Truth,
+    Unary,
+)
+from postproc.rapid.unknown import Unknown
+
+
+class Scope(Protocol):
+    """Where names get their meaning while an expression is evaluated; every method may raise Unknown."""
+
+    @property
+    def records(self) -> Mapping[str, Fields]: ...
+
+    def lookup(self, name: Name) -> Value: ...
+
+    def element(self, name: Name, indices: tuple[int, ...]) -> Value: ...
+
+    def call(self, call: Call) -> Value | None:
+        """Result of a function of the program's own; None if there is none of that name."""
+
+    def present(self, name: str) -> bool: ...
+
+
+def evaluate(expression: Expression, scope: Scope) -> Value:
+    """Value of an expression.
+
+    Raises:
+        Unknown: it depends on something that only running the program tells.
+    """
+    try:
+        return _evaluate(expression, scope)
+    except RecursionError:
+        raise Unknown("the calculation is nested too deeply") from None
+    except (TypeError, ValueError, LookupError, ArithmeticError) as error:
+        raise Unknown("the types of the expression do not fit each other") from error
+
+
+def _evaluate(expression: Expression, scope: Scope) -> Value:
+    match expression:
+        case Number(_, value):
+            return Value(value, "num")
+        case Text(_, text):
+            return Value(text, "string")
+        case Truth(_, truth):
+            return Value(truth, "bool")
+        case Name():
+            return scope.lookup(expression)
+        case Aggregate(_, items):
+            return Value(tuple(_evaluate(item, scope).data for item in items))
+        case Index(_, base, indices):
+            return _indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope)
+        case Component(_, base, name):
+            return component(_evaluate(base, scope), name, scope.records)
+        case Unary(_, operator, operand):
+            return _unary(operator, _evaluate(operand, scope))
+        case Binary(_, operator, left, right):
+            return _binary(operator, left, right, scope)
+        case Call():
+            return _call(expression, scope)
+        case Star():
+            raise Unknown("the position is stored without a name (`*`) and not visible in the text")
+
+
+def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
+    fields = records.get(value.type, ())
+    for at, (field, kind) in enumerate(fields):
+        if field == name and isinstance(value.data, tuple) and at < len(value.data):
+            part = value.declaration and (*value.at, at + 1)
+            return Value(value.data[at], kind, 0, value.declaration, part or ())
+    raise Unknown(f"`.{name}` is not a known component")
+
+
+def whole(data: Data) -> int:
+    """An array index or size as a whole number.
+
+    Raises:
+        Unknown: it is none.
+    """
+    if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
+        raise Unknown("an array index is not a whole number")
+    return int(data)
+
+
+def _indexed(base: Expression, indices: tuple[int, ...], scope: Scope) -> Value:
+    if isinstance(base, Name):
+        return scope.element(base, indices)
+    return pick(_evaluate(base, scope), indices)
+
+
+def pick(value: Value, indices: tuple[int, ...]) -> Value:
+    """Element of an array value; indices count from 1."""
+    data = value.data
+    for index in indices:
+        if not isinstance(data, tuple) or not 1 <= index <= len(data):
+            raise Unknown(f"the array has no element {', '.join(map(str, indices))}")
+        data = data[index - 1]
+    return Value(data, value.type, max(0, value.rank - len(indices)), value.declaration, (*value.at, *indices))
+
+
+def _unary(operator: str, value: Value) -> Value:
+    if operator == "()":
+        return value
+    if operator == "not":
+        if isinstance(value.data, bool):
+            return Value(not value.data, "bool")
+        raise Unknown("NOT needs a truth value")
+    if isinstance(value.data, tuple):
+        return Value(tuple(-x for x in value.data) if operator == "-" else value.data, value.type)
+    if isinstance(value.data, (bool, str)):
+        raise Unknown(f"`{operator}` needs a number")
+    return Value(-value.data if operator == "-" else value.data, value.type)
+
+
+_TRUTH: Mapping[str, Callable[[Data, Data], bool]] = {
+    "=": eq, "<>": ne, "<": lt, ">": gt, "<=": le, ">=": ge, "xor": is_not,
+}  # fmt: skip
+
+
+def _binary(operator: str, left: Expression, right: Expression, scope: Scope) -> Value:
+    if operator in ("and", "or"):
+        return _logical(operator == "or", left, right, scope)
+    a, b = _evaluate(left, scope), _evaluate(right, scope)
+    x, y = a.data, b.data
+    try:
+        if operator in _TRUTH:
+            return Value(_TRUTH[operator](x, y), "bool")
+        match operator:
+            case "div":
+                return Value(float(int(x / y)), "num")
+            case "mod":
+                return Value(x - y * int(x / y), "num")
+            case "/":
+                return Value(x / y, a.type)
+            case "*":
+                return _product(a, b)
+            case "+" if isinstance(x, str) or isinstance(y, str):
+                return Value(x + y, "string")
+            case _:
+                combine = add if operator == "+" else sub
+                return Value(tuple(map(combine, x, y)) if isinstance(x, tuple) else combine(x, y), a.type)
+    except (TypeError, ValueError, ArithmeticError) as error:
+        raise Unknown(f"`{operator}` has no value for these operands") from error
+
+
+def _product(a: Value, b: Value) -> Value:
+    """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined)."""
+    x, y = a.data, b.data
+    if isinstance(x, tuple) and isinstance(y, tuple):
+        if len(x) == 4:
+            return Value(quat_mult(x, y), "orient")
+        return Value(cross(x, y), "pos")
+    if isinstance(y, tuple):
+        return Value(tuple(x * item for item in y), b.type)
+    if isinstance(x, tuple):
+        return Value(tuple(item * y for item in x), a.type)
+    return Value(x * y, a.type)
+
+
+def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
+    """AND and OR: one known side can decide when the other is not known."""
+    unknown: Unknown | None = None
+    for side in (left, right):
+        try:
+            if _evaluate(side, scope).data is decisive:
+                return Value(decisive, "bool")
+        except Unknown as error:
+            unknown = error
+    if unknown is not None:
+        raise unknown
+    return Value(not decisive, "bool")
+
+
+def _call(call: Call, scope: Scope) -> Value:
+    if call.name == "present" and len(call.arguments) == 1 and isinstance(call.arguments[0], Name):
+        return Value(scope.present(call.arguments[0].name), "bool")
+    own = scope.call(call)
+    if own is not None:
+        return own
+    if call.name not in functions.FUNCTIONS:
+        raise functions.unknown(call.text)
+    arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
+    if call.name == "orobt":
+        arguments = (*arguments, scope.lookup(Name(call.span, "c_progdisp")).data)
+    options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
+    kind, data = functions.call(call.name, arguments, options)
+    return Value(data, kind)
+
+
+def names_in(tree: Expression) -> set[str]:
+    """Names of the data and functions an expression depends on, lower case."""
+    match tree:
+        case Name(_, name):
+            return {name}
+        case Index(_, base, items):
+            return names_in(base).union(*map(names_in, items))
+        case Component(_, base, _) | Unary(_, _, base):
+            return names_in(base)
+        case Aggregate(_, items):
+            return set().union(*map(names_in, items))
+        case Binary(_, _, left, right):
+            return names_in(left) | names_in(right)
+        case Call(_, name, arguments, options):
+            found = {name}.union(*map(names_in, arguments))
+            return found.union(*(names_in(value) for _, value in options if value is not None))
+    return set()

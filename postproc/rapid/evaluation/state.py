@@ -1,0 +1,86 @@
+"""State that instructions set and later motions feel: payload, displacement, monitoring, speed and acceleration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.program.arguments import Piece
+from postproc.rapid.program.pose import pose_inv, pose_mult, subtract
+from postproc.rapid.program.records import LoadData, Pose
+from postproc.rapid.program.values import Data, to_load, to_pose
+from postproc.rapid.program.write_effects import SETTERS, STATE
+from postproc.rapid.unknown import Unknown
+
+# The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
+NO_MASS = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Values by ``@`` key; a value may be Unknown."""
+
+    values: Mapping[str, Data]
+
+    @classmethod
+    def initial(cls) -> State:
+        """State after a program start: no payload, no displacement, ConfL and ConfJ on, full speed."""
+        return cls(
+            {
+                "@gripload": LoadData(), "@pdisp": Pose(), "@eoffs": False, "@conf_l": True, "@conf_j": True,
+                "@singarea": "off", "@velset": (100.0, None), "@accset": 100.0,
+            }
+        )  # fmt: skip
+
+    def forgotten(self, keys: Iterable[str]) -> State:
+        """The same with the given keys not known."""
+        unknown = {k: Unknown(f"what {SETTERS[k]} sets is not known here") for k in keys if k in self.values}
+        return replace(self, values={**self.values, **unknown})
+
+
+def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
+    """Carry out one instruction of ``changes.STATE``; what it sets may turn out not to be known."""
+    switches = {option[1:] for option, _, _ in pieces if option}
+    plain = [span for option, span, _ in pieces if not option]
+    changed = memory.changed
+    try:
+        match word:
+            case "gripload":
+                load = to_load(value(plain[0]))
+                changed["@gripload"] = LoadData() if 0.0 <= load.mass <= NO_MASS else load
+            case "pdispset":
+                changed["@pdisp"] = to_pose(value(plain[0]))
+            case "pdispoff":
+                changed["@pdisp"] = Pose()
+            case "pdispon":
+                changed["@pdisp"] = _displacement(pieces, plain, "rot" in switches, value)
+            case "eoffsset":
+                changed["@eoffs"] = any(value(plain[0]))
+            case "eoffson":
+                changed["@eoffs"] = True
+            case "eoffsoff":
+                changed["@eoffs"] = False
+            case "confl" | "confj":
+                changed["@conf_l" if word == "confl" else "@conf_j"] = "off" not in switches
+            case "singarea":
+                changed["@singarea"] = next(iter(switches), "off")
+            case "velset":
+                changed["@velset"] = (float(value(plain[0])), float(value(plain[1])))
+            case "accset":
+                changed["@accset"] = float(value(plain[0]))
+    except Unknown as error:
+        changed[STATE[word]] = error
+    except (IndexError, TypeError, ValueError):
+        changed[STATE[word]] = Unknown(f"the arguments of `{word}` cannot be read")
+
+
+def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
+    r"""PDispOn with ``\ExeP``: ``D`` with ``D P_programmed = P_executed``, translation only without ``\Rot``."""
+    executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
+    if executed is None:
+        raise Unknown("the displacement depends on where the arm stands at PDispOn")
+    there, programmed = value(executed), value(plain[0])
+    a, b = to_pose(there[:2]), to_pose(programmed[:2])
+    return pose_mult(a, pose_inv(b)) if rotated else Pose(subtract(a.trans, b.trans))

@@ -1,0 +1,184 @@
+"""Expressions evaluated and routines called while a program is walked."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+
+from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.rapid.evaluation.accessor import Accessor
+from postproc.rapid.evaluation.assign import forget
+from postproc.rapid.evaluation.call_binding import bound_frame
+from postproc.rapid.evaluation.declared import Declared
+from postproc.rapid.evaluation.memory import Frame, Memory, Reference
+from postproc.rapid.evaluation.state import run_state_instruction
+from postproc.rapid.motions.events_of import EventMaker
+from postproc.rapid.motions.missing import undeclared
+from postproc.rapid.motions.recorder import Recorder
+from postproc.rapid.program.arguments import Piece, read_arguments
+from postproc.rapid.program.events import FOUND
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.signatures import MOVE, meant_instruction
+from postproc.rapid.program.values import Data, Value
+from postproc.rapid.program.write_effects import BY_NAME, READ_ONLY, STATE, WriteEffects
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.trees import Call
+from postproc.rapid.unknown import Unknown
+
+MAX_CALLS = 30  # depth
+MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
+
+
+class Execution(ABC):
+    """What is common to all statements; the ``recorder`` keeps every motion.
+
+    ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.changes = WriteEffects(program)
+        self.constants = Declared(program)
+        self.diagnostics: list[Diagnostic] = []
+        self.maker = EventMaker(program, self.diagnostics)
+        self.recorder = Recorder(self.maker)
+        self.ways = self.recorder.ways
+        self.entered: set[str] = set()  # routines
+        self.followed: set[tuple[str, int]] = set()  # calls
+        self.passed_over: set[str] = set()  # routines that some call means that is not followed
+        self.conditional = 0
+        self.reported: set[tuple[str, str]] = set()
+        self.stack: list[str] = []
+        self.conditions: dict[str, int] = {}  # conditions in force when a routine was entered last
+        self.returned: Value | Unknown | None = None
+        self.left: list[dict[str, Data]] = []  # what data is on the ways by which the present routine was left
+        self.jumps: dict[str, Mapping[str, int]] = {}
+        self.spare = 10 * len(program.statements)  # long programs may take more steps
+        self.steps = -self.spare
+        self.depth = 0
+        self.data = Accessor()
+
+    def exhausted(self, source: Source) -> bool:
+        """Whether no more turns and calls are followed; the first time this is reported."""
+        if self.steps <= MAX_STEPS:
+            return False
+        text, help = "the program is too long to be followed to its end", "choose the routine to start with"
+        self.report_once("RAP033", "warning", text, source, None, help)
+        return True
+
+    @abstractmethod
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        """Run a routine's body; what it returns."""
+
+    def call(self, statement: Statement, memory: Memory) -> None:
+        source = memory.frame.routine.source
+        motion = self.program.motion(source, statement)
+        if motion is not None:
+            self.steps += self.recorder.move(motion, memory, self.conditional > 0)
+            found = motion.argument("found")
+            if found is not None:
+                self.data.assign(found.span, Unknown(f"`{found.text}` {FOUND}"), memory)
+            return
+        word, start = statement.word, statement.span[0] + len(statement.word)
+        if word == "%":
+            word, start = self.late_bound(statement, memory)
+            if not word:
+                return
+        routine = self.program.routine(word, memory.frame.routine.module)
+        pieces = read_arguments(source.data, start, statement.span[1])
+        if routine is not None:
+            place, supposed = (source.path, statement.span[0]), self.recorder.supposed
+            self.recorder.supposed = supposed and place in self.followed
+            self.followed.add(place)
+            self.call_routine(routine, pieces, memory)
+            self.recorder.supposed = supposed
+        elif word in STATE:
+            run_state_instruction(word, pieces, memory, lambda span: self.data.value(span, memory))
+            self.report_undeclared(memory.changed.get(STATE[word]), source)
+        elif word in ("incr", "decr", "add", "clear"):
+            self.data.count(word, pieces, memory)
+        elif word in READ_ONLY:
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
+        elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
+            name = source.data[statement.span[0] : start].decode("latin-1")
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
+            self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
+            meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
+            give = "give the file that defines it too if it moves the arm or sets a load"
+            help = f"did you mean `{meant}`? If not, {give}" if meant else give
+            self.report_once(
+                "RAP031", "warning" if meant else "info",
+                f"`{name}` is not in these files and is taken not to move the arm",
+                source, (statement.span[0], start), help,
+            )  # fmt: skip
+
+    def report_undeclared(self, data: Data, source: Source) -> None:
+        """Report a name that gives a load or a displacement and is declared nowhere."""
+        if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
+            self.diagnostics.append(undeclared("data", data.missing, source, data.span))
+
+    def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:
+        """Routine named by ``%text%`` and where its arguments begin; no name if only the running program knows."""
+        data = memory.frame.routine.source.data
+        close = data.find(b"%", statement.span[0] + 1, statement.span[1])
+        name = self.data.value_or_not((statement.span[0] + 1, close), memory)
+        word = name.split(":")[-1].strip().lower() if isinstance(name, str) else ""
+        if not word or self.program.routine(word, memory.frame.routine.module) is None:
+            forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
+            self.ways.doubt()
+            self.recorder.chosen = True
+            self.report_once(
+                "RAP032", "warning", "which routine is called here is known only at run time",
+                memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
+            )  # fmt: skip
+            return "", 0
+        return word, close + 1
+
+    def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
+        frame = bound_frame(routine, pieces, memory, self.data.tree)
+        if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
+            keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
+            forget(memory, keys, "is changed in a routine that is not followed here")
+            self.ways.doubt()
+            self.passed_over.add(routine.key)
+            return Unknown(f"`{routine.name}` is not followed here")
+        inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
+        own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
+        outer = {key: memory.changed[key] for key in own if routine.key in self.stack}
+        result = self.enter(routine, inner)
+        memory.changed = {**inner.changed, **outer} if outer else inner.changed
+        return result
+
+    def endless(self, routine: Routine, frame: Frame) -> bool:
+        """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
+        if routine.key not in self.stack:
+            return False
+        references = (bound for bound in frame.bindings.values() if isinstance(bound, Reference))
+        own = any(bound.declaration.routine.lower() == routine.name.lower() for bound in references)
+        return own or not frame.bindings or self.conditional > self.conditions[routine.key]
+
+    def function(self, call: Call, memory: Memory) -> Value | None:
+        """Value of a function of the program's own; None if it has none of that name.
+
+        Raises:
+            Unknown: the function has no known value here.
+        """
+        routine = self.program.routine(call.name, memory.frame.routine.module)
+        if routine is None or routine.kind != "FUNC":
+            return None
+        pieces = [("", a.span, a.span) for a in call.arguments]
+        pieces += [("\\" + name, value.span if value else (0, 0), (0, 0)) for name, value in call.options]
+        recorder, emitting = self.recorder, self.recorder.emitting
+        recorder.emitting = emitting and not memory.trial
+        result = self.call_routine(routine, pieces, memory)
+        recorder.emitting = emitting
+        if isinstance(result, Value):
+            return Value(result.data, routine.type)
+        raise result if isinstance(result, Unknown) else Unknown(f"`{call.name}` gives no known value")
+
+    def report_once(
+        self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str
+    ) -> None:
+        if (code, message) not in self.reported:
+            self.reported.add((code, message))
+            self.diagnostics.append(Diagnostic(code, severity, message, source, span, help))

@@ -1,0 +1,248 @@
+"""Statements executed in program order, with both ways taken where a condition is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.assign import forget, joined, no_longer
+from postproc.rapid.evaluation.evaluate import evaluate, names_in
+from postproc.rapid.evaluation.memory import Memory, Reference
+from postproc.rapid.execution.jumps import jumps_in, structured
+from postproc.rapid.execution.loops import Loops
+from postproc.rapid.execution.path_splitting import Choices, Ends, Place
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.values import Data, Value
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.tokens import identifiers
+from postproc.rapid.unknown import Unknown
+
+MAX_DEPTH = 80  # blocks and calls inside one another
+
+
+class Flow(Loops):
+    """Executes statements; of the branches among the ``choices`` one arm is taken."""
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.choices = Choices()
+        self.told: set[Place] = set()
+
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        """Run a routine's body; what it returns."""
+        self.entered.add(routine.key)
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
+        outer, self.returned = self.returned, None
+        conditional, exits, left = self.conditional, self.ways.exits, self.left
+        self.ways.exits, self.left = frozenset(), []
+        self.stack.append(routine.key)
+        self.conditions[routine.key] = conditional
+        reached = self.body(routine.body, memory)
+        if self.left:
+            memory.changed = joined([memory.changed, *self.left] if reached else self.left, self.program)
+        self.left = left
+        self.stack.pop()
+        self.conditional = conditional
+        self.ways.ends, self.ways.exits = self.ways.ends | self.ways.exits, exits
+        result, self.returned = self.returned, outer
+        return result
+
+    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
+        """Run statements; whether the end of them is reached."""
+        if self.depth > MAX_DEPTH:
+            forget(memory, self.changes.everything, "is changed in blocks that are nested too deeply")
+            self.steps += 100
+            return True
+        self.steps += 1  # an empty body costs time too
+        self.depth += 1
+        steps = structured(tuple(statements), self.jumps_of(memory.frame.routine))
+        reached = all(self.statement(statement, memory) for statement in steps)
+        self.depth -= 1
+        return reached
+
+    def statement(self, statement: Statement, memory: Memory) -> bool:
+        self.steps += 1
+        if self.changes.by_unknown or self.changes.by_own:
+            self.forget_written(statement, memory)
+        match statement.kind:
+            case "call":
+                self.call(statement, memory)
+            case "assign":
+                data = self.data.value_or_not(statement.parts[1], memory)
+                if self.program.constants:
+                    self.check_constant(statement, data, memory)
+                self.data.assign(statement.parts[0], data, memory)
+            case "if" | "test":
+                return self.branches(statement, memory)
+            case "for":
+                return self.for_loop(statement, memory)
+            case "while":
+                return self.while_loop(statement, memory)
+            case "label":
+                self.label(statement, memory)
+            case "goto":
+                # The jump may skip what follows; at its label the ways meet again.
+                self.conditional += 1
+            case "return":
+                self.leave_with(statement.parts[0], memory)
+                self.left.append(dict(memory.changed))
+                return False
+            case "leave":
+                return False
+            case "opaque":
+                forget(memory, self.changes.of_one(statement, memory.frame.routine), "is not certain here")
+        return True
+
+    def forget_written(self, statement: Statement, memory: Memory) -> None:
+        """What functions write in a statement's expressions, where these are not worked out once."""
+        routine = memory.frame.routine
+        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
+        forget(memory, keys, f"may be written by `{name}`")
+        if statement.kind in ("assign", "return"):
+            return
+        if statement.kind == "call":
+            moves = self.program.motion(routine.source, statement) is not None
+            still = not self.recorder.emitting or self.recorder.returning
+            if not still if moves else self.program.routine(statement.word, routine.module) is not None:
+                return
+        forget(memory, self.changes.of_functions(statement, routine), "is written by a function")
+
+    def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
+        """Report PERS data that decides on motions or data and that nothing in these files writes."""
+        if place in self.told or not self.changes.of_one(statement, memory.frame.routine):
+            return
+        self.told.add(place)
+        for span in (*statement.parts, *(span for branch in statement.branches for span in branch.conditions)):
+            try:
+                names = names_in(self.data.tree(span, memory)) - memory.frame.bindings.keys()
+            except Unknown:
+                continue
+            for declaration in filter(None, map(memory.find, sorted(names))):
+                if declaration.storage == "PERS" and memory.is_initial(declaration):
+                    text = f"`{declaration.name}` decides here: it is followed with its value in the file"
+                    help_ = "give the file that writes it (`--with FILE`) if there is one"
+                    self.report_once("RAP036", "info", text, memory.frame.routine.source, span, help_)
+
+    def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
+        """Report data that is said to be constant and that the program moves."""
+        bound = memory.frame.bindings.get(statement.word)
+        declaration = bound.declaration if isinstance(bound, Reference) else memory.find(statement.word)
+        if declaration is None or declaration.name.lower() not in self.program.constants:
+            return
+        source, now = memory.frame.routine.source, self.data.value_or_not(statement.parts[0], memory)
+        further = not isinstance(data, Unknown) and now != data
+        by_itself = statement.word in identifiers(source.data[slice(*statement.parts[1])])  # farther in every turn
+        if no_longer(now, data) or (by_itself and further):
+            text = f"`{declaration.name}`, which is to be constant, is moved by the program"
+            help_ = f"leave `--constant {declaration.name}` out, and set it from a CONST before the first motion"
+            self.report_once("RAP035", "error", text, source, statement.span, help_)
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        place = (memory.frame.routine.source.path, statement.span[0])
+        if place in self.choices.forced and self.open(statement, self.choices.forced[place], memory):
+            return self.forced(statement, place, memory)
+        self.say_followed(statement, place, memory)
+        changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
+        begin, stands = self.ways.ends, frozenset[int]()
+        ends: list[dict[str, Data]] = []
+        uncertain, out, arms = False, len(self.left), dict[int, dict[str, Data] | None]()
+        for arm, branch in enumerate(statement.branches):
+            verdict = self.chosen(statement, branch.conditions, memory) if branch.conditions else True
+            if verdict is False:
+                continue
+            if verdict is True and not uncertain:
+                return self.body(branch.body, memory)
+            uncertain = True
+            self.conditional += 1
+            left = len(self.left)
+            if self.body(branch.body, memory):
+                ends.append(memory.changed)
+                stands |= self.ways.ends
+                arms[arm] = memory.changed
+            else:
+                self.ways.leave()
+                if len(self.left) > left:
+                    arms[arm] = self.left[-1]
+            self.conditional -= 1
+            memory.changed, memory.frame.bindings = dict(changed), dict(bindings)
+            self.ways.ends = begin
+            if verdict is True:
+                break
+        else:
+            if not uncertain:
+                return True
+            ends.append(memory.changed)  # none of the conditions holds
+            stands |= begin
+            arms[len(statement.branches)] = None
+        if self.recorder.emitting and len(arms) > 1:
+            self.choose(statement, arms, len(self.left) > out, memory)
+        self.ways.ends = stands
+        if not ends:
+            return False
+        memory.changed = joined(ends, self.program)
+        parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
+        forget(memory, parameters, "depends on a condition that is not known")
+        return True
+
+    def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
+        """Note a branch that moves nothing (see ``Choices.met``)."""
+        routine, changes = memory.frame.routine, self.changes
+        keys = changes.of_one(statement, routine)
+        if "@moves" not in keys:
+            written = [
+                frozenset[str]().union(*(changes.of_one(inner, routine) for inner in branch.body))
+                for branch in statement.branches
+            ]
+            self.choices.met((routine.source.path, statement.span[0]), arms, keys, written, left)
+
+    def open(self, statement: Statement, arm: int, memory: Memory) -> bool:
+        """Whether it is not known which arm is taken, and this may be the one."""
+        verdicts = [self.chosen(statement, b.conditions, memory) if b.conditions else True for b in statement.branches]
+        possible = arm == len(verdicts) or verdicts[arm] is not False
+        return possible and next((verdict for verdict in verdicts if verdict is not False), False) is None
+
+    def forced(self, statement: Statement, place: Place, memory: Memory) -> bool:
+        """One arm of a branch (see ``Choices``); whether its end is reached."""
+        if self.recorder.emitting and self.choices.again(place):
+            self.ways.doubt()  # the arm may have come here by another choice
+        arm, choice = self.choices.forced[place], self.choices.found[place]
+        reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
+        forget(memory, choice.keys - choice.certain, "depends on a condition that is not known")
+        return reached
+
+    def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
+        """Whether a branch is taken; None if that is not known."""
+        if statement.kind == "if":
+            return self.truth(conditions[0], memory)
+        verdict: bool | None = False
+        for condition in conditions:
+            try:
+                if self.data.value(statement.parts[0], memory) == self.data.value(condition, memory):
+                    return True
+            except Unknown:
+                verdict = None
+        return verdict
+
+    def jumps_of(self, routine: Routine) -> Mapping[str, int]:
+        if routine.key not in self.jumps:
+            self.jumps[routine.key] = jumps_in(routine)
+        return self.jumps[routine.key]
+
+    def label(self, statement: Statement, memory: Memory) -> None:
+        routine = memory.frame.routine
+        if statement.word in self.jumps_of(routine):
+            forget(memory, self.changes.of_routine[routine.key], "may have changed before the jump to here")
+            self.ways.doubt()
+
+    def leave_with(self, span: Span, memory: Memory) -> None:
+        if span[0] == span[1]:
+            return
+        value: Value | Unknown
+        try:
+            value = evaluate(self.data.tree(span, memory), memory)
+        except Unknown as error:
+            value = error
+        if self.returned is not None:  # another way returns too
+            value = Unknown("the result depends on a condition that is not known")
+        self.returned = value

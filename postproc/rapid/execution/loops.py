@@ -1,0 +1,175 @@
+"""Loops: turn by turn where the text tells how many there are, else for all turns at once."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from math import floor, inf
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.assign import forget
+from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.evaluation.memory import Binding, Memory, Reference
+from postproc.rapid.execution.calls import Execution
+from postproc.rapid.execution.jumps import UNTIL
+from postproc.rapid.program.values import Value
+from postproc.rapid.syntax.nodes import Statement
+from postproc.rapid.unknown import PartlyUnknown, Unknown
+
+MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
+MAX_IDLE_TURNS = 300  # of one loop that moves nothing
+MAX_TRIALS = 4  # turns to find out what every turn of a loop leaves as it was; after them all it changes is unknown
+
+
+class Loops(Execution):
+    """Executes loops."""
+
+    @abstractmethod
+    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
+        """Run statements; whether the end of them is reached."""
+
+    def truth(self, condition: Span, memory: Memory) -> bool | None:
+        data = self.data.value_or_not(condition, memory)
+        return data if isinstance(data, bool) else None
+
+    def for_loop(self, loop: Statement, memory: Memory) -> bool:
+        hidden = memory.frame.bindings.get(loop.word)
+        bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
+        turns, step = MAX_TURNS + 1, 1.0
+        if all(isinstance(bound, float) for bound in bounds):
+            step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
+            count = (bounds[1] - bounds[0]) / step + 1e-9 if step else inf
+            turns = max(0, floor(count) + 1) if abs(count) <= MAX_TURNS else 0 if count < 0 else MAX_TURNS + 1
+        reached, turn = True, 0
+        while reached and turn < turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
+            memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
+            reached = self.body(loop.branches[0].body, memory)
+            turn += 1
+        if reached and turn < turns:
+            index = Unknown(f"the loop index `{loop.word}` is not known")
+            self.unknown_turns(loop, memory, {loop.word: index})
+        memory.frame.bindings.pop(loop.word, None)
+        if hidden is not None:
+            memory.frame.bindings[loop.word] = hidden
+        return reached
+
+    def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        condition = loop.parts[0] if loop.parts else (0, 0)
+        words = memory.frame.routine.source.data[condition[0] : condition[1]]
+        if loop.word != UNTIL and words.strip(b"() \t\r\n").lower() in (b"true", b""):
+            self.unknown_turns(loop, memory, {}, certain=True)
+            return False
+        keys = self.changes.of_one(loop, memory.frame.routine)
+        turns = MAX_TURNS if "@moves" in keys else MAX_IDLE_TURNS
+        if not self.can_end(condition, keys, memory):
+            turns = 1
+        for _ in range(turns):
+            verdict = self.truth(condition, memory)
+            if verdict is (loop.word == UNTIL):
+                return True
+            if verdict is None or self.exhausted(memory.frame.routine.source) or turns == 1:
+                break
+            before = _values(memory, keys)
+            if not self.body(loop.branches[0].body, memory):
+                return False
+            if not _differing(before, _values(memory, keys)):
+                break  # nor will it in the next turn: what ends the loop is not known
+        self.unknown_turns(loop, memory, {})
+        return True
+
+    def can_end(self, condition: Span, keys: frozenset[str], memory: Memory) -> bool:
+        """Whether the loop itself changes what its condition depends on."""
+        try:
+            names = names_in(self.data.tree(condition, memory))
+        except Unknown:
+            return False
+        found = (memory.find(name) for name in names)
+        return any("%" + name in keys for name in names) or any(d.key in keys for d in found if d is not None)
+
+    def unknown_turns(
+        self, loop: Statement, memory: Memory, bindings: dict[str, Binding], certain: bool = False
+    ) -> None:
+        """A loop that runs nobody knows how often: its body once, for what every turn finds alike.
+
+        A second turn comes from the end of the first: it is followed to its first motion.
+        """
+        keys = self.changes.of_one(loop, memory.frame.routine)
+        memory.frame.bindings.update(bindings)
+        body, moves = loop.branches[0].body, "@moves" in keys
+        keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
+        forget(memory, keys, "is changed in a loop")
+        begin = self.ways.ends
+        self.conditional += not certain
+        if not self.body(body, memory):
+            self.ways.leave()
+        elif moves and self.recorder.emitting and not self.recorder.returning and not self.recorder.only_new:
+            self.return_to_begin(body, memory, keys)
+        self.conditional -= not certain
+        forget(memory, keys, "is changed in a loop")
+        self.ways.ends |= begin
+
+    def return_to_begin(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> None:
+        """Follow the arm from the end of a turn to the first motion of the next one."""
+        ends = self.ways.ends
+        forget(memory, keys, "is changed in a loop")
+        self.recorder.returning = True
+        self.body(body, memory)
+        self.recorder.returning = False
+        self.ways.ends = ends
+
+    def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
+        """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
+        found: set[str] = set()
+        if self.recorder.emitting and not self.exhausted(memory.frame.routine.source):
+            for _ in range(MAX_TRIALS):
+                ends = self.tried(body, memory, keys, found)
+                if ends <= found:
+                    return frozenset(found)
+                found |= ends
+        return keys
+
+    def tried(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str], unknown: set[str]) -> set[str]:
+        """Those of the keys that are not after a turn what they were before it; nothing moves, nothing is kept."""
+        changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
+        ends, exits, returned, conditional = self.ways.ends, self.ways.exits, self.returned, self.conditional
+        left = list(self.left)
+        forget(memory, unknown, "is changed in a loop")
+        before = _values(memory, keys)
+        self.recorder.emitting = False
+        self.body(body, memory)
+        self.recorder.emitting = True
+        after = _values(memory, keys)
+        memory.changed, memory.frame.bindings = changed, bindings
+        self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
+        self.left = left
+        return _differing(before, after)
+
+
+def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:
+    """What data and state of these keys (as ``WriteEffects`` names them) are now; their key where nothing set them."""
+    found: dict[str, object] = {}
+    for key in keys:
+        bound = memory.frame.bindings.get(key[1:]) if key.startswith("%") else None
+        if bound is None or isinstance(bound, Reference):
+            found[key] = memory.changed.get(key if bound is None else bound.declaration.key, key)
+        else:
+            found[key] = bound
+    return found
+
+
+def _differing(before: Mapping[str, object], after: Mapping[str, object]) -> set[str]:
+    """Keys that are not what they were; what is not known stays not known."""
+    return {key for key, now in after.items() if before[key] is not now and not _alike(before[key], now)}
+
+
+def _alike(before: object, now: object) -> bool:
+    match before, now:
+        case PartlyUnknown(), PartlyUnknown():
+            return _alike(before.data, now.data)
+        case (PartlyUnknown(), _) | (_, PartlyUnknown()):
+            return False
+        case Unknown(), Unknown():
+            return True
+        case tuple(), tuple() if before != now and len(before) == len(now):
+            return all(map(_alike, before, now))
+    return before == now

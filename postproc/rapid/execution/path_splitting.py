@@ -1,0 +1,104 @@
+"""Branches that set data and move nothing, on what only the controller knows: which station, which part.
+
+    TEST GInput(giStation) CASE 1: wAct:=wLeft; CASE 2: wAct:=wRight; ENDTEST
+
+Where motions need what they set, the program is followed once for each choice, the same at the same branch every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+from postproc.rapid.evaluation.assign import undecided
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.values import Data
+from postproc.rapid.unknown import Unknown
+
+MOST = 8  # combinations that are followed; of more none is, and what they set is not known
+
+Place = tuple[str, int]  # path and offset of a statement
+Ends = Mapping[int, Mapping[str, Data] | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What is known of a branch.
+
+    Args:
+        arms: that are possible; keys: what they may change; values: what each arm leaves.
+        left: an arm ends the routine.
+        certain: keys that every arm sets, to the same value whenever it is taken: in a loop, too, they have what one of
+            the arms sets. A counter has not, nor what one arm sets and another leaves.
+    """
+
+    arms: tuple[int, ...]
+    keys: frozenset[str]
+    certain: frozenset[str]
+    values: Mapping[int, Mapping[str, Data | None]]
+    left: bool
+
+
+class Choices:
+    """The arms of such branches.
+
+    Args:
+        forced: the arm that is taken, by its number; as many as there are arms: none of them.
+        found: what is known of each branch, from walks before too.
+    """
+
+    def __init__(self, forced: Mapping[Place, int] | None = None, found: dict[Place, Choice] | None = None) -> None:
+        self.forced = forced or {}
+        self.found = {} if found is None else found
+        self.taken: set[Place] = set()
+
+    def again(self, place: Place) -> bool:
+        """Whether a forced branch has been met before."""
+        before = place in self.taken
+        self.taken.add(place)
+        return before
+
+    def met(self, place: Place, ends: Ends, keys: Set[str], written: Sequence[Set[str]], left: bool) -> None:
+        """Note a branch that moves nothing and of which several arms are possible.
+
+        Args:
+            ends: data at the end of each arm, None where none of them is taken.
+            keys: what the branch may change; written: the same of each arm.
+            left: an arm ends the routine.
+        """
+        setting = {arm: written[arm] for arm, end in ends.items() if end is not None and written[arm]}
+        values = {arm: {key: (ends[arm] or {}).get(key) for key in keys} for arm in setting}
+        known = self.found.get(place)
+        if known is None:
+            set_by_all = frozenset(keys).intersection(*setting.values())
+            known = Choice((), frozenset(keys), frozenset(k for k in set_by_all if k[0] != "%"), {}, left)
+        certain = frozenset(
+            key
+            for key in known.certain
+            for now in [[found[key] for found in values.values()]]
+            if not any(isinstance(value, Unknown) for value in now)
+            and all(known.values.get(arm, found)[key] == found[key] for arm, found in values.items())
+        )
+        arms = tuple(sorted({*known.arms, *ends}))
+        self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
+
+    def lacking(self, events: Iterable[MotionEvent], program: Program) -> dict[Place, tuple[int, ...]]:
+        """Branches, with their arms, that set what motions lack."""
+        reasons = {event.reason for event in events if event.reason is not None}
+        return {
+            place: choice.arms
+            for place, choice in self.found.items()
+            if place not in self.forced
+            and not (choice.left and choice.keys - choice.certain)
+            and any(undecided(key, program) in reason for key in choice.certain for reason in reasons)
+        }
+
+
+def combinations(branches: Mapping[Place, tuple[int, ...]]) -> list[dict[Place, int]]:
+    """One arm of each branch; nothing where they are too many."""
+    if prod(map(len, branches.values())) > MOST:
+        return []
+    return [dict(zip(branches, chosen, strict=True)) for chosen in product(*branches.values())]

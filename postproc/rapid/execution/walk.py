@@ -1,0 +1,235 @@
+"""A program followed in the order in which it runs, as far as the text tells.
+
+A branch whose condition is not known is followed both ways; what the ways leave different is not known afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.rapid.evaluation.assign import forget
+from postproc.rapid.evaluation.call_binding import unbound_frame
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.state import State
+from postproc.rapid.execution.calls import MAX_STEPS
+from postproc.rapid.execution.flow import Flow
+from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
+from postproc.rapid.motions.rough import rough_orientations
+from postproc.rapid.program.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.program.program import Program, statements_in, statements_of
+from postproc.rapid.program.write_effects import holds_word
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.unknown import Unknown
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The events in program order and what was found on the way (the findings of the events among it)."""
+
+    events: list[MotionEvent]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def walk(program: Program, entry: str | None = None) -> list[MotionEvent]:
+    """Every motion of a program in the order in which it runs.
+
+    ``main`` is executed if there is one, else every routine that nobody calls, in text order; routines that are never
+    reached that way are walked one by one, so that every motion statement has at least one event. Of files that are
+    lent only what is called is walked.
+
+    Raises:
+        PostprocError: there is no routine ``entry``.
+    """
+    return walk_program(program, entry).events
+
+
+def walk_program(program: Program, entry: str | None = None) -> Walk:
+    """As ``walk``, with the findings.
+
+    Raises:
+        PostprocError: there is no routine ``entry``.
+    """
+    uncalled = _uncalled(program)
+    chosen = program.routine("main" if entry is None else entry)
+    if entry is not None and chosen is None:
+        names = ", ".join(sorted({r.name for r in program.all_routines()})) or "none"
+        help = f"the routines are: {names}"
+        raise PostprocError.of("RAP030", f"there is no routine `{entry}`", help=help)
+    started = uncalled if chosen is None else [chosen]
+    flow = _followed(program, started)
+    count, found = len(flow.ways.events), tuple(flow.diagnostics)
+    flow.recorder.only_new = True
+    unknown = State.initial().forgotten(flow.changes.everything)
+    for routine in uncalled:
+        if routine.key not in flow.entered:
+            _start(flow, routine, unknown)
+    _follow_rest(flow, unknown)
+    if entry is not None:  # all after that was for nothing but whether the same statements run with other targets
+        targets = {event.statement.key: event.target for event in flow.ways.events[:count]}
+        others = {e.statement.key for e in flow.ways.events[count:] if targets.get(e.statement.key) != e.target}
+        flow.recorder.elsewhere |= others
+        events = _marked(flow)[:count]
+        return Walk(events, (*found, *rough_orientations(events)))
+    events = _marked(flow)
+    loose = [replace(event, loose=True) for event in events[count:]]
+    later = map(forgiven, flow.diagnostics[len(found) :])
+    return Walk(events[:count] + loose, (*found, *later, *rough_orientations(events)))
+
+
+def _followed(program: Program, started: Sequence[Routine]) -> Flow:
+    """The routines run one after the other; once for every choice of what motions need (see ``Choices``)."""
+    branches: dict[Place, tuple[int, ...]] = {}
+    ways, met = combinations(branches), dict[Place, Choice]()
+    while True:
+        flow = Flow(program)
+        for forced in ways or [{}]:
+            flow.choices = Choices(forced, met)
+            for routine in started:
+                _start(flow, routine, State.initial())
+        more = flow.choices.lacking(flow.ways.events, program) if ways else {}
+        if not more:
+            flow.choices = Choices()
+            return flow
+        branches |= more
+        one = (flow.steps + flow.spare) // len(ways)
+        ways = combinations(branches)
+        if one * len(ways) > MAX_STEPS:
+            ways = []  # of a long program what they set is not known
+
+
+def forgiven(finding: Diagnostic) -> Diagnostic:
+    """An error where nothing leads: as a warning, for what is wrong there keeps nothing else from running."""
+    return replace(finding, severity="warning") if finding.severity == "error" else finding
+
+
+def _follow_rest(flow: Flow, unknown: State) -> None:
+    """Motions that no known way leads to, and routines that some call means which no known way leads to."""
+    for routine in flow.program.all_routines():
+        if not routine.source.lent:
+            _interrupt(flow, routine, unknown)
+    calls = _calls(flow.program)
+    for routine in flow.program.all_routines():
+        loose = routine.key in flow.passed_over or not calls.get(routine.key, set()) <= flow.followed
+        chosen = flow.recorder.chosen and routine.kind == "PROC" and not routine.parameters
+        if not routine.source.lent and (loose or chosen or any(True for _ in _unreached(flow, routine))):
+            flow.recorder.supposed = routine.key in flow.entered and not loose
+            memory = _start(flow, routine, unknown)
+            _finish(flow, routine, memory)
+            flow.recorder.supposed = False
+
+
+def _marked(flow: Flow) -> list[MotionEvent]:
+    """The events, those marked whose statements also run on ways that are not followed, to or from another place."""
+    events, recorder = flow.ways.events, flow.recorder
+    marked, unshared = recorder.elsewhere | recorder.astray, _unshared(flow)
+    for i, event in enumerate(events if marked or unshared else ()):
+        key = event.statement.key
+        if key in marked:
+            event = replace(event, elsewhere=key in recorder.elsewhere, detached=True)
+        if key in unshared:
+            event = replace(event, numbers=tuple(n for n in event.numbers if n[0] not in unshared[key]))
+        events[i] = event
+    return events
+
+
+def _unshared(flow: Flow) -> dict[StatementKey, set[str]]:
+    """Numbers of statements that are others on ways that are not followed: no displacement may go with them."""
+    events, found = flow.ways.events, dict[StatementKey, set[str]]()
+    rows = executions_of(events) if flow.recorder.others else {}
+    for key, target, numbers in flow.recorder.others:
+        now, runs = dict(numbers), [dict(events[i].numbers) for i in rows[key] if events[i].target == target]
+        names = {name for run in (now, *runs) for name in run}
+        apart = {name for name in names if now.get(name) not in [run.get(name) for run in runs]}
+        if {name: now.get(name) for name in names - apart} not in [{n: r.get(n) for n in names - apart} for r in runs]:
+            apart = names
+        if apart:
+            found.setdefault(key, set()).update(apart)
+    return found
+
+
+def _start(flow: Flow, routine: Routine, state: State) -> Memory:
+    """Run a routine as if somebody had started it; its parameters are not known."""
+    flow.ways.lose()
+    frame = unbound_frame(routine)
+    memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
+    flow.enter(routine, memory)
+    return memory
+
+
+def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
+    """Run handlers and traps that move the arm, each from where nobody knows, whatever ran before."""
+    for body in (routine.body, *routine.handlers) if routine.kind == "TRAP" else routine.handlers:
+        if "@moves" not in flow.changes.of(body, routine):
+            continue
+        frame = unbound_frame(routine)
+        memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
+        forget(memory, flow.changes.everything, "is not certain here")
+        flow.ways.lose()
+        flow.conditional += 1
+        flow.body(body, memory)
+        flow.conditional -= 1
+        # The routine goes on from where its handler has moved to.
+        back = holds_word(routine.source, body, b"restopath")
+        if holds_word(routine.source, body, b"retry", b"trynext") and not back:
+            moved = (flow.program.motion(routine.source, statement) for statement in statements_in(routine.body))
+            flow.recorder.astray.update(motion.key for motion in moved if motion is not None)
+
+
+def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
+    """Code that no known way leads to: every motion on its own, whatever ran before."""
+    forget(memory, flow.changes.everything, "is not certain here")
+    for statement in statements_of(routine):
+        if statement.kind == "for":
+            index = Unknown(f"the loop index `{statement.word}` is not known")
+            memory.frame.bindings[statement.word] = index
+    flow.conditional += 1
+    for statement in _unreached(flow, routine):
+        flow.ways.lose()
+        flow.statement(statement, memory)
+    flow.conditional -= 1
+
+
+def _unreached(flow: Flow, routine: Routine) -> Iterator[Statement]:
+    """Motion statements of a routine that have no event yet."""
+    known = flow.program.motions.get(routine.source.path, {})
+    seen = flow.recorder.visited.setdefault(routine.source.path, set())
+    for statement in statements_of(routine):
+        if statement.span[0] in known and statement.span[0] not in seen:
+            yield statement
+
+
+def _calls(program: Program) -> dict[str, set[tuple[str, int]]]:
+    """The places from which each routine is called by its name."""
+    found: dict[str, set[tuple[str, int]]] = {}
+    for routine in program.all_routines():
+        for statement in statements_of(routine):
+            called = program.routine(statement.word, routine.module) if statement.kind == "call" else None
+            if called is not None and program.motion(routine.source, statement) is None:
+                found.setdefault(called.key, set()).add((routine.source.path, statement.span[0]))
+    return found
+
+
+def _uncalled(program: Program) -> list[Routine]:
+    """Procedures that nothing in the program names; those of lent files belong to other programs, too."""
+    named: set[str] = set()
+    for routine in program.all_routines():
+        for statement in statements_of(routine):
+            if statement.kind in ("call", "connect"):
+                _add_names(program, routine.source, statement, named)
+    own = (r for r in program.all_routines() if r.kind == "PROC" and not r.source.lent)
+    return [r for r in own if r.name.lower() not in named]
+
+
+def _add_names(program: Program, source: Source, statement: Statement, named: set[str]) -> None:
+    motion = program.motion(source, statement)
+    if motion is not None:
+        procedure = motion.argument("procedure")
+        if procedure is not None:
+            named.add(procedure.text.strip('" ').lower())
+        return
+    named.add(statement.word)
+    if statement.word in ("%", "callbyvar"):
+        words = source.data[statement.span[0] : statement.span[1]].decode("latin-1").lower()
+        named |= set("".join(c if c.isalnum() or c == "_" else " " for c in words).split())

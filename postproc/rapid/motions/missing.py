@@ -1,0 +1,126 @@
+"""What a program names and its files do not say: each name is reported once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.rapid.evaluation.memory import set_first
+from postproc.rapid.program.events import Argument, MotionStatement
+from postproc.rapid.program.predefined import PREDEFINED
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import SpeedData
+from postproc.rapid.program.values import Data, to_zone
+from postproc.rapid.unknown import Invalid, Unknown
+
+UNKNOWN_SPEED = SpeedData(100.0)
+UNKNOWN_ZONE = to_zone(PREDEFINED["z50"][1])
+
+# State that is not known and what is taken for it: it tells the timing, or which posture of the arm is meant.
+_ASSUMED: Mapping[str, str] = {
+    "@velset": "full speed is taken",
+    "@conf_l": "targets are taken in the configuration that they state",
+    "@conf_j": "targets are taken in the configuration that they state",
+}
+
+_WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
+_RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
+_WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
+
+
+class Missing:
+    """Collects findings about names without a value, along a program."""
+
+    def __init__(self, program: Program, diagnostics: list[Diagnostic]) -> None:
+        self.program = program
+        self.diagnostics = diagnostics
+        self.reported: set[str] = set()
+
+    def explain(
+        self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
+    ) -> str:
+        """The reason why an event is left alone."""
+        if argument is None:
+            return error.reason
+        missing = None if error.missing is None else error.missing.lower()
+        named = missing in (None, argument.text.split("{")[0].strip().lower())
+        what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
+        if error.missing is not None and self.is_news(error.missing):
+            self._report(undeclared(what, error.missing, statement.source, argument.span), found)
+        elif isinstance(error, Invalid):
+            self._say_refused(error, argument, statement, found)
+        elif error.missing is None and what in _WHOLE:
+            self._say_written(error, what, argument, statement, found)
+        return error.reason
+
+    def is_news(self, name: str) -> bool:
+        """Whether a name without a value is met for the first time."""
+        news = name.lower() not in self.reported
+        self.reported.add(name.lower())
+        return news
+
+    def _say_refused(
+        self, error: Invalid, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
+    ) -> None:
+        """Numbers with a typing error, where they stand: in a declaration or in the statement."""
+        name = argument.text.split("{")[0].strip()
+        declaration = self.program.declaration(name, statement.module, statement.routine)
+        if declaration.type not in _RECORDS if declaration is not None else not argument.text.startswith("["):
+            return  # worked out, or of a type that does not belong here
+        source, span = statement.source, argument.span
+        if declaration is not None and declaration.init is not None:
+            source, span = declaration.source, declaration.span
+        if f"{source.path} {span}" in self.reported:
+            return
+        self.reported.add(f"{source.path} {span}")
+        what = f"`{declaration.name}`: " if declaration is not None else ""
+        help_ = "the controller refuses these numbers: look for a typing error"
+        self._report(Diagnostic("RAP024", "error", f"{what}{error.reason}", source, span, help_), found)
+
+    def _say_written(
+        self, error: Unknown, what: str, argument: Argument, statement: MotionStatement, found: list[Diagnostic]
+    ) -> None:
+        """A tool or frame that the program measures: its file holds what was measured last."""
+        declaration = self.program.declaration(argument.text, statement.module, statement.routine)
+        if declaration is None or declaration.storage != "PERS" or declaration.init is None:
+            return
+        if declaration.key in self.reported:
+            return
+        self.reported.add(declaration.key)
+        text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
+        help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
+        if first := set_first(error.reason):
+            help_ = f"{first}; if the program does no more than measure it, say `--constant {declaration.name}`"
+        self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
+
+    def say_untimed(self, error: Unknown, argument: Argument, source: Source, found: list[Diagnostic]) -> None:
+        """A speed or zone that is not known: how the arm moves is a guess, where it goes is not."""
+        if not self.is_news(f"{argument.role} {argument.text}"):
+            return
+        as_if = "the speed of its statement" if argument.role == "weld" else f"{UNKNOWN_SPEED.v_tcp:g} mm/s"
+        what, as_if = ("zone", "z50") if argument.role == "zone" else ("speed", as_if)
+        text = f"the {what} that `{argument.text}` states is not known ({error.reason}); it is taken as {as_if}"
+        help_ = "give the file that declares it: inertia and the cycle time depend on it, gravity and forces do not"
+        self._report(Diagnostic("RAP021", "warning", text, source, argument.span, help_), found)
+
+    def say_assumed(self, state: Mapping[str, Data], statement: MotionStatement, found: list[Diagnostic]) -> None:
+        """What is taken for state that is not known and that no target depends on."""
+        for key, assumed in _ASSUMED.items():
+            value = state.get(key)
+            if isinstance(value, Unknown) and key not in self.reported:
+                self.reported.add(key)
+                text = f"{value.reason}, from here on: {assumed}"
+                self._report(Diagnostic("RAP022", "info", text, statement.source, statement.span), found)
+
+    def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
+        found.append(finding)
+        self.diagnostics.append(finding)
+
+
+def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:
+    """A name whose value stands in none of the files."""
+    severity: Severity = "error" if what in _WHOLE else "warning"  # other data leaves single statements alone
+    return Diagnostic(
+        "RAP020", severity, f"the {what} `{name}` has no value in these files", source, span,
+        f"give the file that declares `{name}` too (`--with FILE`), often user.sys, CalibData.mod or another task's",
+    )  # fmt: skip

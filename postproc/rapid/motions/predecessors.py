@@ -1,0 +1,89 @@
+"""The ways by which the arm comes to a motion, where a program branches on what only the controller knows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from postproc.rapid.program.events import MotionEvent
+
+NOWHERE = -1  # where the arm stands is not known; less than that: see ``Predecessors.stay``
+MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known
+
+
+class Predecessors:
+    """Events in the order in which they run; where several ways meet, one after the other.
+
+    Args:
+        ends: indices of the events after one of which the arm stands now, or codes for where that is not known.
+        exits: the same for ways on which the routine may have been left.
+    """
+
+    def __init__(self) -> None:
+        self.events: list[MotionEvent] = []
+        self.ends: frozenset[int] = frozenset({NOWHERE})
+        self.exits: frozenset[int] = frozenset()
+        self.last = NOWHERE  # the last event that moves the arm
+
+    @property
+    def known(self) -> list[int]:
+        """The events after one of which the arm stands now."""
+        return sorted(end for end in self.ends if end > NOWHERE)
+
+    def stay(self, event: int) -> None:
+        """The arm stands where an event has brought it, on a way that is not followed: it goes on from nowhere."""
+        self.ends = frozenset({NOWHERE - 1 - event})
+
+    def begin_as(self, event: int) -> bool:
+        """Whether the arm stands where an event began, as far as is known on any way."""
+        if self.events[event].first:
+            return False
+        before = event - 1
+        while before >= 0 and _still(self.events[before]):
+            before -= 1
+        again = self.events[before].again if before >= 0 else None
+        return self.ends <= {NOWHERE - 1 - (before if again is None else again)}
+
+    def lose(self) -> None:
+        """Nobody knows where the arm stands."""
+        self.ends = frozenset({NOWHERE})
+
+    def doubt(self) -> None:
+        """The arm may stand elsewhere, too."""
+        self.ends |= {NOWHERE}
+
+    def leave(self) -> None:
+        """The routine ends on this way."""
+        self.exits |= self.ends
+        self.ends = frozenset()
+
+    def go(self, event: MotionEvent) -> None:
+        """Add a motion once for every way that leads to it.
+
+        On a way other than from the event before, the arm first stands ``again`` where that way has brought it.
+        """
+        if _still(event):
+            self.events.append(event)
+            return
+        # Predecessors from one place are one: of a loop's turns that end alike the last counts.
+        known = sorted({_place(self.events[end]): end for end in self.known}.values())[-MOST_WAYS:]
+        known.sort(key=lambda end: end != self.last)  # on from the event before while it is the one before
+        if len(self.ends) > 1 or not known:
+            event = replace(event, detached=True, first=not known)
+        for number, end in enumerate(known or [self.last]):
+            if known and (end != self.last or number > 0):
+                self.events.append(replace(self.events[end], again=end))
+            self.events.append(replace(event, way=number) if number else event)
+        self.last = len(self.events) - 1
+        self.ends = frozenset({self.last})
+
+
+def _place(event: MotionEvent) -> tuple[object, ...]:
+    """Where an event brings the arm, and by which statement."""
+    if event.reason is not None or event.target is None:
+        return (id(event),)
+    return (event.statement.key, event.target, event.tool, event.wobj, event.displacement, event.gripload)
+
+
+def _still(event: MotionEvent) -> bool:
+    """The arm stays where it is."""
+    return event.statement.interpolation == "none" and event.reason is None

@@ -1,0 +1,102 @@
+"""Motions recorded as events while a program is walked, and what has been recorded already."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.motions.events_of import EventMaker
+from postproc.rapid.motions.predecessors import Predecessors
+from postproc.rapid.motions.regressors import Numbers, named_numbers
+from postproc.rapid.motions.repeats import Repeats
+from postproc.rapid.program.events import MotionStatement, StatementKey
+from postproc.rapid.program.records import JointTarget, RobTarget
+
+
+class Recorder:
+    """Records motions.
+
+    Args:
+        ways: the events, and after which of them the arm may stand.
+        visited: offsets of the statements that have an event, by file; first: indices of their first events; went: of
+            the first event of a statement to each target.
+        elsewhere: statements that run again with another target; astray: that begin elsewhere.
+        others: what numbers statements name on ways that are not followed, and where they go there.
+        only_new: only what has not been recorded yet counts.
+        supposed: what runs now has run before as far as its calls tell: only what is new in it counts.
+        chosen: some call means nobody knows which routine: what is supposed to have run may begin anywhere.
+        emitting: motions become events; not while something is tried out.
+        returning: from the end of a loop to the first motion of its next turn.
+    """
+
+    def __init__(self, maker: EventMaker) -> None:
+        self.maker = maker
+        self.repeats = Repeats(maker)
+        self.ways = Predecessors()
+        self.visited: dict[str, set[int]] = {}
+        self.first: dict[StatementKey, int] = {}
+        self.went: dict[tuple[StatementKey, RobTarget], int] = {}
+        self.elsewhere: set[StatementKey] = set()
+        self.astray: set[StatementKey] = set()
+        self.others: set[tuple[StatementKey, RobTarget | JointTarget | None, Numbers]] = set()
+        self.only_new = self.supposed = self.chosen = False
+        self.emitting, self.returning = True, False
+
+    def move(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
+        """One execution; how many events it takes beyond the first."""
+        if not self.emitting or (self.returning and not self.ways.known):
+            return 0
+        more = self._go(statement, memory, conditional)
+        if self.returning and statement.interpolation != "none":
+            self.ways.ends = frozenset()
+        return more
+
+    def _go(self, statement: MotionStatement, memory: Memory, conditional: bool) -> int:
+        seen = self.visited.setdefault(statement.source.path, set())
+        new = statement.span[0] not in seen
+        seen.add(statement.span[0])
+        if not new and self.only_new:
+            before_it = self.first.get(statement.key) if self.supposed else self._earlier(statement, memory)
+            if self.supposed or before_it is not None:
+                known = None if self.supposed or before_it is None else self.ways.events[before_it]
+                if known is not None and known.numbers:
+                    numbers = named_numbers(statement, known.target_origin, memory)
+                    self.others.add((statement.key, known.target, numbers))
+                self._pass(statement.key, before_it)
+                return 0
+        make = self.maker.event if new else self.repeats.event
+        event = make(statement, memory, conditional)
+        if not new and self.only_new and event.reason is not None:
+            self.elsewhere.add(statement.key)
+            self.ways.lose()
+            return 0
+        if self.returning and event.reason is not None:
+            return 0
+        events, before = self.ways.events, len(self.ways.events)
+        came_from = events[self.ways.last] if before and self.ways.ends == {self.ways.last} else None
+        start = self.maker.start(came_from, event, memory) if came_from is not None else None
+        if start is not None:
+            event = replace(event, start=start)
+        self.ways.go(event)
+        index = next(i for i in range(before, len(events)) if events[i].again is None)
+        self.first.setdefault(statement.key, index)
+        if isinstance(event.target, RobTarget):
+            self.went.setdefault((statement.key, event.target), index)
+        return len(events) - before - 1
+
+    def _pass(self, key: StatementKey, index: int | None) -> None:
+        """Run a statement again to the place to which an event brought the arm."""
+        if index is None:
+            self.ways.lose()
+            return
+        if (self.chosen or not self.supposed) and not self.ways.begin_as(index):
+            self.astray.add(key)
+        self.ways.stay(index)
+
+    def _earlier(self, statement: MotionStatement, memory: Memory) -> int | None:
+        """The first event in which the statement went where it goes now; its first one where no target tells."""
+        first, to = self.first[statement.key], statement.argument("to")
+        if to is None or not isinstance(self.ways.events[first].target, RobTarget):
+            return first
+        target = self.maker.targets.robtarget(statement.source, to.span, memory)[0]
+        return self.went.get((statement.key, target)) if isinstance(target, RobTarget) else None

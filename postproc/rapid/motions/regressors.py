@@ -1,0 +1,95 @@
+"""The numbers by which one execution of a statement differs from another: what its displacement may go with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from postproc.rapid.evaluation.evaluate import evaluate, names_in
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.program.events import MotionStatement, Origin
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.tokens import identifiers
+from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Number
+from postproc.rapid.unknown import Unknown
+
+Term = tuple[str, Expression]
+Numbers = tuple[tuple[str, float], ...]
+NAME = re.compile(r"[A-Za-z_]\w*(?:\{[\w+*/, -]*\}|\.\w+)*")
+
+
+def named_numbers(statement: MotionStatement, origin: Origin, memory: Memory) -> Numbers:
+    """Numbers that tell where this execution goes, as RAPID may write them behind its target, with their values.
+
+    They are variables, parameters and loop indices of type num at hand, what the statement's ``Offs`` or ``RelTool``
+    displaces by, the coordinates of the variable that is its target or is displaced, of its work object and of the
+    program displacement. There are none where one execution goes where the other does; of an element of an array its
+    coordinates alone tell that.
+    """
+    data, frames = statement.source.data, [*_frames(statement, memory)]
+    argument = statement.argument("to")
+    if argument is None:
+        return ()
+    terms: list[Term] = []
+    if origin.kind == "expression" or origin.handed is not None or frames:
+        terms += _words(statement, memory)
+    elif origin.kind != "element":
+        return ()
+    for written in (data[slice(*argument.span)], *frames):
+        try:
+            terms += _terms(read_whole_expression(written, 0, len(written)), written, memory)
+        except Unknown:
+            continue
+    found = {}
+    for text, tree in terms:
+        try:
+            value = evaluate(tree, memory.aside())
+        except Unknown:
+            continue
+        if value.type == "num" and isinstance(value.data, float):
+            found[text] = value.data
+    return tuple(found.items())
+
+
+def _frames(statement: MotionStatement, memory: Memory) -> Iterator[bytes]:
+    """Frames of the target that are not the same in every execution."""
+    if "@pdisp" in memory.changes.everything:
+        yield b"C_PROGDISP.pdisp"
+    wobj = statement.argument("\\wobj")
+    if wobj is not None:
+        declaration = memory.find(wobj.text.lower())
+        if wobj.text.lower() in memory.frame.bindings or (
+            declaration is not None and declaration.key in memory.changes.everything
+        ):
+            yield from (f"{wobj.text}.{frame}".encode("latin-1") for frame in ("uframe", "oframe"))
+
+
+def _words(statement: MotionStatement, memory: Memory) -> Iterator[Term]:
+    for word in sorted(identifiers(statement.source.data[slice(*statement.span)]) | memory.frame.bindings.keys()):
+        bound = memory.frame.bindings.get(word)
+        declaration = memory.find(word) if bound is None else None
+        if bound is not None or (
+            declaration is not None and declaration.storage != "CONST" and declaration.type == "num"
+        ):
+            yield word, Name((0, 0), word, word)
+
+
+def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
+    text = data[slice(*tree.span)].decode("latin-1")
+    match tree:
+        case Call(_, "offs" | "reltool", (base, *amounts), options):
+            yield from _terms(base, data, memory)
+            for part in (*amounts, *(value for _, value in options if value is not None)):
+                words = data[slice(*part.span)].decode("latin-1")
+                if not isinstance(part, Name | Number) and _harmless(part, words, memory):
+                    yield f"({words})", part
+        case Name() | Index() | Component() if _harmless(tree, text, memory):
+            for axis in "xyz":
+                place = Component(tree.span, Component(tree.span, tree, "trans"), axis)
+                yield f"{text}.trans.{axis}", place
+
+
+def _harmless(tree: Expression, text: str, memory: Memory) -> bool:
+    """Whether an expression may be written a second time: on one line, and no routine of the program runs twice."""
+    routines = (memory.program.routine(name, memory.frame.routine.module) for name in names_in(tree))
+    return "\n" not in text and "!" not in text and not any(routines)

@@ -1,0 +1,156 @@
+"""What a motion statement names beside its target, read once where it cannot change: tool, frame, speed, zone, weld."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+from postproc.diagnostics import Diagnostic
+from postproc.rapid.evaluation.call_binding import passed_on
+from postproc.rapid.evaluation.evaluate import evaluate
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.motions.missing import UNKNOWN_SPEED, UNKNOWN_ZONE, Missing
+from postproc.rapid.program.events import Argument, MotionStatement
+from postproc.rapid.program.predefined import PREDEFINED
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import LoadData, SpeedData, ToolData, Weld, WobjData, ZoneData
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.program.values import Data, Value, to_load, to_speed, to_tool, to_wobj, to_zone
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.tokens import identifiers
+from postproc.rapid.unknown import Invalid, Unknown
+
+T = TypeVar("T")
+_KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
+_SETTINGS = frozenset({"tool", "\\wobj", "speed", "zone", "\\v", "\\t", "\\z", "\\tload", "weld"})
+"""Roles of the arguments that settings are made of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What one statement names beside its target."""
+
+    tool: ToolData
+    wobj: WobjData
+    speed: SpeedData
+    zone: ZoneData
+    duration: float | None
+    total: LoadData | None
+    weld: Weld | None
+
+
+class SettingsReader:
+    """Reads settings; values of names that cannot change are read once."""
+
+    def __init__(self, program: Program, missing: Missing) -> None:
+        self.program = program
+        self.missing = missing
+        self.fixed: dict[tuple[str, str, str, str], Any] = {}
+        self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
+
+    def read(self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]) -> Settings:
+        """The data a statement names beside its target; remembered by their text if they cannot change."""
+        data, span, routine = statement.source.data, statement.span, memory.frame.routine
+        to = statement.argument("to")
+        first = statement.argument("via") or to
+        before, after = (first.span[0], to.span[1]) if first is not None and to is not None else (span[1], span[1])
+        key = (data[span[0] : before], data[after : span[1]], routine.module, routine.name)
+        varying = memory.frame.varying()
+        lasting = not varying or varying.isdisjoint(identifiers(key[0] + b" " + key[1]))
+        if lasting and key in self.settled:
+            return self.settled[key]
+        arguments = {a.role: a for a in statement.arguments}
+        count = len(reasons)
+
+        def known(role: str, convert: Callable[[str, Data], T], default: T, times: bool = False) -> T:
+            argument = arguments.get(role)
+            if argument is None or (role.startswith("\\") and not passed_on(argument.span, memory)):
+                return default
+            try:
+                return self.constant(argument, convert, memory)
+            except Unknown as error:
+                if times and not isinstance(error, Invalid):
+                    self.missing.say_untimed(error, argument, statement.source, found)
+                else:
+                    reasons.append(self.missing.explain(error, argument, statement, found))
+                return default
+
+        tool = known("tool", to_tool, ToolData())
+        wobj = known("\\wobj", to_wobj, WobjData())
+        speed = known("speed", _data(to_speed), UNKNOWN_SPEED, times=True)
+        zone = known("zone", _data(to_zone), ZoneData(True) if "zone" not in arguments else UNKNOWN_ZONE, times=True)
+        v_tcp = known("\\v", _number, None, times=True)
+        duration = known("\\t", _number, None)
+        size = known("\\z", _number, None)
+        total = known("\\tload", _data(to_load), None)
+        if v_tcp is not None:
+            speed = replace(speed, v_tcp=v_tcp)
+        if size is not None:
+            zone = replace(zone, pzone_tcp=size)
+        settings = Settings(tool, wobj, speed, zone, duration, total, self.weld(statement, memory, found))
+        used = [a for role, a in arguments.items() if role in _SETTINGS]
+        names = [(a.role, a.text, routine.module, routine.name) for a in used]
+        if lasting and len(reasons) == count and all(name in self.fixed for name in names):
+            self.settled[key] = settings
+        return settings
+
+    def constant(self, argument: Argument, convert: Callable[[str, Data], T], memory: Memory) -> T:
+        """Value of an argument, remembered if the name it consists of cannot change."""
+        routine = memory.frame.routine
+        key = (argument.role, argument.text, routine.module, routine.name)
+        low = argument.text.strip().lower()
+        if key in self.fixed and low not in memory.frame.bindings:
+            return self.fixed[key]
+        tree = read_whole_expression(routine.source.data, *argument.span, f"`{argument.text}`")
+        value = evaluate(tree, memory)
+        wanted = _KINDS.get(argument.role)
+        if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():
+            raise Unknown(f"`{argument.text}` is {value.type}, not {wanted}")
+        result = convert(self.name(value, argument), value.data)
+        if low.isidentifier() and low not in memory.frame.bindings:
+            declaration = memory.find(low)
+            if low in PREDEFINED if declaration is None else memory.is_initial(declaration):
+                self.fixed[key] = result
+        return result
+
+    def name(self, value: Value, argument: Argument) -> str:
+        """Name of the declared data behind an argument, as it is declared."""
+        if value.declaration is None:
+            return argument.text.strip()
+        declared = self.program.names[value.declaration]
+        if len(value.at) > len(declared.dims):
+            return argument.text.strip()  # a component
+        return declared.name + ("{" + ",".join(map(str, value.at)) + "}" if value.at else "")
+
+    def weld(self, statement: MotionStatement, memory: Memory, found: list[Diagnostic]) -> Weld | None:
+        """Phase of the seam and the speed while welding: the first number of welddata."""
+        signature = SIGNATURES[statement.instruction.lower()]
+        if not signature.phase:
+            return None
+        roles = statement.roles
+        phase: Any = "start" if "\\on" in roles else "end" if "\\off" in roles else signature.phase
+        argument = statement.argument("weld")
+        if argument is None:
+            return Weld(phase, None)
+        try:
+            return Weld(phase, self.constant(argument, _first, memory))
+        except Unknown as error:
+            self.missing.say_untimed(error, argument, statement.source, found)
+            return Weld(phase, None)
+
+
+def _data(convert: Callable[[Data], T]) -> Callable[[str, Data], T]:
+    return lambda name, data: convert(data)
+
+
+def _number(name: str, data: Data) -> float | None:
+    if isinstance(data, bool) or not isinstance(data, (int, float)):
+        raise Unknown(f"`{name}` is no number")
+    return float(data)
+
+
+def _first(name: str, data: Data) -> float | None:
+    if isinstance(data, tuple) and data and isinstance(data[0], float) and data[0] > 0:
+        return data[0]
+    return None

@@ -1,0 +1,201 @@
+"""The target of a motion statement: its value and where its numbers stand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.evaluation.assign import store
+from postproc.rapid.evaluation.evaluate import evaluate, names_in
+from postproc.rapid.evaluation.literals import read_literal_target
+from postproc.rapid.evaluation.memory import Memory, Reference
+from postproc.rapid.program.events import Base, Origin, OriginKind, Tuned
+from postproc.rapid.program.pose import about, add, quat_mult, subtract
+from postproc.rapid.program.records import JointTarget, Pose, RobTarget, Vec3
+from postproc.rapid.program.values import Value, to_jointtarget, to_robtarget
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.nodes import Declaration
+from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star
+from postproc.rapid.unknown import Unknown
+
+RUNTIME = Origin("runtime")
+
+
+class Targets:
+    """Reads targets; what declarations give is read once."""
+
+    def __init__(self) -> None:
+        self.declared: dict[tuple[str, tuple[int, ...]], tuple[RobTarget, Origin]] = {}
+
+    def robtarget(self, source: Source, span: Span, memory: Memory) -> tuple[RobTarget | Unknown, Origin]:
+        """Value (or why there is none) and origin of a robtarget argument."""
+        try:
+            literal = read_literal_target(source, *span)
+            if literal is not None:
+                return literal[0], Origin("inline", literal[1])
+            tree = read_whole_expression(source.data, *span, "the target")
+        except Unknown as error:
+            return error, RUNTIME
+        if isinstance(tree, Star):
+            return Unknown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
+        declaration = _named(tree, memory)
+        if declaration is not None and isinstance(tree, Name):
+            done = self.declared.get((declaration.key, ()))
+            if done is not None and memory.is_initial(declaration) and tree.name not in memory.frame.bindings:
+                return done
+        before = memory.aside() if isinstance(tree, Call) else memory
+        try:
+            target, origin = self._of_value(evaluate(tree, memory), memory)
+            if isinstance(tree, Call):
+                root, lever = _root(tree, target, before)
+                origin = replace(origin, root=root, lever=lever, tuned=_tuned(tree, target, source, before))
+                if tree.name == "offs":
+                    displaced = tree.arguments[0]
+                    named, its = self._of_value(evaluate(displaced, before), before)
+                    origin = replace(origin, base=Base(source, displaced.span, named, its.spans))
+            return target, origin
+        except Unknown as error:
+            return error, _runtime(declaration)
+
+    def _of_value(self, value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        handed = value.handed
+        if value.declaration is None:
+            written = read_literal_target(handed.source, *handed.span) if handed is not None else None
+            if written is not None:
+                return written[0], Origin("inline", written[1], handed=handed)
+            return to_robtarget(value.data), Origin("expression", handed=handed)
+        target, origin = self._declared(value.declaration, value.at, value, memory)
+        return target, origin if handed is None else replace(origin, handed=handed)
+
+    def _declared(self, name: str, at: tuple[int, ...], value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
+        key = (name, at)
+        done = self.declared.get(key)
+        if done is None:
+            declaration = memory.program.names[name]
+            spans = self._spans(declaration, at, memory)
+            kind: OriginKind = "expression" if spans is None else "element" if at else "declared"
+            origin = Origin(kind, spans, name, declaration.storage)
+            done = self.declared[key] = (to_robtarget(value.data), origin)
+        return done
+
+    def _spans(self, declaration: Declaration, at: tuple[int, ...], memory: Memory) -> TargetSpans | None:
+        span = memory.constants.part_span(declaration, at)
+        literal = read_literal_target(declaration.source, *span) if span is not None else None
+        return literal[1] if literal else None
+
+    def jointtarget(self, source: Source, span: Span, memory: Memory) -> tuple[JointTarget | Unknown, Origin]:
+        """Value (or why there is none) and origin of a jointtarget argument."""
+        declaration = None
+        try:
+            tree = read_whole_expression(source.data, *span, "the target")
+            if isinstance(tree, Star):
+                return Unknown("the position is stored without a name (`*`)"), Origin("star")
+            declaration = _named(tree, memory)
+            value = evaluate(tree, memory)
+            target = to_jointtarget(value.data)
+        except Unknown as error:
+            return error, _runtime(declaration)
+        if value.declaration is None:
+            return target, Origin("inline" if source.data[span[0] : span[0] + 1] == b"[" else "expression")
+        storage = memory.program.names[value.declaration].storage
+        return target, Origin("element" if value.at else "declared", None, value.declaration, storage)
+
+
+def _named(tree: Expression, memory: Memory) -> Declaration | None:
+    """The declaration behind a plain name or an element of it; None for parameters."""
+    base = tree.base if isinstance(tree, Index) else tree
+    if not isinstance(base, Name):
+        return None
+    bound = memory.frame.bindings.get(base.name)
+    if bound is None:
+        return memory.find(base.name)
+    return bound.declaration if isinstance(bound, Reference) else None
+
+
+def _root(tree: Expression, target: RobTarget, memory: Memory) -> tuple[RobTarget | None, Vec3]:
+    """The target that ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace
+    (None for other functions), and what ``RelTool`` displaces it by, which turns with it, [mm] in the object frame.
+
+    Args:
+        target: value of the tree; memory: as it was before.
+    """
+    lever: Vec3 = (0.0, 0.0, 0.0)
+    try:
+        while isinstance(tree, Call) and tree.arguments:
+            inner = tree.arguments[0]
+            outer, target = target, to_robtarget(evaluate(inner, memory.aside()).data)
+            if tree.name == "reltool":
+                lever = add(lever, subtract(outer.trans, target.trans))
+            elif tree.name != "offs" and not _displaces(tree, inner, target, outer, memory):
+                return None, lever
+            tree = inner
+    except Unknown:
+        return None, lever
+    return target, lever
+
+
+_TRIED = Pose((7.0, -11.0, 13.0), about(0, 2.0))  # any move tells one that displaces from one that does more
+
+
+def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarget, memory: Memory) -> bool:
+    """Whether a function of the program moves and turns as its first argument does, tried out with another value.
+
+    Raises:
+        Unknown: with another value it has no result.
+    """
+    data = inner
+    while isinstance(data, Index | Component):
+        data = data.base
+    if not isinstance(data, Name):
+        return False
+    aside = memory.aside()
+    aside.frame.bindings[data.name] = aside.lookup(data)
+    moved = replace(before, trans=add(before.trans, _TRIED.trans), rot=quat_mult(_TRIED.rot, before.rot))
+    store(inner, (moved.trans, moved.rot, tuple(map(float, moved.robconf)), moved.extax), aside)
+    found = to_robtarget(evaluate(tree, aside).data)
+    wanted = (*add(after.trans, _TRIED.trans), *quat_mult(_TRIED.rot, after.rot))
+    return math.dist(wanted, (*found.trans, *found.rot)) < 1e-6
+
+
+def _tuned(tree: Expression, target: RobTarget, source: Source, memory: Memory) -> Tuned | None:
+    """What PERS data that nothing in the program writes displaces.
+
+    Args:
+        target: value of the tree; memory: as it was before.
+    """
+    chain: list[Call] = []
+    while isinstance(tree, Call) and tree.name in ("offs", "reltool") and tree.arguments:
+        chain.append(tree)
+        tree = tree.arguments[0]
+    amounts = [
+        (call.name, axis, part)
+        for call in chain
+        for axis, part in enumerate((*call.arguments[1:], *(v for _, v in call.options if v is not None)))
+        if any(_is_set_by_hand(name, memory) for name in names_in(part))
+    ]
+    if not amounts:
+        return None
+    steps = []
+    for call in chain:
+        inner = to_robtarget(evaluate(call.arguments[0], memory.aside()).data)
+        steps.append((call.name == "offs", target, inner))
+        target = inner
+    terms = []
+    for _, axis, part in amounts if all(name == "offs" for name, _, _ in amounts) else ():
+        words = source.data[slice(*part.span)].decode("latin-1")
+        name = words if isinstance(part, Name) else f"({words})"
+        terms.append((axis, name, evaluate(part, memory.aside()).data))
+    return Tuned(source, tree.span, tuple(steps), tuple(terms))
+
+
+def _is_set_by_hand(name: str, memory: Memory) -> bool:
+    declaration = memory.find(name) if name not in memory.frame.bindings else None
+    return declaration is not None and declaration.storage == "PERS" and memory.is_initial(declaration)
+
+
+def _runtime(declaration: Declaration | None) -> Origin:
+    if declaration is None:
+        return RUNTIME
+    return Origin("runtime", None, declaration.key, declaration.storage)

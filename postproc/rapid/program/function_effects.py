@@ -1,0 +1,103 @@
+"""Functions that are called in expressions: which of them may write data, which do more than calculate."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Set
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.program.builtins import FUNCTIONS, RUN_TIME
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.syntax.nodes import Routine, Statement
+
+# Functions that only read their arguments, beside those that are worked out here (``FUNCTIONS``) and known at run time,
+# of which GetNextSym writes.
+READING = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    absdnum and argname atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum bitor
+    bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt calcrotaxframez calcrotaxisframe
+    corrread cosdnum crossprod cspeedoverride dectohex defaccframe div dnumtostr eventtype exechandler execlevel
+    filesize filetime fssize getmaxnumberofcyclicbool getmecunitname getmodalpayloadmode getserviceinfo getsysinfo
+    gettaskname ginputdnum goutputdnum hextodec indinpos indspeed iounitstate isfile isleadthrough ismechunitactive
+    ispers isstopmoveact isstopstateevent issyncmoveon issysid isvar max maxrobspeed min mirpos mod modexist modtime
+    modtimednum motionplannerno nonmotionmode not opmode or paridposvalid paridrobvalid pathlengthget pathlevel
+    pathrecvalidbwd pathrecvalidfwd pfrestart powdnum ppmovedinmanmode present progmemfree rawbyteslen readbin
+    readmotor readnum readstr readstrbin readvar remainingretries rmqgetslotname robname robos rounddnum runmode
+    sindnum socketgetstatus socketpeek sqrtdnum stcalcforce stcalctorque stiscalib stisclosed stisindgun stisopen
+    strdigcalc strdigcmp strfind strmap strmatch strmemb strorder strtobyte tandnum taskisactive taskisexecuting
+    taskrunmec taskrunrob tasksinsync testsignread textget texttabfreetouse texttabget truncdnum type uialphaentry
+    uiclientexist uidnumentry uidnumtune uilistview uimessagebox uinumentry uinumtune validio xor
+    """,
+    )
+).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
+COUNTING = ("incr", "decr", "add", "clear")  # instructions that write their first argument and do nothing else
+BY_REFERENCE = ("VAR", "PERS", "INOUT")
+TEXT = re.compile(rb'"((?:[^"]|"")*)"')
+_CALLED = re.compile(rb"([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*\(")
+
+
+def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:
+    """Calls of functions that may write data in a file: the program's own, and those that are in none of the files."""
+    names = {name.lower() for name in _CALLED.findall(source.data)} - {name.encode() for name in READING}
+    kinds = {r.name.lower().encode("latin-1"): r.kind for r in program.all_routines()}
+    return _calls_of({name for name in names if kinds.get(name, "FUNC") == "FUNC"})
+
+
+def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -> Iterator[tuple[str, Span]]:
+    """Calls of some functions in a statement's own expressions: name and span of the arguments."""
+    for start, end in _expressions(statement):
+        if not functions.search(data, start, end):
+            continue
+        text = TEXT.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
+        for found in functions.finditer(text):
+            yield found[1].decode("latin-1"), (start + found.end(), start + _closing(text, found.end()))
+
+
+def acting_functions(
+    routines: Mapping[str, Routine],
+    changed: Mapping[str, Set[str]],
+    calls: Mapping[str, Set[tuple[str, tuple[tuple[str, str], ...]]]],
+) -> re.Pattern[bytes] | None:
+    """Calls of the program's functions that do more than calculate: they wait, set a signal, move, write data.
+
+    Args:
+        routines: by key; changed: keys that each changes; calls: what each calls (see ``WriteEffects``).
+    """
+    names = {routine.name.lower() for routine in routines.values()}.union(COUNTING)
+    acting = set()
+    for key, routine in routines.items():
+        referred = {"%" + p.name for p in routine.parameters if p.mode in BY_REFERENCE}
+        lasting = any(k in referred or ("%" not in k and k.split(".")[1:2] in ([], [""])) for k in changed[key])
+        if lasting or any(s.kind == "call" and s.word not in names for s in statements_of(routine)):
+            acting.add(key)
+    before = 0
+    while before != len(acting):
+        before = len(acting)
+        acting |= {key for key in routines if any(called in acting for called, _ in calls[key])}
+    return _calls_of({routines[k].name.lower().encode("latin-1") for k in acting if routines[k].kind == "FUNC"})
+
+
+def _calls_of(names: Set[bytes]) -> re.Pattern[bytes] | None:
+    words = b"|".join(map(re.escape, sorted(names)))
+    return re.compile(rb"(?<![\w\x80-\xff.])(" + words + rb")\s*\(", re.IGNORECASE) if names else None
+
+
+def _expressions(statement: Statement) -> Iterator[Span]:
+    """Where a statement's own expressions stand; a call with all of its arguments."""
+    if statement.kind == "call":
+        yield statement.span[0] + len(statement.word), statement.span[1]
+    yield from statement.parts
+    for branch in statement.branches:
+        yield from branch.conditions
+
+
+def _closing(text: bytes, at: int) -> int:
+    """Where the parenthesis closes that opens before ``at``."""
+    depth = 1
+    for found in re.finditer(rb"[()]", text[at:]):
+        depth += 1 if found[0] == b"(" else -1
+        if depth == 0:
+            return at + found.start()
+    return len(text)

@@ -1,0 +1,168 @@
+"""One task's program: its modules, declarations and motion statements, with names resolved as the controller does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.program.arguments import fits, read_motion
+from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.program.scopes import (
+    all_declarations,
+    declared_names,
+    named_routines,
+    with_constants,
+    without_aliases,
+)
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.modules import parse
+from postproc.rapid.syntax.nodes import Declaration, Module, Routine, Statement
+
+ENDINGS = frozenset({".mod", ".sys", ".prg", ".modx", ".sysx"})  # of files that hold a module
+
+
+@dataclass(frozen=True)
+class Program:
+    """What was read from the files of one task.
+
+    Args:
+        sources: the files, as given.
+        modules: in the order of the files and of the text.
+        declarations: data of modules and routines, in text order.
+        statements: every motion statement in text order.
+        diagnostics: what is wrong or not understood.
+        motions: the same motion statements by path and offset.
+        names: data by its key (``Declaration.key``); what the whole task sees by ``..name`` too.
+        constants: names of data that keep the value in the text, whatever the program writes to them.
+    """
+
+    sources: tuple[Source, ...]
+    modules: tuple[Module, ...]
+    declarations: tuple[Declaration, ...]
+    statements: tuple[MotionStatement, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    motions: Mapping[str, Mapping[int, MotionStatement]] = field(repr=False)
+    names: Mapping[str, Declaration] = field(repr=False)
+    routines: Mapping[tuple[str, str], Routine] = field(repr=False)
+    constants: frozenset[str] = frozenset()
+
+    def declaration(self, name: str, module: str = "", routine: str = "") -> Declaration | None:
+        """The data that ``name`` means inside a routine: its own, then the module's, then the task's."""
+        low, where = name.lower(), module.lower()
+        return (
+            (self.names.get(f"{where}.{routine.lower()}.{low}") if routine else None)
+            or self.names.get(f"{where}..{low}")
+            or self.names.get(f"..{low}")
+        )
+
+    def routine(self, name: str, module: str = "") -> Routine | None:
+        """The routine that ``name`` means inside a module."""
+        low = name.lower()
+        return self.routines.get((module.lower(), low)) or self.routines.get(("", low))
+
+    def motion(self, source: Source, statement: Statement) -> MotionStatement | None:
+        return self.motions.get(source.path, {}).get(statement.span[0])
+
+    def all_routines(self) -> Iterator[Routine]:
+        for module in self.modules:
+            yield from module.routines
+
+
+def statements_in(body: Sequence[Statement]) -> Iterator[Statement]:
+    """Every statement of a body in text order, those inside blocks too."""
+    for statement in body:
+        yield statement
+        for branch in statement.branches:
+            yield from statements_in(branch.body)
+
+
+def statements_of(routine: Routine) -> Iterator[Statement]:
+    """Every statement of a routine and of its handlers in text order, those inside blocks too."""
+    for body in (routine.body, *routine.handlers):
+        yield from statements_in(body)
+
+
+def is_encrypted(data: bytes) -> bool:
+    """Whether a module is stored encrypted: a first byte that no text begins with, and control bytes behind it."""
+    return data[:1] >= b"\xf8" and not is_utf16(data) and any(byte < 9 for byte in data[:256])
+
+
+def is_utf16(data: bytes) -> bool:
+    return data[:2] in (b"\xff\xfe", b"\xfe\xff") and data[2:66].count(0) >= len(data[2:66]) // 3
+
+
+def read_program(sources: Sequence[Source] | Source, constants: Iterable[str] = ()) -> Program:
+    """Read the files of one task; nothing raises, findings are collected in ``diagnostics``.
+
+    Args:
+        constants: names of data that count as constant.
+    """
+    files = (sources,) if isinstance(sources, Source) else tuple(sources)
+    modules: list[Module] = []
+    diagnostics: list[Diagnostic] = []
+    for source in files:
+        found, problems = _read_source(source)
+        modules += found
+        diagnostics += problems
+    modules = without_aliases(modules)
+    fixed = frozenset(name.lower() for name in constants)
+    names = with_constants(declared_names(modules, diagnostics), fixed, diagnostics)
+    routines = named_routines(modules)
+    motions: dict[str, dict[int, MotionStatement]] = {}
+    for module in modules:
+        known = motions.setdefault(module.source.path, {})
+        for routine in module.routines:
+            for statement in statements_of(routine):
+                if statement.kind != "call" or statement.word not in SIGNATURES:
+                    continue
+                # A routine of the user's with that name wins over the instruction.
+                if (module.name.lower(), statement.word) in routines or ("", statement.word) in routines:
+                    continue
+                motion = read_motion(module.source, statement.span, statement.word, module.name, routine.name)
+                if motion is not None:
+                    known[statement.span[0]] = motion
+                    diagnostics += _check(motion)
+    statements = tuple(statement for by_offset in motions.values() for _, statement in sorted(by_offset.items()))
+    declarations = tuple(all_declarations(modules))
+    told = tuple(diagnostics)
+    return Program(files, tuple(modules), declarations, statements, told, motions, names, routines, fixed)
+
+
+def _read_source(source: Source) -> tuple[list[Module], list[Diagnostic]]:
+    data = source.data
+    if not data.strip():
+        return [], [Diagnostic("RAP001", "error", "the file is empty", source, None, "give a RAPID module")]
+    if is_utf16(data):
+        help = "save it as UTF-8 or ISO 8859-1, as controllers read it"
+        return [], [Diagnostic("RAP016", "error", "the file is UTF-16 text", source, None, help)]
+    if is_encrypted(data):
+        return [], [
+            Diagnostic(
+                "RAP013", "info", "the module is encrypted: nothing in it is visible, it is kept as it stands", source
+            )
+        ]
+    if b"\0" in data[:4096] or data[:2] == b"PK":
+        return [], [
+            Diagnostic("RAP002", "error", "the file is binary, not RAPID text", source, None, "give a RAPID module")
+        ]
+    if data.lstrip().startswith((b"<?xml", b"<Program")):
+        return [], []  # a .pgf lists the modules of a task
+    if b"\n" not in data and b"\r" in data.strip():
+        text, help = "the lines end in carriage returns alone", "save it with CR LF or LF at the end of lines"
+        return [], [Diagnostic("RAP017", "error", text, source, None, help)]
+    modules, problems = parse(source)
+    if not modules:
+        help = "give a file with MODULE .. ENDMODULE"
+        problems.append(Diagnostic("RAP011", "error", "there is no MODULE in the file", source, None, help))
+    return modules, problems
+
+
+def _check(motion: MotionStatement) -> Iterator[Diagnostic]:
+    signature = SIGNATURES[motion.instruction.lower()]
+    if signature.roles and not fits(motion, signature):
+        wanted = ", ".join(signature.roles)
+        yield Diagnostic(
+            "RAP014", "error", f"`{motion.instruction}` does not have the arguments it needs: {wanted}",
+            motion.source, motion.span, "check commas and backslashes of this statement",
+        )  # fmt: skip

@@ -1,0 +1,180 @@
+"""Where declared data is used: whether editing a declaration in place changes anything else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Set
+from dataclasses import dataclass
+from typing import Literal
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.program.arguments import read_arguments
+from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.values import Fields, known_records
+from postproc.rapid.program.write_effects import WriteEffects, named_by_text, paired
+from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
+from postproc.rapid.syntax.tokens import COMMENT, IDENTIFIER, NUMBER, STRING
+
+UseKind = Literal["motion", "expression", "argument", "read", "write", "declaration"]
+# What Dim is asked about is counted, not read.
+_COUNTED = rb"(?<![\w\x80-\xff])(?i:Dim)\s*\(\s*" + IDENTIFIER
+_DIGITS = rb"(?<![\w\x80-\xff])(?:" + NUMBER + rb")"
+_WORDS = re.compile(b"|".join([STRING, COMMENT, _COUNTED, _DIGITS, rb"([.\\]\s*)?(" + IDENTIFIER + rb")"]))
+# After a name: the index of an element, then components.
+_INDEX = rb"(?:\{(?:[^{}]|\{[^{}]*\})*\}\s*)?"
+_COMPONENTS = re.compile(rb"\s*" + _INDEX + rb"((?:\.\s*(?:" + IDENTIFIER + rb")\s*)+)")
+_PLAIN = re.compile(rb"[\w\x80-\xff]+\s*" + _INDEX + rb"(?:\.\s*(?:" + IDENTIFIER + rb")\s*)*")
+_NUMBERS_ONLY = re.compile(r"[\[\]\d.,eE+\-\s]*")
+
+MOST_LEVELS = 10  # of records inside one another; deeper ones may hold anything
+
+Records = Mapping[str, Fields]
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """One place where data is named.
+
+    Args:
+        kind: ``motion``: the whole argument of a motion statement (or an element of it); ``expression``: inside an
+            expression of one, such as Offs; ``argument``: passed to a routine or another instruction; ``read``: in any
+            other expression; ``write``: assigned or possibly written; ``declaration``: in the value of other data.
+        source: the file.
+        span: the name.
+        routine: name of the routine, empty for declarations of a module.
+        statement: the motion statement, for ``motion`` and ``expression``.
+        role: role of the argument there.
+        handed: key of the parameter that a call hands it over to, whole.
+    """
+
+    kind: UseKind
+    source: Source
+    span: Span
+    routine: str
+    statement: MotionStatement | None = None
+    role: str = ""
+    handed: str = ""
+
+
+def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
+    """All uses of every declared data and every parameter, by its key; unused data is missing.
+
+    What reads or writes components that have nothing to do with targets (the speed in a record beside one) is left out.
+    """
+    found: dict[str, list[Use]] = {}
+    records = known_records(program.modules)
+    changes = WriteEffects(program)
+    declared = {d.name.lower() for d in program.declarations}
+    for declaration in program.declarations:
+        for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
+            if not _numbers_only(declaration.source, span):
+                for name, at in _names(declaration.source, span):
+                    used = program.declaration(name, declaration.module, declaration.routine)
+                    _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
+    for routine in program.all_routines():
+        for statement in statements_of(routine):
+            for name, use in _of_statement(program, changes, routine, statement, declared):
+                parameter = next((p for p in routine.parameters if p.name == name), None)
+                if parameter is None:
+                    _add(found, program.declaration(name, routine.module, routine.name), use, records)
+                elif _touches_target(use, parameter.type, records):
+                    found.setdefault(routine.parameter_key(name), []).append(use)
+            for named in named_by_text(statement, routine, program):
+                _add(found, named, Use("argument", routine.source, statement.span, routine.name), records)
+    return {key: tuple(uses) for key, uses in found.items()}
+
+
+def _add(found: dict[str, list[Use]], declaration: Declaration | None, use: Use, records: Records) -> None:
+    if declaration is not None and _touches_target(use, declaration.type, records):
+        found.setdefault(declaration.key, []).append(use)
+
+
+def _touches_target(use: Use, kind: str, records: Records) -> bool:
+    """Whether a use may read or write a target; only uses of components beside all targets do not."""
+    named = _COMPONENTS.match(use.source.data, use.span[1])
+    components = re.findall(IDENTIFIER, named[1]) if named else []
+    for component in components:
+        if kind.lower() == "robtarget":
+            return True
+        fields = dict(records.get(kind.lower(), ()))
+        name = component.decode("latin-1").lower()
+        if name not in fields:
+            return True
+        kind = fields[name]
+    return not components or _holds_target(kind.lower(), records, 0)
+
+
+def _holds_target(kind: str, records: Records, depth: int) -> bool:
+    inside = (_holds_target(part.lower(), records, depth + 1) for _, part in records.get(kind, ()))
+    return kind == "robtarget" or depth > MOST_LEVELS or any(inside)
+
+
+def _of_statement(
+    program: Program, changes: WriteEffects, routine: Routine, statement: Statement, declared: Set[str]
+) -> Iterator[tuple[str, Use]]:
+    source = routine.source
+    own = {p.name for p in routine.parameters}
+    motion = program.motion(source, statement)
+    if motion is not None:
+        for argument in motion.arguments:
+            if argument.text[:1] == "[" and _NUMBERS_ONLY.fullmatch(argument.text):
+                continue
+            if argument.text.isidentifier() and argument.role != "found":
+                name = argument.text.lower()
+                if name in declared or name in own:
+                    yield name, Use("motion", source, argument.span, routine.name, motion, argument.role)
+                continue
+            for at, (name, span) in enumerate(_names(source, argument.span)):
+                kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
+                kind = "write" if argument.role == "found" and at == 0 else kind
+                yield name, Use(kind, source, span, routine.name, motion, argument.role)
+        return
+    spans: tuple[Span, ...] = statement.parts
+    other: UseKind = "read"
+    if statement.kind in ("call", "opaque", "connect"):
+        start = statement.span[0] + (len(statement.word) if statement.kind == "call" else 0)
+        spans, other = ((start, statement.span[1]),), "argument"
+    spans += tuple(condition for branch in statement.branches for condition in branch.conditions)
+    written = changes.of([statement], routine) if statement.kind in ("call", "opaque") else set()
+    handed = _handed_over(program, routine, statement) if statement.kind == "call" else {}
+    for number, span in enumerate(spans):
+        for at, (name, where) in enumerate(_names(source, span)):
+            declaration = None if name in own else program.declaration(name, routine.module, routine.name)
+            key = "%" + name if declaration is None else declaration.key
+            if key in written or (statement.kind == "assign" and number == 0 and at == 0):
+                yield name, Use("write", source, where, routine.name)
+            else:
+                yield name, Use(other, source, where, routine.name, handed=handed.get(where[0], ""))
+
+
+def _handed_over(program: Program, routine: Routine, statement: Statement) -> Mapping[int, str]:
+    """Parameters of a called routine by the offset of the data that is handed over to them as it is."""
+    called = program.routine(statement.word, routine.module)
+    if called is None:
+        return {}
+    data = routine.source.data
+    pieces = read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])
+    return {
+        span[0]: called.parameter_key(parameter.name)
+        for parameter, span in paired(called.parameters, pieces)
+        if _is_plain(data[span[0] : span[1]].decode("latin-1"))
+    }
+
+
+def _is_plain(text: str) -> bool:
+    """Whether an argument is a name, an element or a component, nothing else around it."""
+    return _PLAIN.fullmatch(text.strip().encode("latin-1")) is not None
+
+
+def _numbers_only(source: Source, span: Span) -> bool:
+    return source.data[span[0] : span[0] + 1] == b"[" and bool(
+        _NUMBERS_ONLY.fullmatch(source.data[span[0] : span[1]].decode("latin-1"))
+    )
+
+
+def _names(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
+    """Names of data and routines in a piece of text: no components, no option names, nothing in strings."""
+    for found in _WORDS.finditer(source.data, *span):
+        if found[2] and not found[1]:
+            yield found[2].decode("latin-1").lower(), found.span(2)

@@ -1,0 +1,113 @@
+"""Names of one task: its data, types and routines as the controller resolves them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from postproc.diagnostics import Diagnostic, Severity
+from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Routine
+
+Typed = TypeVar("Typed", Declaration, Parameter, Routine)
+
+
+def without_aliases(modules: list[Module]) -> list[Module]:
+    """The same with the types that ALIAS renames by their own names."""
+    aliases = {r.name: r.fields[0][1] for m in modules for r in m.records if r.fields and not r.fields[0][0]}
+    if not aliases:
+        return modules
+
+    def meant(item: Typed) -> Typed:
+        return replace(item, type=aliases.get(item.type.lower(), item.type))
+
+    return [
+        replace(
+            module,
+            records=tuple(
+                replace(r, fields=tuple((name, aliases.get(kind, kind)) for name, kind in r.fields))
+                for r in module.records
+                if r.name not in aliases
+            ),
+            declarations=tuple(map(meant, module.declarations)),
+            routines=tuple(
+                replace(
+                    meant(r), parameters=tuple(map(meant, r.parameters)), declarations=tuple(map(meant, r.declarations))
+                )
+                for r in module.routines
+            ),
+        )
+        for module in modules
+    ]
+
+
+def all_declarations(modules: Sequence[Module]) -> Iterator[Declaration]:
+    """Data of modules and routines, in text order."""
+    for module in modules:
+        yield from module.declarations
+        for routine in module.routines:
+            yield from routine.declarations
+
+
+def declared_names(modules: Sequence[Module], diagnostics: list[Diagnostic]) -> dict[str, Declaration]:
+    """Data by its key, see ``Program.names``; names that are given twice are added to the findings."""
+    names: dict[str, Declaration] = {}
+    declarations = list(all_declarations(modules))
+    # PERS data of one name is one in all tasks, and only one of them need give its value.
+    valued = {(d.name.lower(), d.type): d for d in declarations if _shared(d) and d.init is not None}
+    for declared in declarations:
+        declaration = declared
+        if _shared(declared) and declared.init is None:
+            declaration = valued.get((declared.name.lower(), declared.type), declared)
+        if not declared.routine and declaration.scope != "LOCAL":
+            first = names.setdefault(f"..{declared.name.lower()}", declaration)
+            lent = first.source.lent or declared.source.lent
+            if (
+                first is not declaration
+                and first.module.lower() != declared.module.lower()
+                and not (lent and _shared(declared))
+            ):
+                diagnostics.append(
+                    Diagnostic(
+                        "RAP012", "warning", f"`{declaration.name}` is declared in `{first.module}` too",
+                        declaration.source, declaration.span, "give the files of one task only, each once",
+                    )
+                )  # fmt: skip
+        known = names.setdefault(declared.key, declaration)
+        if known is not declaration and known.source is declared.source:
+            text = f"`{declared.name}` is declared twice in `{declared.routine or declared.module}`"
+            help_ = "the controller does not load such a module: give one of them another name"
+            other = _value_text(known) != _value_text(declared)  # then nobody knows which of the two is meant
+            severity: Severity = "error" if other else "warning"
+            diagnostics.append(Diagnostic("RAP012", severity, text, declared.source, declared.span, help_))
+    return names
+
+
+def with_constants(
+    names: dict[str, Declaration], constants: frozenset[str], diagnostics: list[Diagnostic]
+) -> dict[str, Declaration]:
+    """The same with some data as constants, whatever their storage."""
+    for name in sorted(constants - {d.name.lower() for d in names.values()}):
+        text = f"`{name}`, which is to be constant, is declared in none of the files"
+        diagnostics.append(Diagnostic("RAP034", "warning", text, help="check its spelling, or leave it out"))
+    return {key: replace(d, storage="CONST") if d.name.lower() in constants else d for key, d in names.items()}
+
+
+def named_routines(modules: Sequence[Module]) -> dict[tuple[str, str], Routine]:
+    """Routines by module and name; those that the whole task sees by their name alone, too."""
+    routines: dict[tuple[str, str], Routine] = {}
+    for module in modules:
+        for routine in module.routines:
+            name = routine.name.lower()
+            routines.setdefault((module.name.lower(), name), routine)
+            if not routine.local:
+                routines.setdefault(("", name), routine)
+    return routines
+
+
+def _value_text(declaration: Declaration) -> bytes:
+    return b"" if declaration.init is None else declaration.source.data[slice(*declaration.init)]
+
+
+def _shared(declaration: Declaration) -> bool:
+    return declaration.storage == "PERS" and declaration.scope != "LOCAL" and not declaration.routine

@@ -1,0 +1,280 @@
+"""Which data and which state a piece of program may change, found without running it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.program.arguments import Piece, read_arguments
+from postproc.rapid.program.function_effects import BY_REFERENCE, TEXT, acting_functions, called_in, writing_functions
+from postproc.rapid.program.program import Program, statements_in, statements_of
+from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
+
+# State that instructions change, by instruction.
+STATE: Mapping[str, str] = {
+    "gripload": "@gripload", "pdispset": "@pdisp", "pdispon": "@pdisp", "pdispoff": "@pdisp",
+    "eoffsset": "@eoffs", "eoffson": "@eoffs", "eoffsoff": "@eoffs", "confl": "@conf_l", "confj": "@conf_j",
+    "singarea": "@singarea", "velset": "@velset", "accset": "@accset",
+}  # fmt: skip
+# And what to call it.
+SETTERS: Mapping[str, str] = {
+    "@gripload": "GripLoad", "@pdisp": "PDispSet or PDispOn", "@eoffs": "EOffsSet or EOffsOn", "@conf_l": "ConfL",
+    "@conf_j": "ConfJ", "@singarea": "SingArea", "@velset": "VelSet", "@accset": "AccSet",
+}  # fmt: skip
+# Instructions that only read their arguments. Any other instruction may write the data it is given by name.
+READ_ONLY = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    accset activateparam actunit alarm bookerrno break cirpathmode clearpath clkreset clkstart clkstop close confj
+    confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
+    idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
+    pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact softdeact
+    speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
+    syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
+    tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
+    waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
+    """,
+    )
+)
+# But for these arguments.
+WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
+# Instructions that read or write the data whose name is in their first argument, a text.
+BY_NAME = ("getdataval", "setdataval", "setalldataval")
+_REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
+
+
+def argument_name(data: bytes, span: Span) -> str:
+    """The data an argument names if it is a plain reference (with index or component), else nothing."""
+    found = _REFERENCE.fullmatch(data, *span)
+    return found[1].decode("latin-1").lower() if found else ""
+
+
+def component_path(data: bytes, span: Span) -> tuple[str, ...]:
+    """The components that lead to a part of a record (``a.b.c``); empty for anything else."""
+    name, *fields = (word.strip() for word in data[slice(*span)].decode("latin-1").lower().split("."))
+    return tuple(fields) if name.isidentifier() and all(field.isidentifier() for field in fields) else ()
+
+
+def paired(parameters: Sequence[Parameter], pieces: Iterable[Piece]) -> Iterator[tuple[Parameter, Span]]:
+    """Parameters with the argument each gets in a call."""
+    by_name = {p.name: p for p in parameters if p.optional}
+    required = iter(p for p in parameters if not p.optional)
+    for option, span, _ in pieces:
+        parameter = by_name.get(option[1:]) if option else next(required, None)
+        if parameter is not None:
+            yield parameter, span
+
+
+def named_by_text(statement: Statement, routine: Routine, program: Program) -> Iterator[Declaration]:
+    """Data that an instruction of ``BY_NAME`` may mean (``SetDataVal "p"+ValToStr(n),pNew``), as far as its text and
+    the type of the data that it hands over tell; nothing for other statements.
+    """
+    if statement.kind != "call" or statement.word not in BY_NAME or program.routine(statement.word, routine.module):
+        return
+    data = routine.source.data
+    pieces = [span for _, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])]
+    plain, texts = data[slice(*pieces[0])] if pieces else b"", []
+    for i, part in enumerate(TEXT.split(plain)):  # every other part is outside quotes: it is worked out
+        texts.append(re.escape(part) if i % 2 else b"" if part.strip() in (b"", b"+") else b".*")
+    whole, kind = re.compile(b"".join(texts).decode("latin-1"), re.IGNORECASE), ""
+    if statement.word == "setalldataval":
+        whole, kind = re.compile(".*"), plain.decode("latin-1").strip(' "').lower()
+    elif len(pieces) > 1 and not component_path(data, pieces[-1]):
+        passed = program.declaration(argument_name(data, pieces[-1]), routine.module, routine.name)
+        kind = passed.type.lower() if passed is not None else ""
+    for declaration in program.declarations:
+        if not declaration.routine and kind in ("", declaration.type.lower()) and whole.fullmatch(declaration.name):
+            yield program.names.get(declaration.key, declaration)
+
+
+def holds_word(source: Source, body: Sequence[Statement], *words: bytes) -> bool:
+    """Whether a handler has a statement of one of these words."""
+    return any(source.data[slice(*statement.span)].lower().startswith(words) for statement in statements_in(body))
+
+
+# A call of a routine of the program: its key, and for every parameter by reference the data passed.
+CalledWith = tuple[str, tuple[tuple[str, str], ...]]
+
+
+class WriteEffects:
+    """What every routine of a program may change: keys of declarations, ``@`` state, its parameters as ``%name``."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self._kept: dict[tuple[str, Span], frozenset[str]] = {}
+        # The components that are written of each declaration; what is written as a whole has an empty path.
+        self.paths: dict[str, set[tuple[str, ...]]] = {}
+        # Who writes each declaration: an instruction that is in no file, or nothing where the program itself does.
+        self.writers: dict[str, set[str]] = {}
+        # By statement: what functions that are in no file may write of what they are given, and the name of one of
+        # them; calls of the program's own functions.
+        self.by_unknown: dict[tuple[str, Span], tuple[set[str], str]] = {}
+        self.by_own: dict[tuple[str, Span], set[CalledWith]] = {}
+        self._writing = {source.path: writing_functions(source, program) for source in program.sources}
+        routines = {r.key: r for r in program.all_routines()}
+        calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
+        found: dict[str, set[str]] = {key: set() for key in routines}
+        callers: dict[str, set[str]] = {}
+        for key, routine in routines.items():
+            for statement in statements_of(routine):
+                self._of_statement(statement, routine, found[key], calls[key])
+            for called, _ in calls[key]:
+                callers.setdefault(called, set()).add(key)
+        pending = list(routines)
+        while pending:
+            key = pending.pop()
+            before = len(found[key])
+            for called, passed in calls[key]:
+                self._through_call(found[called], passed, routines[key], found[key])
+            if len(found[key]) != before:
+                pending += callers.get(key, ())
+        self.of_routine = {key: frozenset(keys) for key, keys in found.items()}
+        self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
+        self.acting = acting_functions(routines, self.of_routine, calls)
+        # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
+        traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP"]
+        handlers = [
+            self.of(body, routine)
+            for routine in routines.values()
+            for body in routine.handlers
+            if holds_word(routine.source, body, b"retry", b"trynext", b"return")
+        ]
+        self.volatile = frozenset(k for keys in (*traps, *handlers) for k in keys if not k.startswith("%"))
+
+    def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
+        """As ``of`` for one statement, kept for the next time it is executed."""
+        key = (routine.source.path, statement.span)
+        if key not in self._kept:
+            self._kept[key] = frozenset(self.of([statement], routine))
+        return self._kept[key]
+
+    def of(self, body: Sequence[Statement], routine: Routine) -> set[str]:
+        """Keys that the statements may change."""
+        changed: set[str] = set()
+        calls: set[CalledWith] = set()
+        for statement in statements_in(body):
+            self._of_statement(statement, routine, changed, calls)
+        for called, passed in calls:
+            self._through_call(self.of_routine[called], passed, routine, changed)
+        return changed
+
+    def _of_statement(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        writing = self._writing[routine.source.path]
+        if writing is not None:
+            self._of_functions(writing, statement, routine, changed, calls)
+        if statement.kind == "assign":
+            self._add(statement.word, routine, changed, component_path(routine.source.data, statement.parts[0]))
+        elif statement.kind == "call":
+            self._of_call(statement, routine, changed, calls)
+        elif statement.kind == "opaque":
+            for name in _assigned_in(routine.source, statement.span):
+                self._add(name, routine, changed)
+
+    def _through_call(
+        self, below: Set[str], passed: Iterable[tuple[str, str]], routine: Routine, changed: set[str]
+    ) -> None:
+        """Add what a called routine changes, its parameters by reference as the data passed."""
+        changed |= {k for k in below if not k.startswith("%")}
+        for parameter, name in passed:
+            if "%" + parameter in below:
+                self._add(name, routine, changed)
+
+    def _add(
+        self, name: str, routine: Routine, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
+    ) -> None:
+        if any(p.name == name for p in routine.parameters):
+            changed.add("%" + name)
+            return
+        self._add_data(self.program.declaration(name, routine.module, routine.name), changed, path, writer)
+
+    def _add_data(
+        self, declaration: Declaration | None, changed: set[str], path: tuple[str, ...] = (), writer: str = ""
+    ) -> None:
+        if declaration is not None and declaration.storage != "CONST":
+            changed.add(declaration.key)
+            self.paths.setdefault(declaration.key, set()).add(path)
+            self.writers.setdefault(declaration.key, set()).add(writer)
+
+    def _of_call(self, statement: Statement, routine: Routine, changed: set[str], calls: set[CalledWith]) -> None:
+        data = routine.source.data
+        motion = self.program.motion(routine.source, statement)
+        if motion is not None:
+            changed.add("@moves")
+            found = motion.argument("found")
+            if found is not None:
+                self._add(argument_name(data, found.span), routine, changed)
+            return
+        called = self.program.routine(statement.word, routine.module)
+        if called is None and statement.word in STATE:
+            changed.add(STATE[statement.word])
+            return
+        reads = called is None and statement.word in READ_ONLY
+        if reads and b":=" not in data[slice(*statement.span)]:
+            return
+        start = statement.span[0] + len(statement.word)
+        pieces = read_arguments(data, start, statement.span[1])
+        writer = data[statement.span[0] : start].decode("latin-1")
+        if reads:
+            pieces = tuple(piece for piece in pieces if piece[0] in WRITTEN)
+        if called is None and statement.word in BY_NAME and statement.word != "getdataval":
+            for declaration in named_by_text(statement, routine, self.program):
+                self._add_data(declaration, changed, writer=writer)
+            return
+        self._hand_over(called, pieces, writer, routine, changed, calls)
+
+    def _of_functions(
+        self,
+        writing: re.Pattern[bytes],
+        statement: Statement,
+        routine: Routine,
+        changed: set[str],
+        calls: set[CalledWith],
+    ) -> None:
+        """What functions in the statement's own expressions write."""
+        for name, span in called_in(writing, statement, routine.source.data):
+            pieces = read_arguments(routine.source.data, *span)
+            called = self.program.routine(name, routine.module)
+            written: set[str] = set()
+            through: set[CalledWith] = set()
+            self._hand_over(called, pieces, name, routine, written, through)
+            place = (routine.source.path, statement.span)
+            if written:
+                self.by_unknown[place] = (self.by_unknown.get(place, (set[str](), ""))[0] | written, name)
+            if through:
+                self.by_own.setdefault(place, set()).update(through)
+            changed |= written
+            calls |= through
+
+    def of_functions(self, statement: Statement, routine: Routine) -> set[str]:
+        """Keys that functions of the program change where the expressions of a statement call them."""
+        changed: set[str] = set()
+        for called, passed in self.by_own.get((routine.source.path, statement.span), ()):
+            self._through_call(self.of_routine[called], passed, routine, changed)
+        return changed
+
+    def _hand_over(
+        self,
+        called: Routine | None,
+        pieces: Sequence[Piece],
+        writer: str,
+        routine: Routine,
+        changed: set[str],
+        calls: set[CalledWith],
+    ) -> None:
+        """Add what is called with arguments: a routine, or what is in no file and may write all that it is given."""
+        data = routine.source.data
+        if called is None:
+            for _, span, _ in pieces:
+                self._add(argument_name(data, span), routine, changed, writer=writer)
+            return
+        by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
+        passed = tuple((name, argument_name(data, span)) for name, span in by_reference)
+        calls.add((called.key, passed))
+
+
+def _assigned_in(source: Source, span: Span) -> Iterator[str]:
+    """Names before ``:=`` in text that is not understood."""
+    for found in re.finditer(rb"([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*:=", source.data[span[0] : span[1]]):
+        yield found[1].decode("latin-1").lower()

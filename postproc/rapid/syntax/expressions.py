@@ -1,0 +1,230 @@
+"""Expressions read into trees.
+
+Precedence, low to high: OR XOR, AND, NOT, relations, + -, * / DIV MOD, sign (ABB RAPID reference, "Expressions").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from postproc.diagnostics import Span
+from postproc.rapid.syntax.tokens import NAMES, tokenize
+from postproc.rapid.syntax.trees import (
+    Aggregate,
+    Binary,
+    Call,
+    Component,
+    Expression,
+    Index,
+    Name,
+    Number,
+    Star,
+    Text,
+    Truth,
+    Unary,
+)
+from postproc.rapid.unknown import Unknown
+
+MAX_NESTING = 40
+MAX_OPERATORS = 150
+
+
+class ExpressionError(ValueError):
+    """The text is not an expression this reader knows."""
+
+
+PRECEDENCE = {
+    "or": 1, "xor": 1, "and": 2, "=": 4, "<>": 4, "<": 4, ">": 4, "<=": 4, ">=": 4,
+    "+": 5, "-": 5, "*": 6, "/": 6, "div": 6, "mod": 6,
+}  # fmt: skip
+
+RESERVED = frozenset({*PRECEDENCE, "not", "true", "false", "then", "do", "to", "step"})
+
+
+def number(text: str) -> float:
+    """Value of a numeric literal, hexadecimal, octal and binary included."""
+    try:
+        return float(int(text, 0)) if text[:2].lower() in ("0x", "0o", "0b") else float(text)
+    except OverflowError as error:
+        raise ExpressionError(f"`{text}` is too large") from error
+
+
+def read_expression(data: bytes, start: int, end: int) -> Expression:
+    """The longest expression at ``data[start:end]``; its span tells where it ends.
+
+    Raises:
+        ExpressionError: there is none, or it is nested deeper than ``MAX_NESTING``.
+    """
+    return _Reader(data, start, end).binary(0)
+
+
+def read_whole_expression(data: bytes, start: int, end: int, what: str = "the expression") -> Expression:
+    """The expression that fills ``data[start:end]``.
+
+    Args:
+        what: it is, for people.
+
+    Raises:
+        Unknown: the text is something else, or goes on after the expression.
+    """
+    name = NAMES.fullmatch(data, start, end)
+    if name is not None and (word := (text := name[0].decode("latin-1")).lower()) not in RESERVED:
+        return Name((start, end), word, text)
+    try:
+        reader = _Reader(data, start, end)
+        result = reader.binary(0)
+        if reader.kind != "end":
+            raise ExpressionError(f"`{reader.word}` is not expected here")
+    except ExpressionError as error:
+        raise Unknown(f"{what} cannot be read: {error}") from error
+    return result
+
+
+class _Reader:
+    def __init__(self, data: bytes, start: int, end: int) -> None:
+        self.tokens: Iterator[tuple[str, Span]] = tokenize(data, start, end)
+        self.data = data
+        self.end = end
+        self.last = start
+        self.depth = 0
+        self.operators = 0
+        self.kind, self.word, self.span = "end", "", (start, start)
+        self.step()
+
+    def step(self) -> None:
+        self.last = self.span[1]
+        for kind, span in self.tokens:
+            if kind not in ("blank", "comment"):
+                self.kind, self.span = kind, span
+                self.word = self.data[span[0] : span[1]].decode("latin-1")
+                return
+        self.kind, self.word, self.span = "end", "", (self.end, self.end)
+
+    def take(self, word: str) -> bool:
+        if self.word == word and self.kind == "operator":
+            self.step()
+            return True
+        return False
+
+    def expect(self, word: str) -> None:
+        if not self.take(word):
+            raise ExpressionError(f"`{word}` is missing before `{self.word}`")
+
+    def binary(self, level: int) -> Expression:
+        self.depth += 1
+        if self.depth > MAX_NESTING:
+            raise ExpressionError("the expression is nested too deeply")
+        if self.kind == "name" and self.word.lower() == "not":
+            start = self.span[0]
+            self.step()
+            operand = self.binary(3)
+            left: Expression = Unary((start, operand.span[1]), "not", operand)
+        else:
+            left = self.signed()
+        while True:
+            operator = self.word.lower()
+            rank = PRECEDENCE.get(operator, 0) if self.kind in ("operator", "name") else 0
+            if rank <= level:
+                self.depth -= 1
+                return left
+            self.step()
+            self.operators += 1
+            if self.operators > MAX_OPERATORS:
+                raise ExpressionError("the expression is too long")
+            right = self.binary(rank)
+            left = Binary((left.span[0], right.span[1]), operator, left, right)
+
+    def signed(self) -> Expression:
+        if self.kind == "operator" and self.word in "+-":
+            sign, start = self.word, self.span[0]
+            self.step()
+            self.depth += 1
+            if self.depth > MAX_NESTING:
+                raise ExpressionError("the expression is nested too deeply")
+            operand = self.signed()
+            self.depth -= 1
+            span = (start, operand.span[1])
+            if isinstance(operand, Number):
+                return Number(span, -operand.value if sign == "-" else operand.value)
+            return Unary(span, sign, operand)
+        return self.postfix(self.primary())
+
+    def postfix(self, base: Expression) -> Expression:
+        parts = 0
+        while self.kind == "operator" and self.word in ("{", "."):
+            parts += 1
+            if parts > MAX_NESTING:
+                raise ExpressionError("the expression is nested too deeply")
+            if self.take("{"):
+                indices = self.listed("}")
+                base = Index((base.span[0], self.last), base, indices)
+            else:
+                self.step()
+                if self.kind != "name":
+                    raise ExpressionError("a component name is missing after `.`")
+                base = Component((base.span[0], self.span[1]), base, self.word.lower())
+                self.step()
+        return base
+
+    def listed(self, close: str) -> tuple[Expression, ...]:
+        items: list[Expression] = []
+        if self.take(close):
+            return ()
+        while True:
+            items.append(self.binary(0))
+            if self.take(close):
+                return tuple(items)
+            self.expect(",")
+
+    def primary(self) -> Expression:
+        kind, word, span = self.kind, self.word, self.span
+        if kind == "number":
+            self.step()
+            return Number(span, number(word))
+        if kind == "string":
+            self.step()
+            return Text(span, unquote(word))
+        if kind == "name":
+            self.step()
+            low = word.lower()
+            if low in ("true", "false"):
+                return Truth(span, low == "true")
+            if low in RESERVED:
+                raise ExpressionError(f"`{word}` is not expected here")
+            if self.kind == "operator" and self.word == "(":
+                return self.call(span, word)
+            return Name(span, low, word)
+        if kind == "operator":
+            if self.take("["):
+                items = self.listed("]")
+                return Aggregate((span[0], self.last), items)
+            if self.take("("):
+                inner = self.binary(0)
+                self.expect(")")
+                return Unary((span[0], self.last), "()", inner)
+            if self.take("*"):
+                return Star(span)
+        raise ExpressionError(f"`{word}` is not expected here" if word else "an expression is missing")
+
+    def call(self, span: Span, name: str) -> Expression:
+        self.expect("(")
+        arguments: list[Expression] = []
+        options: list[tuple[str, Expression | None]] = []
+        while not self.take(")"):
+            if self.kind == "end":
+                raise ExpressionError("`)` is missing")
+            if self.take("\\"):
+                option = self.word.lower()
+                self.step()
+                value = self.binary(0) if self.take(":=") or self.take("?") else None
+                options.append((option, value))
+            else:
+                arguments.append(self.binary(0))
+            if not (self.take(",") or self.word in (")", "\\")):
+                raise ExpressionError(f"`,` is missing before `{self.word}`")
+        return Call((span[0], self.last), name.lower(), tuple(arguments), tuple(options), name)
+
+
+def unquote(literal: str) -> str:
+    """Value of a string literal; ``\\\\hh`` character codes stay as they are written."""
+    return literal[1:-1].replace('""', '"').replace("\\\\", "\\")

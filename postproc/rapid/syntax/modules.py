@@ -1,0 +1,183 @@
+"""Bytes to modules and routines; what cannot be read becomes an opaque span and a diagnostic."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.diagnostics import Diagnostic, Source, Span
+from postproc.rapid.syntax import patterns
+from postproc.rapid.syntax.cursor import text
+from postproc.rapid.syntax.nodes import Declaration, Module, Parameter, Record, Routine
+from postproc.rapid.syntax.statements import (
+    BLOCK_ENDS,
+    DATA_WORDS,
+    HANDLER_WORDS,
+    ROUTINE_ENDS,
+    ROUTINE_WORDS,
+    StatementReader,
+)
+from postproc.rapid.syntax.tokens import skip
+
+ITEM_WORDS = DATA_WORDS | ROUTINE_WORDS | {b"local", b"task", b"record", b"alias"}
+HEADER = re.compile(rb"(?:\xef\xbb\xbf)?\s*%%%.*?%%%", re.DOTALL)
+
+
+class FileReader(StatementReader):
+    """Modules and routines of one file."""
+
+    def file(self) -> list[Module]:
+        modules: list[Module] = []
+        header = HEADER.match(self.data)
+        if header is not None:
+            self.at = header.end()
+        stray: int | None = None  # where text outside modules begins
+        while True:
+            word, start, end = self.peek()
+            module = patterns.MODULE_HEAD.match(self.data, start) if word == b"module" else None
+            inside = module is not None or word in ITEM_WORDS
+            if stray is not None and (inside or (modules and start >= self.end)):
+                told = "text outside a module is not loaded by the controller and is kept as it stands"
+                self.report("RAP015", "warning", told, (stray, self.at), "delete it if it was left behind by mistake")
+                stray = None
+            if module is not None:
+                modules.append(self.module_at(module))
+            elif inside:
+                told = "data or routines stand outside a MODULE"
+                help_ = "put them between MODULE and ENDMODULE; the controller does not load them otherwise"
+                self.report("RAP004", "warning", told, (start, end), help_)
+                modules.append(self.items("", (start, start), ()))
+            elif start >= self.end:
+                return modules
+            else:
+                stray = start if stray is None else stray
+                line = patterns.TO_LINE_END.match(self.data, start)
+                self.at = max(line.end() if line else start, start + 1)
+
+    def module_at(self, head: re.Match[bytes]) -> Module:
+        self.at = head.end()
+        attributes = tuple(re.findall(r"\w+", text(head[2]).upper())) if head[2] else ()
+        return self.items(text(head[1]), head.span(), attributes)
+
+    def items(self, name: str, head: Span, attributes: tuple[str, ...]) -> Module:
+        """Everything up to ENDMODULE (which is consumed) or the end of the file."""
+        self.module, self.routine = name, ""
+        records: list[Record] = []
+        declarations: list[Declaration] = []
+        routines: list[Routine] = []
+        while True:
+            word, start, end = self.peek()
+            scope = ""
+            item = start
+            if word in (b"local", b"task"):
+                scope = text(word.upper())
+                self.at = end
+                word, start, end = self.peek()
+            if word in DATA_WORDS:
+                declaration = self.declaration(item, scope)
+                if declaration is not None:
+                    declarations.append(declaration)
+            elif word in ROUTINE_WORDS:
+                routine = self.routine_at(item, start, scope)
+                if routine is not None:
+                    routines.append(routine)
+            elif word == b"record":
+                records.append(self.record(end))
+            elif word == b"alias":
+                self.at = end
+                stop, _ = self.to_semicolon(end)
+                words = text(self.data[end:stop]).split()
+                if len(words) == 2:
+                    records.append(Record(words[1].lower(), (("", words[0].lower()),)))
+                self.at = min(stop + 1, self.end)
+            elif word == b"endmodule":
+                self.at = end
+                break
+            elif word == b"module" or (not word and start >= self.end):
+                self.at = start
+                if name:
+                    help_ = (
+                        "the file is cut off or an END word is missing; load it in RobotStudio and check the program"
+                    )
+                    self.report("RAP005", "error", f"module `{name}` has no ENDMODULE", head, help_)
+                break
+            else:
+                self.opaque(start)
+        parts = tuple(records), tuple(declarations), tuple(routines)
+        return Module(self.source, (head[0], self.at), head, name, attributes, *parts)
+
+    def record(self, at: int) -> Record:
+        self.at = at
+        name, _, self.at = self.peek()
+        fields = []
+        while True:
+            word, start, end = self.peek()
+            if word == b"endrecord":
+                self.at = end
+                break
+            found = patterns.FIELD.match(self.data, self.at)
+            if found is None:
+                self.opaque(start)
+                if start >= self.end:
+                    break
+                continue
+            fields.append((text(found[2]).lower(), text(found[1]).lower()))
+            self.at = found.end()
+        return Record(text(name), tuple(fields))
+
+    def routine_at(self, item: int, start: int, scope: str) -> Routine | None:
+        head = patterns.ROUTINE_HEAD.match(self.data, start)
+        if head is None:
+            self.opaque(start)
+            return None
+        kind, name = text(head[1] or head[3]).upper(), text(head[4])
+        self.at = head.end()
+        self.routine, self.local_data = name, []
+        body, handlers = self.block(), []
+        while True:
+            word, begin, end = self.peek()
+            if word in HANDLER_WORDS:
+                self.at = end
+                at = skip(self.data, end, self.end)
+                if self.data[at : at + 1] == b"(":
+                    close = self.data.find(b")", at)
+                    self.at = close + 1 if close >= 0 else end
+                handlers.append(self.block())
+            elif word in ROUTINE_ENDS:
+                self.at = end
+                self.semicolon()
+                break
+            elif word in BLOCK_ENDS:
+                told, help_ = "closes nothing in", "check the IF, FOR, WHILE and TEST blocks of this routine"
+                self.report("RAP006", "error", f"`{text(word.upper())}` {told} `{name}`", (begin, end), help_)
+                self.at = end
+                body += self.block()
+            else:
+                help_ = "check the blocks and semicolons of this routine"
+                self.report("RAP007", "error", f"{kind} `{name}` has no END{kind}", head.span(4), help_)
+                break
+        routine = Routine(
+            self.source, (item, self.at), self.module, kind, name, scope == "LOCAL",
+            text(head[2] or b"").lower(), parameters(head[5] or b""),
+            tuple(self.local_data), tuple(body), tuple(tuple(h) for h in handlers),
+        )  # fmt: skip
+        self.routine, self.local_data = "", []
+        return routine
+
+
+def parameters(head: bytes) -> tuple[Parameter, ...]:
+    """Parameters of a routine; alternatives of ``|`` share the optional mark of the first."""
+    found: list[Parameter] = []
+    optional = False
+    for item in patterns.PARAMETER.finditer(head):
+        optional = bool(item[2]) or (item[1] == b"|" and optional)
+        kind = text(item[4]).lower()
+        rank = item[6].count(b",") + 1 if item[6] else 0
+        mode = "SWITCH" if kind == "switch" else text(item[3] or b"").upper()
+        found.append(Parameter(text(item[5]).lower(), kind, mode, optional, rank))
+    return tuple(found)
+
+
+def parse(source: Source) -> tuple[list[Module], list[Diagnostic]]:
+    """Modules of one file and what was found wrong with it."""
+    reader = FileReader(source)
+    return reader.file(), reader.diagnostics

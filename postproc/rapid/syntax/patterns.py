@@ -1,0 +1,106 @@
+"""Regular expressions for pieces larger than a token; none comes back to what it matched, so none can run away."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.rapid.syntax.tokens import BLANK, COMMENT, IDENTIFIER, PLACEHOLDER, STRING, many, skip
+
+GAP = many(BLANK + rb"|" + COMMENT)
+DEPTH = 12  # brackets nested deeper than this are not read (a robtarget array in an aggregate needs 5)
+
+
+def _nested(depth: int) -> bytes:
+    inner = b"|" + _nested(depth - 1) if depth > 1 else b""
+    return rb"[\[({]" + many(rb"[^\[\](){}\"!]++|" + STRING + rb"|" + COMMENT + inner) + rb"[\])}]"
+
+
+BRACKETED = _nested(DEPTH)
+# An expression up to a comma, backslash, semicolon or closing bracket outside its own brackets.
+EXPRESSION = many(rb"[^\[\](){}\"!,;\\]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED)
+
+
+def up_to(word: bytes) -> re.Pattern[bytes]:
+    """Text before the next ``word`` that is outside strings and comments, or before the end of the statement."""
+    first = word[:1]
+    both = first.lower() + first.upper()
+    other = rb"[^\"!;" + both + rb"]++"
+    begins_otherwise = rb"(?!(?<![\w\x80-\xff])(?i:" + word + rb")(?![\w\x80-\xff]))[" + both + rb"]"
+    return re.compile(many(other + rb"|" + STRING + rb"|" + COMMENT + rb"|" + begins_otherwise + rb"|\""))
+
+
+def _spaced(*parts: bytes) -> re.Pattern[bytes]:
+    """The parts in order, with blanks and comments between them."""
+    return re.compile(GAP.join(parts))
+
+
+def _maybe(part: bytes) -> bytes:
+    """An optional part, and the blanks behind it."""
+    return rb"(?:" + part + GAP + rb")?"
+
+
+WORDED = rb"(" + IDENTIFIER + rb")"
+# The first word of a statement and what follows it.
+LEAD = re.compile(GAP + rb"(?:" + WORDED + GAP + rb"(:=|:|\{|\.(?!\d))?)?")
+WORD = re.compile(GAP + WORDED)
+TO_SEMICOLON = re.compile(many(rb"[^;!\"]++|" + STRING + rb"|" + COMMENT + rb"|\""))
+TO_LINE_END = re.compile(rb"[^\n]*+")
+PLACE = re.compile(PLACEHOLDER)
+REFERENCE = _spaced(IDENTIFIER + many(GAP + rb"(?:" + BRACKETED + rb"|\." + GAP + IDENTIFIER + rb")"), rb"(:=)")
+# A line that starts with one of these ends the statement before it, whether or not that has its semicolon.
+HARD_STOP = re.compile(
+    rb"\n[ \t]*+(?i:(?:END(?:PROC|FUNC|TRAP|MODULE|RECORD|IF|FOR|WHILE|TEST)|ELSE|ELSEIF|CASE|DEFAULT|PROC|FUNC|TRAP"
+    rb"|MODULE|LOCAL|CONST|PERS|VAR|ERROR|UNDO|BACKWARD)(?![\w\x80-\xff])"
+    rb"|(?:Move(?:[JLC]|AbsJ)|Arc[LC](?:Start|End)?\d?)[ \t]+[\w\[*\\])"
+)
+DECLARATION = _spaced(rb"(?i:(CONST|PERS|VAR))", WORDED, WORDED, _maybe(rb"(" + BRACKETED + rb")") + rb"(:=)?")
+MODULE_HEAD = re.compile(rb"(?i:MODULE)" + GAP + WORDED + rb"(?:" + GAP + rb"(\([^()]*+\)))?")
+ROUTINE_HEAD = re.compile(
+    rb"(?i:(?:(FUNC)" + GAP + WORDED + rb"|(PROC|TRAP)))" + GAP + WORDED + rb"(?:" + GAP + rb"(\("
+    + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
+)  # fmt: skip
+PARAMETER = _spaced(
+    rb"", rb"([,|(]?)", rb"(\\?)", _maybe(rb"(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])") + WORDED, WORDED,
+    rb"(\{[^{}]*+\})?",
+)  # fmt: skip
+FIELD = _spaced(rb"", WORDED, WORDED, rb";")
+# One argument of an instruction: separator, \\name (or the name of a required argument), := or ?, expression.
+PIECE = re.compile(
+    GAP + rb"(,?)" + GAP + rb"(?>(?:\\" + GAP + WORDED + GAP + _maybe(rb"(:=|\?)") + rb"|"
+    + IDENTIFIER + GAP + rb":=" + GAP + rb")?)(" + EXPRESSION + rb")"
+)  # fmt: skip
+# Arguments that are names, nothing else between them than commas.
+PLAIN_REST = re.compile(rb",[A-Za-z_]\w*+" + many(rb",[A-Za-z_]\w*+"))
+# One step through an expression (group 1: blank or comment), and an expression up to a comma.
+TOKEN = re.compile(rb"(" + BLANK + many(BLANK) + rb"|" + COMMENT + rb")|" + STRING + rb"|[^\s!\"]++|[\x00-\xff]")
+PART = re.compile(many(rb"[^\[\](){}\"!,]++|" + STRING + rb"|" + COMMENT + rb"|" + BRACKETED))
+
+
+def listed(data: bytes, start: int, end: int) -> tuple[tuple[int, int], ...]:
+    """Spans of what stands between commas outside brackets, without blanks around it; nothing may stand there."""
+    spans = []
+    at = start
+    while at < end:
+        found = PART.match(data, at, end)
+        stop = found.end() if found else end
+        first = skip(data, at, stop)
+        spans.append((first, trimmed(data, first, stop)))
+        at = stop + 1
+    return tuple(spans)
+
+
+def trimmed(data: bytes, start: int, end: int) -> int:
+    """``end`` moved back over blanks and trailing comments."""
+    piece = data[start:end]
+    if b"!" in piece:
+        at = start
+        last = start
+        while at < end:
+            found = TOKEN.match(data, at, end)
+            if found is None:
+                break
+            at = found.end()
+            if not found[1]:
+                last = at
+        return last
+    return start + len(piece.rstrip())

@@ -1,0 +1,46 @@
+"""Where the numbers of a robtarget stand in the text."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.syntax.tokens import BLANK, COMMENT, NUMBER, many
+
+_GAP = rb"[ \t\r\n]*+" + many(BLANK + rb"|" + COMMENT)
+_NUMBER = rb"(" + many(rb"[+-]" + _GAP) + rb"(?>" + NUMBER + rb"))"
+_COMMA = _GAP + b"," + _GAP
+
+
+def _list(count: int) -> bytes:
+    return rb"\[" + _GAP + _COMMA.join([_NUMBER] * count) + _GAP + rb"\]"
+
+
+LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)) + _GAP + rb"\]" + _GAP)
+"""A robtarget that consists of numbers alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetSpans:
+    """Byte spans of the numbers of a ``LITERAL``, found again whenever they are asked for: eleven take 1.5 kB."""
+
+    source: Source
+    whole: Span
+
+    def _groups(self, first: int, last: int) -> tuple[Span, ...]:
+        found = LITERAL.fullmatch(self.source.data, *self.whole)
+        return found.regs[first:last] if found else ()
+
+    @property
+    def trans(self) -> tuple[Span, ...]:
+        return self._groups(1, 4)
+
+    @property
+    def rot(self) -> tuple[Span, ...]:
+        return self._groups(4, 8)
+
+    @property
+    def numbers(self) -> tuple[Span, ...]:
+        """Position, orientation and configuration in the order of the text."""
+        return self._groups(1, 12)

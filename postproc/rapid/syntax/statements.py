@@ -1,0 +1,231 @@
+"""Statements, blocks and data declarations."""
+
+from __future__ import annotations
+
+import re
+
+from postproc.diagnostics import Span
+from postproc.rapid.syntax import patterns
+from postproc.rapid.syntax.cursor import Cursor, text
+from postproc.rapid.syntax.expressions import ExpressionError, read_expression
+from postproc.rapid.syntax.nodes import Branch, Declaration, Statement
+from postproc.rapid.syntax.tokens import COMMENT, STRING, many, skip
+
+MAX_NESTING = 100
+DATA_WORDS = {b"const", b"pers", b"var"}
+ROUTINE_WORDS = {b"proc", b"func", b"trap"}
+HANDLER_WORDS = {b"error", b"undo", b"backward"}
+BLOCK_ENDS = {b"endif", b"endfor", b"endwhile", b"endtest", b"else", b"elseif", b"case", b"default"}
+ROUTINE_ENDS = {b"endproc", b"endfunc", b"endtrap"}
+MODULE_ENDS = ROUTINE_WORDS | {b"endmodule", b"module", b"local", b"record", b"endrecord"}
+TERMINATORS = BLOCK_ENDS | ROUTINE_ENDS | HANDLER_WORDS | MODULE_ENDS
+LEAVE_WORDS = {b"raise", b"retry", b"trynext", b"exit", b"exitcycle"}
+
+TO_THEN = patterns.up_to(b"THEN")
+TO_DO = patterns.up_to(b"DO")
+TO_FROM = patterns.up_to(b"FROM")
+TO_TO = patterns.up_to(b"TO")
+TO_STEP = patterns.up_to(b"STEP")
+TO_TEST_BODY = re.compile(
+    many(
+        rb"(?!(?<![\w\x80-\xff])(?i:CASE|DEFAULT|ENDTEST)(?![\w\x80-\xff]))(?:" + STRING + rb"|" + COMMENT + rb"|[^;])"
+    )
+)
+TO_COLON = re.compile(many(rb"[^;:!\"\n]++|" + STRING + rb"|" + COMMENT + rb"|\n"))
+SIMPLE = {b"return": "return", b"goto": "goto", b"connect": "connect", **{w: "leave" for w in LEAVE_WORDS}}
+BLOCKS = {b"if", b"for", b"while", b"test"}
+
+
+class StatementReader(Cursor):
+    """Reads one construct per method and moves the cursor behind it."""
+
+    def block(self) -> list[Statement]:
+        """Statements up to the next word that ends a block, which is left for the caller."""
+        statements: list[Statement] = []
+        self.depth += 1
+        while (statement := self.statement()) is not None:
+            if statement.kind != "data":
+                statements.append(statement)
+        self.depth -= 1
+        return statements
+
+    def statement(self) -> Statement | None:
+        """The next statement, or None at a word that ends the block or at the end of the file."""
+        data = self.data
+        lead = patterns.LEAD.match(data, self.at)
+        name = lead[1] if lead else None
+        if lead is None or name is None:
+            return self.odd_statement(lead.end() if lead else self.at)
+        start = lead.start(1)
+        word = name.lower()
+        if word in TERMINATORS:
+            return None
+        if word in BLOCKS:
+            return self.nested(word, start, lead.end(1))
+        mark = lead[2]
+        if mark is None:
+            if word in DATA_WORDS:
+                self.at = start
+                declaration = self.declaration(start, "")
+                if declaration is not None:
+                    self.local_data.append(declaration)
+                return Statement("data", (start, self.at))
+            end = self.close_statement(start, lead.end(1))
+            span = (start, self.at)
+            if word in SIMPLE:
+                part = self.part(lead.end(1), end)
+                return Statement(SIMPLE[word], span, text(data[part[0] : part[1]]).lower(), (part,))
+            return Statement("call", span, text(word))
+        if mark == b":":
+            self.at = lead.end()
+            return Statement("label", (start, self.at), text(word))
+        reference = lead if mark == b":=" else patterns.REFERENCE.match(data, start)
+        if reference is None:
+            return self.opaque(start)
+        end = self.close_statement(start, reference.end())
+        target = (start, patterns.trimmed(data, start, reference.end() - 2))
+        value = self.part(reference.end(), end)
+        return Statement("assign", (start, self.at), text(word), (target, value))
+
+    def odd_statement(self, at: int) -> Statement | None:
+        """A statement that does not start with a word: late binding, placeholder, lone semicolon."""
+        data = self.data
+        if at >= self.end:
+            return None
+        first = data[at : at + 1]
+        if first == b";":
+            self.at = at + 1
+            return Statement("placeholder", (at, self.at))
+        if first == b"%":
+            end, closed = self.to_semicolon(at)
+            self.at = end + 1 if closed else end
+            return Statement("call", (at, self.at), "%")
+        place = patterns.PLACE.match(data, at)
+        if place is not None:
+            self.at = place.end()
+            self.semicolon()
+            return Statement("placeholder", (at, self.at))
+        return self.opaque(at)
+
+    def nested(self, word: bytes, start: int, end: int) -> Statement:
+        if self.depth > MAX_NESTING:
+            self.report("RAP009", "error", f"blocks are nested deeper than {MAX_NESTING}", (start, end))
+            return self.opaque(start)
+        if word == b"if":
+            return self.if_at(start, end)
+        if word == b"test":
+            return self.test_at(start, end)
+        return self.loop_at(word, start, end)
+
+    def close(self, word: bytes, start: int) -> None:
+        """Consume the END word of the block that began at ``start``."""
+        found, _, end = self.peek()
+        if found == word:
+            self.at = end
+            self.semicolon()
+        else:
+            opener = text(word[3:].upper())
+            told, span = f"{opener} has no {text(word.upper())}", (start, start + len(opener))
+            self.report("RAP010", "error", told, span, "check the blocks of this routine")
+
+    def if_at(self, start: int, end: int) -> Statement:
+        condition, has_then = self.head(TO_THEN, end, 4)
+        if not has_then:
+            return self.compact_if(start, end)
+        branches = [Branch((condition,), tuple(self.block()))]
+        while True:
+            word, _, after = self.peek()
+            if word == b"elseif":
+                condition, has_then = self.head(TO_THEN, after, 4)
+                if not has_then:
+                    self.at = condition[1]
+                branches.append(Branch((condition,), tuple(self.block())))
+            elif word == b"else":
+                self.at = after
+                branches.append(Branch((), tuple(self.block())))
+            else:
+                break
+        self.close(b"endif", start)
+        return Statement("if", (start, self.at), branches=tuple(branches))
+
+    def compact_if(self, start: int, end: int) -> Statement:
+        """``IF condition statement``: the condition ends where no operator follows."""
+        stop, _ = self.to_semicolon(end)
+        try:
+            condition = read_expression(self.data, end, stop)
+        except ExpressionError:
+            return self.opaque(start)
+        self.at = condition.span[1]
+        self.depth += 1
+        inner = self.statement()
+        self.depth -= 1
+        if inner is None:
+            return self.opaque(start)
+        return Statement("if", (start, self.at), branches=(Branch((condition.span,), (inner,)),))
+
+    def loop_at(self, word: bytes, start: int, end: int) -> Statement:
+        self.at = end
+        if word == b"while":
+            condition, ok = self.head(TO_DO, end, 2)
+            name, parts = "", [condition]
+        else:
+            variable, ok = self.head(TO_FROM, end, 4)
+            name = text(self.data[variable[0] : variable[1]]).lower()
+            first, ok = self.head(TO_TO, self.at, 2) if ok else (variable, False)
+            last, ok = self.head(TO_DO, self.at, 2) if ok else (first, False)
+            parts = [first, last]
+            step = TO_STEP.match(self.data, last[0], last[1])
+            if ok and step is not None and step.end() < last[1]:
+                at = skip(self.data, step.end() + 4, last[1])
+                parts = [first, (last[0], patterns.trimmed(self.data, last[0], step.end())), (at, last[1])]
+        if not ok:
+            return self.opaque(start)
+        body = tuple(self.block())
+        self.close(b"end" + word, start)
+        return Statement(text(word), (start, self.at), name, tuple(parts), (Branch((), body),))
+
+    def test_at(self, start: int, end: int) -> Statement:
+        found = TO_TEST_BODY.match(self.data, end)
+        self.at = found.end() if found else end
+        subject = self.part(end, self.at)
+        branches = []
+        while True:
+            word, begin, after = self.peek()
+            if word == b"case":
+                colon = TO_COLON.match(self.data, after)
+                close = colon.end() if colon else after
+                self.at = min(close + 1, self.end)
+                conditions = tuple(span for span in patterns.listed(self.data, after, close) if span[0] < span[1])
+                branches.append(Branch(conditions, tuple(self.block())))
+            elif word == b"default":
+                at = skip(self.data, after, self.end)
+                self.at = at + 1 if self.data[at : at + 1] == b":" else after
+                branches.append(Branch((), tuple(self.block())))
+            elif word not in TERMINATORS and begin < self.end and not branches:
+                return self.opaque(start)
+            else:
+                break
+        self.close(b"endtest", start)
+        return Statement("test", (start, self.at), parts=(subject,), branches=tuple(branches))
+
+    def declaration(self, start: int, scope: str) -> Declaration | None:
+        at = skip(self.data, self.at, self.end)
+        found = patterns.DECLARATION.match(self.data, at)
+        if found is None:
+            self.opaque(start)
+            return None
+        end = self.close_statement(start, found.end())
+        init = self.part(found.end(), end) if found[5] else None
+        dims: tuple[Span, ...] = ()
+        if found[4]:
+            inner = self.data[found.start(4) + 1 : found.end(4) - 1]
+            offset = found.start(4) + 1
+            spans = []
+            for part in inner.split(b","):
+                spans.append((offset, offset + len(part)))
+                offset += len(part) + 1
+            dims = tuple(spans)
+        return Declaration(
+            self.source, (start, self.at), self.module, self.routine, scope, text(found[1]).upper(),
+            text(found[2]).lower(), text(found[3]), dims, init,
+        )  # fmt: skip
