@@ -110,7 +110,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
     robot = describe_robot(name_or_path)
     if robot.parallelogram:
         text = f"axes 2 and 3 of `{robot.name}` are coupled by a parallelogram, which is not computed"
-        help_ = "only arms whose axis 3 turns the forearm against the upper arm can be converted or fitted"
+        help_ = "leave its programs out, in a batch by `only` of a jobs file; `postproc robots show` has its numbers"
         raise PostprocError.of("KIN012", text, help=help_)
     return robot
 
