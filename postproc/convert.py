@@ -119,9 +119,9 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
-    for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):
+    for changed, edit in chain(change_edits(env, plan.changes), insertion_edits(env, plan.insertions)):
         edits[changed.path].append(edit)
-    plan = replace(plan, decisions=replace(plan.decisions, changes=()))  # they are edits now, and many
+    plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     before, after = _proved(model, plan, program, events, drafts, findings)
     figures = figures_of(plan, before, after)

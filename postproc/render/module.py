@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.values import Change, Displacement, Insertion, TargetValue
+from postproc.compensate.expressions import amounts_of
+from postproc.compensate.laws import OffsetLaw
+from postproc.compensate.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.grouping import grouped
 from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.program.records import Vec3
 from postproc.rapid.syntax.edits import Edit, edited
-from postproc.rapid.syntax.tokens import number_text, tokenize
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.syntax.tokens import number_text
+from postproc.rapid.syntax.trees import Number
 from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
@@ -28,53 +35,89 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
-    """Edits that write corrected targets: numbers in place, or an aggregate or an ``Offs`` for a whole argument."""
-    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
+    """Edits that write corrected targets: numbers in the place of numbers, or an offset around what stands there."""
     for change in changes:
-        if change.spans is not None:
+        if change.form == "numbers":
             edit = _number_edit(change)
             if edit is not None:
                 yield change.source, edit
-            continue
-        replaced = change.inner or change.span
-        text = fill(target, {"target": change.value}) + _comments(change.source.data, replaced)
-        if change.displacement is not None:
-            begin, end = change.inner or (change.span[0], change.span[0])
-            before, after = change.source.data[change.span[0] : begin], change.source.data[end : change.span[1]]
-            written = before.decode("latin-1") + (text if change.inner else "") + after.decode("latin-1")
-            text = fill(displaced, {"text": written, "displacement": _sums(change.displacement, written)})
-            lead, newline = line_style(change.source.data, change.span[0])
-            text = broken(text, lead.decode("latin-1"), newline.decode())
-        yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
+        elif change.form == "amounts":
+            for edit in _amount_edits(change):
+                yield change.source, edit
+        else:
+            yield change.source, _around(env, change)
 
 
-def _comments(data: bytes, span: Span) -> str:
-    """The comments of a text that is replaced, each to the end of its line."""
-    if b"!" not in data[slice(*span)]:
-        return ""
-    return "".join(
-        f" {data[slice(*at)].decode('latin-1')}\n" for kind, at in tokenize(data, *span) if kind == "comment"
-    )
+def _around(env: SandboxedEnvironment, change: Change) -> Edit:
+    """``Offs`` around an expression, or an aggregate of the components of a name with other configuration data."""
+    source, span = change.source, change.span
+    written = source.data[slice(*span)].decode("latin-1")
+    sums = _sums(change.law, written)
+    if change.form == "offset":
+        text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
+    else:
+        values = {"name": written, "displacement": sums, "robconf": change.value.robconf}
+        text = fill(load_template(env, "components.j2"), values)
+    lead, newline = line_style(source.data, span[0])
+    text = broken(text, lead.decode("latin-1"), newline.decode())
+    glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
+    return Edit(*span, (" " * glued + text).encode("latin-1", "replace"))
 
 
-def _sums(displacement: Displacement, text: str) -> list[str]:
-    """The displacement along x, y, z as RAPID writes it, with names as they are spelled in the text."""
+def _amount_edits(change: Change) -> Iterator[Edit]:
+    """New amounts by which ``Offs`` or ``RelTool`` displaces: a number for a number, a sum for anything else."""
+    data = change.source.data
+    tree = read_whole_expression(data, *change.span)
+    written = data[slice(*change.span)].decode("latin-1")
+    for axis, part in enumerate(amounts_of(tree)):
+        law = OffsetLaw(
+            _only(axis, change.law.constant), tuple((n, _only(axis, d)) for n, d in change.law.coefficients)
+        )
+        text = data[slice(*part.span)].decode("latin-1")
+        if isinstance(part, Number) and _plain(text):
+            amount = number_like(text.replace(" ", ""), part.value + law.constant[axis], MM_DECIMALS)
+            rest = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
+            text = amount if rest == "0" else f"{amount}+{rest}".replace("+-", "-")
+        else:
+            rest = _sums(law, written)[axis]
+            text = text if rest == "0" else f"{text}+{rest}".replace("+-", "-")
+        if text.encode("latin-1") != data[slice(*part.span)]:
+            yield Edit(*part.span, text.encode("latin-1", "replace"))
+
+
+def _only(axis: int, values: Vec3) -> Vec3:
+    """One component of a vector, the others zero."""
+    x, y, z = (value if k == axis else 0.0 for k, value in enumerate(values))
+    return x, y, z
+
+
+def _plain(text: str) -> bool:
+    """Whether a number is written in decimals."""
+    try:
+        float(text.replace(" ", ""))
+    except ValueError:
+        return False
+    return True
+
+
+def _sums(law: OffsetLaw, text: str) -> list[str]:
+    """An offset along x, y, z as RAPID writes it, with names as they are spelled in the text."""
     found = []
     for axis in range(3):
-        parts = [rapid_number(displacement.constant[axis], MM_DECIMALS)]
-        for name, slope in displacement.slopes:
-            spelled = re.search(rf"\b{re.escape(name)}\b", text, re.IGNORECASE)
+        parts = [rapid_number(law.constant[axis], MM_DECIMALS)]
+        for name, slope in law.coefficients:
+            spelled = re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text, re.IGNORECASE)
             number = rapid_number(slope[axis], SLOPE_DECIMALS)
-            parts += [f"{number}*{spelled[0] if spelled else name}"] if number != "0" else []
-        told = [part for part in parts if part != "0"] or ["0"]
-        found.append("+".join(told).replace("+-", "-"))
+            factor = "" if number == "1" else "-" if number == "-1" else f"{number}*"
+            parts += [f"{factor}{spelled[0] if spelled else name}"] if number != "0" else []
+        shown = [part for part in parts if part != "0"] or ["0"]
+        found.append("+".join(shown).replace("+-", "-"))
     return found
 
 
 def _number_edit(change: Change) -> Edit | None:
     """From the first number that changes to the last: programs have many targets, so one edit for each."""
-    assert change.spans is not None
-    value, data, places = change.value, change.source.data, change.spans.numbers
+    value, data, places = change.value, change.source.data, TargetSpans(change.source, change.span).numbers
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     text, begin, end = [], -1, 0
@@ -104,10 +147,10 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
 
     def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
         text = base or fill(target, {"target": value})
-        if value.way is None:
+        if value.law is None:
             return text
         names = statement.source.data[slice(*statement.span)].decode("latin-1")
-        return fill(displaced, {"text": text, "displacement": _sums(value.way, names)})
+        return fill(displaced, {"text": text, "displacement": _sums(value.law, names)})
 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
@@ -122,7 +165,7 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
                 replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
-            if insertion.to.way is not None:
+            if insertion.to.law is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
             lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))

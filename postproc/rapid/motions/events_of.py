@@ -11,7 +11,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.rapid.motions.missing import Missing
-from postproc.rapid.motions.regressors import NAME, named_numbers
+from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.arguments import fits
@@ -23,7 +23,7 @@ from postproc.rapid.program.values import Data
 from postproc.rapid.unknown import Unknown
 
 T = TypeVar("T")
-FIXED, NAMED = ("inline", "declared", "star"), ("declared", "element", "expression")  # kinds of origins
+NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
@@ -91,17 +91,16 @@ class EventMaker:
         )
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
-        """What the program calls the target of the event before here, if it has a name that means the same here.
-
-        Nobody asks where both targets are the same in every execution.
-        """
-        to, origins = before.statement.argument("to"), (before.target_origin, event.target_origin)
-        if to is None or all(origin.kind in FIXED and origin.handed is None for origin in origins):
+        """What the program calls the target of the event before here; None where that has no name or means another."""
+        to, origin, last = before.statement.argument("to"), before.target_origin, before.statement
+        if to is None or origin.kind not in NAMED or "\n" in to.text:
             return None
-        if before.target_origin.kind not in NAMED or not NAME.fullmatch(to.text):
-            return None
-        known = self.targets.robtarget(before.statement.source, to.span, memory)
-        return to.text if known == (before.target, before.target_origin) else None
+        here = event.statement
+        same = last.source is here.source and last.routine == here.routine and last.module == here.module
+        if same and origin.kind == "declared" and origin.handed is None:
+            return to.text
+        known = self.targets.robtarget(last.source, to.span, memory)
+        return to.text if known == (before.target, origin) else None
 
     def places(
         self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]

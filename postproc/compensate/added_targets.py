@@ -1,0 +1,356 @@
+"""Targets to add: the text of each follows both ends of its line.
+
+Where an end is a name or an expression, an added target is written with it, so that it goes where the ends go:
+
+    P = (1 - s) S + s E + c
+
+with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant, or
+what goes with numbers that the statement names, or, where runs are lines of unlike lengths, with the square of the length
+(the correction bends evenly). Ends that are numbers give numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.expressions import Position, position_of
+from postproc.compensate.insertions import insertion_of, neighbouring_element, small_zone
+from postproc.compensate.laws import APART, CANCELLING, OffsetLaw, fit_affine, midrange
+from postproc.compensate.requests import Requester, conf_of
+from postproc.compensate.targets import Pieces
+from postproc.compensate.values import UNCHANGED_MM, Insertion, TargetValue
+from postproc.grouping import grouped
+from postproc.motion.refusals import STILL
+from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import NO_AXIS, Ax6, RobTarget, Vec3
+from postproc.robot.configuration import confdata
+
+NO_START = "where its line begins has no name here"
+UNLIKE = "it runs several times on different ways"
+TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
+SHARE_DECIMALS, BEND_DECIMALS = 3, 4
+PAIRS = tuple(combinations_with_replacement("xyz", 2))
+NOTHING = Position(None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """One execution of a divided line or arc.
+
+    Args:
+        start, end: what its ends are made of; starts_at, ends_at: (3,) where these are, constants left out [mm].
+        added: the targets to add as numbers.
+    """
+
+    event: MotionEvent
+    start: Position
+    end: Position
+    starts_at: Array
+    ends_at: Array
+    end_target: RobTarget
+    added: Sequence[Insertion]
+
+
+class TargetAdder:
+    """Adds targets to divided moves.
+
+    Args:
+        corrected: of a move, the target that its expression starts from as it is written now.
+    """
+
+    def __init__(
+        self, requester: Requester, curve: Array, program: Program, corrected: Callable[[int], RobTarget | None]
+    ) -> None:
+        self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
+        self.moves, self.samples = requester.motion.moves, requester.motion.samples
+
+    def add(self, pieces: Sequence[Pieces], path_mm: Array) -> tuple[list[Insertion], dict[int, str]]:
+        """Statements to add; moves that cannot be divided, with the reason.
+
+        Args:
+            path_mm: (m,) largest deviation along each move [mm].
+        """
+        divided = {p.move: p for p in pieces if p.goals}
+        runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.again is None)
+        found: list[Insertion] = []
+        refused: dict[int, str] = {}
+        for group in runs.values():
+            parts = [divided[i] for i in group if i in divided]
+            if not parts:
+                continue
+            added = self._of_statement(parts, 0.5 * float(path_mm[group].min())) if len(parts) == len(group) else UNLIKE
+            if isinstance(added, str):
+                refused.update(dict.fromkeys(group, added))
+            else:
+                found += added
+        return found, refused
+
+    def _of_statement(self, parts: Sequence[Pieces], within_mm: float) -> list[Insertion] | str:
+        """One set of statements for all runs, or why there is none."""
+        runs = [self._run(part) for part in parts]
+        known = [run for run in runs if isinstance(run, _Run)]
+        if len(known) < len(runs):
+            return next(run for run in runs if isinstance(run, str))
+        first = known[0]
+        if len({len(run.added) for run in known}) > 1 or any(
+            (r.start, r.end) != (first.start, first.end) for r in known
+        ):
+            return UNLIKE
+        gaps = [self._gap(part) for part in parts]
+        found = []
+        for k, insertions in enumerate(zip(*(run.added for run in known), strict=True)):
+            shares = np.array([self.samples.u[part.goals[k]] for part in parts])
+            one = self._added(known, insertions, shares, [max(within_mm, gap / 2) for gap in gaps])
+            if one is None:
+                return UNLIKE
+            found.append(one)
+        return found
+
+    def _run(self, part: Pieces) -> _Run | str:
+        i = part.move
+        event, before = self.moves[i].event, self.moves[i - 1].event
+        module, argument = event.statement.module, event.statement.argument("to")
+        assert argument is not None and isinstance(event.target, RobTarget)
+        added = self._numbers(i, part)
+        end = position_of(argument.text, event.target, self.program, module)
+        start = self._start(before, event, module)
+        if end is None:
+            return "its target is an expression that cannot be taken apart"
+        if start is None:
+            return NO_START
+        if event.via is not None:
+            alike = self._rigid(event, start, end, module)
+            if alike is None:
+                return "its three points are displaced in different ways"
+            start = end = alike
+        begins, ends = self.corrected(i - 1), self.corrected(i)
+        if ends is None or (begins is None and start.reference is not None):
+            return NO_START
+        numbers = dict(before.numbers) if event.via is None else dict(event.numbers)
+        try:
+            places = start.at(begins if event.via is None else ends, numbers), end.at(ends, dict(event.numbers))
+        except KeyError:
+            return NO_START
+        turned = event.target if end.reference is None else replace(event.target, rot=ends.rot)
+        return _Run(event, start, end, *places, turned, added)
+
+    def _start(self, before: MotionEvent, event: MotionEvent, module: str) -> Position | None:
+        """What the target before is made of, as far as the program can say it here; numbers where it never varies."""
+        origin = before.target_origin
+        constant = NOTHING if origin.kind in ("inline", "declared") and origin.handed is None else None
+        if not isinstance(before.target, RobTarget):
+            return constant if before.target is None else NOTHING
+        if (before.wobj, before.displacement, before.tool) != (event.wobj, event.displacement, event.tool):
+            return constant
+        text = event.start
+        if text is None:
+            argument = event.statement.argument("to")
+            text = neighbouring_element(argument.text, before, event) if argument is not None else None
+        found = None if text is None else position_of(text, before.target, self.program, module)
+        return found or constant
+
+    def _rigid(self, event: MotionEvent, start: Position, end: Position, module: str) -> Position | None:
+        """What displaces all three points of an arc together, nothing where nothing does; None where they differ."""
+        via = event.statement.argument("via")
+        assert via is not None and event.via is not None
+        points = {start, end, position_of(via.text, event.via, self.program, module)}
+        if len(points) == 1:
+            return end
+        origins = [event.target_origin, event.via_origin]
+        fixed = all(o is not None and o.kind in ("inline", "declared") and o.handed is None for o in origins)
+        return NOTHING if fixed and None not in points and not start.terms else None
+
+    def _numbers(self, i: int, part: Pieces) -> list[Insertion]:
+        """The statements to add before one move, their targets as numbers."""
+        event = self.moves[i].event
+        goals = list(part.goals)
+        confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
+        to = self.requester.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+        shares = self.samples.u[goals].tolist()
+        to = [replace(value, extax=self._axes(i, share)) for value, share in zip(to, shares, strict=True)]
+        vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
+        zone, parts = small_zone(self.program, event), np.diff(shares, prepend=0.0).tolist()
+        return [insertion_of(event, t, vias[k] if vias else None, zone, parts[k]) for k, t in enumerate(to)]
+
+    def _axes(self, i: int, share: float) -> Ax6:
+        """Where the external axes are after a share of a move: they move evenly with it."""
+        before, target = (self.moves[j].event.target for j in (max(i - 1, 0), i))
+        assert before is not None and target is not None
+        a, b, c, d, e, f = (
+            end if max(begin, end) >= NO_AXIS else round(begin + share * (end - begin), 3)
+            for begin, end in zip(before.extax, target.extax, strict=True)
+        )
+        return a, b, c, d, e, f
+
+    def _gap(self, part: Pieces) -> float:
+        """How far [mm] the correction is from its chord at the targets to add: what stays off without them."""
+        samples, goals, i = self.samples, list(part.goals), part.move
+        shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
+        u = samples.u[goals][:, None]
+        gaps: Array = (1 - u) * shift[samples.start[i]] + u * shift[samples.goal[i]] - shift[goals]
+        return 1e3 * float(np.linalg.norm(gaps, axis=1).max())
+
+    def _added(
+        self, runs: Sequence[_Run], insertions: Sequence[Insertion], shares: Array, most: Sequence[float]
+    ) -> Insertion | None:
+        """One statement for all runs, None where it would leave a run farther off than its ``most`` [mm]."""
+        first, values = runs[0], [i.to for i in insertions]
+        if any(not _still(v.extax, values[0].extax) or v.robconf != values[0].robconf for v in values):
+            return None
+        share = round(float(np.median(shares)), SHARE_DECIMALS) if first.event.via is None else 1.0
+        slopes = _combined(first.start, first.end, share)
+        places = np.array([value.pose.trans for value in values])
+        rest = places - [(1 - share) * run.starts_at + share * run.ends_at for run in runs]
+        law = self._correction(runs, rest, most)
+        via = self._via(runs, insertions, slopes, most)
+        if law is None or (insertions[0].via is not None and via is None):
+            return None
+        base = (
+            first.end.reference
+            if all(_turned_alike(v, run.end_target) for v, run in zip(values, runs, strict=True))
+            else None
+        )
+        kept = tuple((text, _minus_base(text, direction, base)) for text, direction in slopes)
+        if base is not None and f"{base}.trans.x" not in dict(slopes):
+            kept = (*kept, *((f"{base}.trans.{a}", _axis(k, -1.0)) for k, a in enumerate("xyz")))
+        kept = tuple((text, direction) for text, direction in kept if any(abs(d) > 1e-12 for d in direction))
+        whole = OffsetLaw(law.constant, (*_differences(kept), *law.coefficients))
+        to = replace(values[0], pose=replace(values[0].pose, trans=whole.constant))
+        if base is not None:
+            to = replace(to, law=whole)
+        elif whole.coefficients:
+            to = replace(to, law=replace(whole, constant=(0.0, 0.0, 0.0)))
+        return replace(insertions[0], to=to, via=via, base=base)
+
+    def _via(
+        self,
+        runs: Sequence[_Run],
+        insertions: Sequence[Insertion],
+        slopes: Sequence[tuple[str, Vec3]],
+        most: Sequence[float],
+    ) -> TargetValue | None:
+        """The circle point that all runs share, displaced as the goal is."""
+        values = [i.via for i in insertions if i.via is not None]
+        if not values:
+            return None
+        rest = np.array([v.pose.trans for v in values]) - [run.ends_at for run in runs]
+        law = self._correction(runs, rest, most)
+        if law is None:
+            return None
+        whole = OffsetLaw((0.0, 0.0, 0.0), (*slopes, *law.coefficients))
+        moved = replace(values[0], pose=replace(values[0].pose, trans=law.constant))
+        return replace(moved, law=whole) if whole.coefficients else moved
+
+    def _correction(self, runs: Sequence[_Run], rest: Array, most: Sequence[float]) -> OffsetLaw | None:
+        """What is added to the share of the way (n, 3) [mm]: a constant, an affine law or squares of the way."""
+        least = min(most) / 2
+        middle = midrange(rest)
+        if (np.linalg.norm(rest - middle, axis=1) <= least).all():
+            return OffsetLaw(_vec(middle))
+        references = {p.reference for p in (runs[0].start, runs[0].end) if p.reference is not None}
+        regressors: list[Mapping[str, float]] = [
+            {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in references} for run in runs
+        ]
+        law = fit_affine(regressors, rest, least)
+        if (np.linalg.norm(rest - [law.at(r) for r in regressors], axis=1) <= most).all():
+            return law
+        start, end = runs[0].start.reference, runs[0].end.reference
+        if start is None or end is None or start == end:
+            return None
+        squares = _squares(start, end, np.array([run.starts_at - run.ends_at for run in runs]))
+        law, left = _bent(squares, rest, least)
+        return law if (np.linalg.norm(left, axis=1) <= most).all() else None
+
+
+def _combined(start: Position, end: Position, share: float) -> list[tuple[str, Vec3]]:
+    """What a place after a share of the way is made of: each text once."""
+    found: dict[str, Array] = {}
+    for position, part in ((start, 1 - share), (end, share)):
+        if position.reference is not None:
+            for k, axis in enumerate("xyz"):
+                name = f"{position.reference}.trans.{axis}"
+                found[name] = found.get(name, np.zeros(3)) + part * np.eye(3)[k]
+        for text, direction in position.terms:
+            found[text] = found.get(text, np.zeros(3)) + part * np.array(direction)
+    return [(text, _vec(direction)) for text, direction in found.items()]
+
+
+def _minus_base(text: str, direction: Vec3, base: str | None) -> Vec3:
+    """What is left of a term beside the target that is displaced."""
+    for k, axis in enumerate("xyz"):
+        if base is not None and text == f"{base}.trans.{axis}":
+            return _vec(np.array(direction) - np.eye(3)[k])
+    return direction
+
+
+def _differences(terms: Sequence[tuple[str, Vec3]]) -> list[tuple[str, Vec3]]:
+    """Terms that take each other back are one: ``s*S.trans.x-s*E.trans.x`` is ``s*(S.trans.x-E.trans.x)``."""
+    found = list(terms)
+    for text, direction in terms:
+        axis = text[-1]
+        for other, back in terms:
+            apart = text != other and other.endswith(f".trans.{axis}") and text.endswith(f".trans.{axis}")
+            if apart and direction["xyz".index(axis)] > 0 and np.allclose(np.add(direction, back), 0.0, atol=1e-12):
+                found = [pair for pair in found if pair[0] not in (text, other)]
+                found.append((f"({text}-{other})", direction))
+    return found
+
+
+def _squares(start: str, end: str, ways: Array) -> dict[str, Array]:
+    """Squares [m^2] of the ways (n, 3) [mm], as RAPID writes them: of the length, and of the parts along the axes."""
+    way = {axis: f"{start}.trans.{axis}-{end}.trans.{axis}" for axis in "xyz"}
+    part = dict(zip("xyz", 1e-3 * ways.T, strict=True))
+    found: dict[str, Array] = {f"Pow(Distance({start}.trans,{end}.trans)/1000,2)": 1e-6 * np.sum(ways**2, axis=1)}
+    for a, b in PAIRS:
+        term = f"Pow(({way[a]})/1000,2)" if a == b else f"({way[a]})*({way[b]})/1000000"
+        found[term] = part[a] * part[b]
+    return found
+
+
+def _bent(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[OffsetLaw, Array]:
+    """What is off aside (n, 3) [mm] by squares of the ways, and what is left of it.
+
+    The length does for ways in like directions; a square of axes has to take half of what is left.
+    """
+
+    def fitted(names: Sequence[str]) -> tuple[dict[str, Array], Array]:
+        matrix = np.stack([squares[name] for name in names], axis=1)
+        bends = np.round(np.linalg.lstsq(matrix, bent, rcond=APART)[0], BEND_DECIMALS)
+        most = np.abs(matrix).max(axis=0)[:, None] * np.abs(bends)
+        bends[most < UNCHANGED_MM] = 0.0
+        steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
+        return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
+
+    best = fitted([next(iter(squares))])
+    while np.abs(best[1]).max() > least and len(best[0]) < len(bent):
+        more = [fitted([*best[0], name]) for name in squares if name not in best[0]]
+        more.sort(key=lambda found: float(np.abs(found[1]).max()))
+        if np.abs(more[0][1]).max() > np.abs(best[1]).max() / 2:
+            break
+        best = more[0]
+    return OffsetLaw((0.0, 0.0, 0.0), tuple((name, _vec(bend)) for name, bend in best[0].items())), best[1]
+
+
+def _turned_alike(added: TargetValue, end: RobTarget) -> bool:
+    """Whether a target can be an end displaced: not turned, nor in another configuration."""
+    turned = 1.0 - abs(float(np.dot(added.pose.rot, end.rot)))
+    return turned <= TURNED**2 / 2 and added.robconf == end.robconf and _still(added.extax, end.extax)
+
+
+def _still(a: Ax6, b: Ax6) -> bool:
+    return bool(np.abs(np.subtract(a, b)).max() <= STILL)
+
+
+def _axis(k: int, size: float) -> Vec3:
+    return _vec(size * np.eye(3)[k])
+
+
+def _vec(values: Array) -> Vec3:
+    x, y, z = np.asarray(values).tolist()
+    return x, y, z
