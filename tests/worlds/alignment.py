@@ -52,10 +52,10 @@ def _split(s: Statement) -> tuple[Expr | None, Expr | None, tuple[Any, ...]]:
 
 def _cost(a: Statement, b: Statement, declared: dict[str, list[float]]) -> float:
     """What it costs to take b for a; OTHER where it cannot be."""
-    if not (_is_motion(a) and _is_motion(b)):
-        return 0.0 if a.words == b.words else OTHER
-    if a.words == b.words:
+    if a.words == b.words and a.kind == b.kind:
         return 0.0
+    if not (_is_motion(a) and _is_motion(b)):
+        return _other_cost(a, b)
     if family(a.parts["name"]) != family(b.parts["name"]):
         return OTHER
     (to_a, _, rest_a), (to_b, _, rest_b) = _split(a), _split(b)
@@ -66,6 +66,19 @@ def _cost(a: Statement, b: Statement, declared: dict[str, list[float]]) -> float
     if place_a is not None and place_b is not None:
         return cost + min(0.9, float(np.linalg.norm(np.subtract(place_a, place_b))) / 20)
     return cost + 0.4 * bool(lost) + 0.2 * bool(new)
+
+
+def _other_cost(a: Statement, b: Statement) -> float:
+    """Calls of one routine and assignments to one place may have other arguments: corrections can stand in them."""
+    if a.kind != b.kind or _is_motion(a) or _is_motion(b):
+        return OTHER
+    if a.kind == "call" and a.parts["name"] == b.parts["name"] and len(a.parts["args"]) == len(b.parts["args"]):
+        return 0.5
+    if a.kind == "late" and a.parts["name"] == b.parts["name"]:
+        return 0.5
+    if a.kind == "assign" and a.parts["target"] == b.parts["target"]:
+        return 0.5
+    return 0.5 if a.kind == b.kind == "return" else OTHER
 
 
 def _place(e: Expr | None, declared: dict[str, list[float]]) -> list[float] | None:

@@ -54,15 +54,15 @@ def check(paths: list[Path], converted: Converted | None = None) -> Check:
     """Corrects the files of a task and compares them with the originals in five worlds."""
     texts = {p.name: p.read_text("latin-1") for p in paths}
     out = Check(paths[0].stem)
-    result = converted or convert(texts)
+    says: dict[str, list[str]] = {}
+    for text in texts.values():
+        says |= annotations(text)
+    result = converted or convert(texts, float(says.get("tolerance", ["0.01"])[0]))
     if not result.texts:
         out.refused = result.said
         return out
     original, corrected = load(texts.values()), load({**texts, **result.texts}.values())
     _count(out, original, corrected, result)
-    says: dict[str, list[str]] = {}
-    for text in texts.values():
-        says |= annotations(text)
     # Statements are known by their lines; those of several files may share one, the larger correction holds.
     bounds: dict[int, float] = {}
     for (_, line), mm in result.corrections.items():

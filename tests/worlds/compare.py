@@ -20,6 +20,11 @@ TURN = math.radians(0.5)
 """Corrections turn a target by at most this."""
 
 
+FOLLOWING = 0.1
+"""A correction that follows a run-time value may grow by this share of the largest one: the deflection of the arm changes
+by less than a tenth over the displacements that a world draws."""
+
+
 @dataclass
 class Outcome:
     """What a comparison found: faults in words, the largest distance of a goal and of an added target over its bound [mm]."""
@@ -75,10 +80,11 @@ def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[
             return
         if o.motion:
             for added in waiting:
-                _added(out, added, o, largest)
+                _added(out, added, o, (1 + FOLLOWING) * largest)
             waiting = []
-            bound = largest if isinstance(bounds, float) else bounds.get(o.line) or largest  # what is left alone may stand on others
-            _motion(out, o, e, bound)
+            own = 0.0 if isinstance(bounds, float) else bounds.get(o.line, 0.0)
+            # a motion that is left alone may stand on data that are corrected for others
+            _motion(out, o, e, own + FOLLOWING * largest if own else largest)
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")
     for added in waiting:
