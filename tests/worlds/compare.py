@@ -132,13 +132,15 @@ def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
 
 
 def close(a: Any, b: Any, slack: float) -> bool:
-    """Equal, numbers to within the slack (lengths in mm)."""
+    """Equal; numbers that may be coordinates to within the slack [mm], whole ones and those below 1 exactly."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(close(a[k], b[k], slack) for k in a)
     if isinstance(a, list):
         return isinstance(b, list) and len(a) == len(b) and all(close(x, y, slack) for x, y in zip(a, b, strict=True))
     if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, float) or not isinstance(b, float):
         return bool(a == b)
+    if slack > 0.1 and (abs(a) < 1 or (a == int(a) and b == int(b))):
+        return a == b
     return abs(a - b) <= slack
 
 
