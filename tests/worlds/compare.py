@@ -132,10 +132,13 @@ def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
 
 
 def close(a: Any, b: Any, slack: float) -> bool:
-    """Equal; numbers that may be coordinates to within the slack [mm], whole ones and those below 1 exactly."""
+    """Equal; coordinates (three numbers or more together) to within the slack [mm], so are single numbers that may be one:
+    whole ones and those below 1 are compared exactly."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(close(a[k], b[k], slack) for k in a)
     if isinstance(a, list):
+        if isinstance(b, list) and len(a) == len(b) >= 3 and all(type(v) is float for v in [*a, *b]):
+            return all(abs(x - y) <= slack for x, y in zip(a, b, strict=True))
         return isinstance(b, list) and len(a) == len(b) and all(close(x, y, slack) for x, y in zip(a, b, strict=True))
     if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, float) or not isinstance(b, float):
         return bool(a == b)
