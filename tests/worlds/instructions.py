@@ -128,8 +128,12 @@ def _handed(task: Interpreter, name: str, arguments: tuple[Arg, ...]) -> list[An
 
 
 def _vary(task: Interpreter, ref: Ref, *key: Any) -> None:
+    if ref.type.startswith("*"):
+        for i in range(len(ref.get())):
+            _vary(task, type(ref)(ref.get(), i, ref.type[1:], ref.storage, ref.name), *key, i)
+        return
     other = task.world.varied(ref.get(), ref.type, ref.name, *key, task.here)
-    if other is not None and not isinstance(ref.get(), list) or ref.type in task.records and other is not None:
+    if other is not None:
         ref.set(other, task.records)
 
 
@@ -142,7 +146,7 @@ def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], 
     for data, ref in sorted(task.shared.items()):
         if ref.storage == "const" or ref.name != data or (named is not None and data not in [n.lower() for n in named]):
             continue
-        if named is None and not (ref.type in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.35, name, data, task.here)):
+        if named is None and not (ref.type.lstrip("*") in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.5, name, data, task.here)):
             continue
         _vary(task, ref, name)
 

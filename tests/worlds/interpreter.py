@@ -25,7 +25,7 @@ Identity = tuple[str, str, int]
 
 @dataclass(eq=False)
 class Ref:
-    """A place that holds a value: INOUT parameters share it with the argument (5.1)."""
+    """A place that holds a value: INOUT parameters share it with the argument (5.1); ``*`` before a type: an array."""
 
     holder: list[Any]
     key: int
@@ -151,9 +151,10 @@ class Interpreter:
             for n in reversed(sizes):
                 value = [copy.deepcopy(value) for _ in range(n)]
         else:
-            value = convert(self.evaluate(d.value, type_), type_, self.records)
+            array = "*" * len(sizes) + type_
+            value = convert(self.evaluate(d.value, array), array, self.records)
         value = self._varied(value, type_, len(sizes), d, f"{prefix}{d.name}")
-        return Ref([value], 0, type_, d.storage, d.name)
+        return Ref([value], 0, "*" * len(sizes) + type_, d.storage, d.name)
 
     def _varied(self, value: Any, type_: str, dims: int, d: Data, name: str) -> Any:
         """What the operator made of declared data: PERS values changed, targets touched up (also CONST ones, ModPos)."""
@@ -212,7 +213,7 @@ class Interpreter:
                 i = int(self.evaluate(e, "num"))
                 if not isinstance(ref.get(), list) or not 1 <= i <= len(ref.get()):
                     raise Ended(f"index {i} of `{ref.name}`")
-                ref = Ref(ref.get(), i - 1, ref.type, ref.storage, ref.name)
+                ref = Ref(ref.get(), i - 1, ref.type.removeprefix("*"), ref.storage, ref.name)
         return ref
 
     # 3: expressions
@@ -247,6 +248,8 @@ class Interpreter:
         raise Fault(f"an expression `{kind}` has no value")
 
     def _part_types(self, want: str | None, n: int) -> list[str | None]:
+        if want is not None and want.startswith("*"):
+            return [want[1:]] * n
         parts = self.records.get(want or "")
         if parts and len(parts) == n:
             return [t for _, t in parts]
@@ -340,7 +343,7 @@ class Interpreter:
             if p.mode == "switch":
                 frame.names[p.name] = Ref([True], 0, "switch", "const", p.name)
             elif p.mode == "in":  # 5.1: a copy, which the routine may change
-                type_ = self._type(p.type)
+                type_ = "*" * p.dims + self._type(p.type)
                 assert value is not None
                 frame.names[p.name] = Ref([convert(self.evaluate(value, type_), type_, self.records)], 0, type_, "var", p.name)
             else:  # the argument itself, also one element or component of it

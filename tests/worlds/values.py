@@ -59,7 +59,9 @@ def default(type_: str, records: dict[str, list[tuple[str, str]]]) -> Any:
 
 
 def convert(value: Any, type_: str, records: dict[str, list[tuple[str, str]]]) -> Any:
-    """The value as data of that type holds it: a copy, each number in the precision of its place."""
+    """The value as data of that type holds it: a copy, each number in the precision of its place; ``*`` an array of it."""
+    if type_[:1] == "*":
+        return [convert(v, type_[1:], records) for v in value]
     if isinstance(value, list):
         if type_ in records:
             parts = records[type_]
