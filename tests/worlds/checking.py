@@ -39,9 +39,14 @@ class Check:
 
 
 def tasks(folder: Path = PROGRAMS) -> list[list[Path]]:
-    """Programs by file; files of one task share what stands before ``.part`` in their names."""
+    """The programs of a folder, task by task."""
+    return grouped(sorted(folder.glob("*.mod")) + sorted(folder.glob("*.sys")))
+
+
+def grouped(paths: list[Path]) -> list[list[Path]]:
+    """Programs by task: its files share what stands before ``_part`` in their names."""
     out: dict[str, list[Path]] = {}
-    for path in sorted(folder.glob("*.mod")) + sorted(folder.glob("*.sys")):
+    for path in paths:
         out.setdefault(path.name.split(".")[0].split("_part")[0], []).append(path)
     return [out[k] for k in sorted(out)]
 

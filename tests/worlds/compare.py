@@ -107,7 +107,7 @@ def _motion(out: Outcome, o: Event, e: Event, bound: float) -> None:
         if arc > bound + ROUNDING + 0.05:
             out.fault("goal", o, f"the circle point is {arc:.3f} mm from the original's arc")
     for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld"):
-        if not close(a.get(part), b.get(part), 1e-3):
+        if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", o, f"{part} is {b.get(part)}, not {a.get(part)}")
 
 
@@ -127,7 +127,7 @@ def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
     if d > bound + ROUNDING:
         out.fault("added", e, f"{d:.3f} mm from the original's way, the largest correction is {bound:.3f} mm")
     for part in ("tool", "wobj"):
-        if not close(a.get(part), b.get(part), 1e-3):
+        if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", e, f"{part} of an added target")
 
 

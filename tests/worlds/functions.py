@@ -17,7 +17,7 @@ from tests.worlds.values import Dnum, Fault, euler, matrix_pose, orient_zyx, pos
 if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter
 
-RESULTS = {"crobt": "robtarget", "offs": "robtarget", "reltool": "robtarget", "posemult": "pose", "poseinv": "pose", "defframe": "pose", "cpos": "pos", "posevect": "pos", "ctool": "tooldata", "cwobj": "wobjdata"}  # fmt: skip
+RESULTS = {"crobt": "robtarget", "offs": "robtarget", "reltool": "robtarget", "posemult": "pose", "poseinv": "pose", "defframe": "pose", "defdframe": "pose", "cpos": "pos", "posevect": "pos", "ctool": "tooldata", "cwobj": "wobjdata"}  # fmt: skip
 
 
 def operate(op: str, a: Any, b: Any, error: Callable[[float], Exception]) -> Any:
@@ -99,15 +99,27 @@ def _pose_vect(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 def _def_frame(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     """DefFrame NewP1, NewP2, NewP3 [\\Origin]: x through the first two, the third on the side of +y."""
-    (a, b, c), o = values(task, arguments, "robtarget", "robtarget", "robtarget")
-    p, q, r = (np.array(v[0]) for v in (a, b, c))
+    points, o = values(task, arguments, "robtarget", "robtarget", "robtarget")
+    return matrix_pose(_frame(points, o.get("origin", 1.0)))
+
+
+def _def_dframe(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
+    """DefDFrame OldP1, OldP2, OldP3, NewP1, NewP2, NewP3: the displacement that carries the old points to the new ones."""
+    points, o = values(task, arguments, *["robtarget"] * 6)
+    if o:
+        raise Fault("DefDFrame with \\Origin")
+    return matrix_pose(_frame(points[3:], 1.0) @ np.linalg.inv(_frame(points[:3], 1.0)))
+
+
+def _frame(points: list[Any], origin: float) -> Any:
+    p, q, r = (np.array(v[0]) for v in points)
     x = (q - p) / np.linalg.norm(q - p)
     z = np.cross(x, r - p)
     z /= np.linalg.norm(z)
     t = np.eye(4)
     t[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    t[:3, 3] = {1.0: p, 2.0: q, 3.0: p + x * float((r - p) @ x)}[o.get("origin", 1.0)]
-    return matrix_pose(t)
+    t[:3, 3] = {1.0: p, 2.0: q, 3.0: p + x * float((r - p) @ x)}[origin]
+    return t
 
 
 def _orobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -284,6 +296,7 @@ FUNCTIONS: dict[str, Any] = {
     "poseinv": _pose_inv,
     "posevect": _pose_vect,
     "defframe": _def_frame,
+    "defdframe": _def_dframe,
     "orientzyx": lambda task, a: orient_zyx(*values(task, a)[0]),
     "eulerzyx": _euler_zyx,
     "norient": _norient,

@@ -187,7 +187,12 @@ def raise_interrupt(task: Interpreter, number: float) -> None:
     routine = task.find_routine(task.interrupts[number].trap)
     if routine is None:
         raise Fault("a trap that is declared nowhere")
-    task.run_routine(routine, ())
+    from tests.worlds.interpreter import Ended, RapidError
+
+    try:
+        task.run_routine(routine, ())
+    except RapidError as e:  # K3 8.1: an error propagated from a trap ends the execution
+        raise Ended(f"error {e.number:g} in a trap") from None
 
 
 def later(task: Interpreter, run: Callable[[], None], *key: Any) -> None:

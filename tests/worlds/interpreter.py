@@ -100,6 +100,7 @@ class Interpreter:
         self.events: list[Event] = []
         self.frames: list[Frame] = []
         self.counts: dict[Identity, int] = {}
+        self.begun: set[tuple[Identity, int]] = set()
         self.here: tuple[Identity, int] = (("", "", -1), 0)
         self.inserted = False
         self.steps = 0
@@ -375,6 +376,7 @@ class Interpreter:
             try:
                 return self._begun(s, frame)
             except RapidError as e:
+                # K3 8.1: without an error handler the error is raised again where the routine was called
                 if e.left is frame or frame.handling or not self._handled(frame, e.number):
                     raise
                 try:
@@ -396,7 +398,9 @@ class Interpreter:
         frame.handling = True
         try:
             self.block(frame.routine.error or [])
-        except RapidError as again:
+        except RapidError as again:  # K3 8.1: an error in an error clause goes to the system, which stops the program
+            if again.left is not frame:
+                raise Ended(f"error {again.number:g} in an error handler") from None
             raise RapidError(again.number, frame) from None
         finally:
             frame.handling = False
@@ -407,16 +411,16 @@ class Interpreter:
             identity, inserted = (frame.routine.module, frame.routine.name, s.index), False
         else:
             identity, inserted = self.identities[s]
+        now = (identity, self.counts.get(identity, 0) + 1)
+        if not self.inserted and now not in self.begun:
+            self.begun.add(now)
+            self.here = now
+            instructions.meanwhile(self)
+        self.here = now
         if not inserted:
-            self.counts[identity] = self.counts.get(identity, 0) + 1
-            self.here = (identity, self.counts[identity])
-            if not self.inserted:
-                instructions.meanwhile(self)
-                self.here = (identity, self.counts[identity])
+            self.counts[identity] = now[1]
+        if self.inserted or not inserted:
             return self._execute(s, frame)
-        if self.inserted:
-            return self._execute(s, frame)
-        self.here = (identity, self.counts.get(identity, 0) + 1)
         kept, self.inserted = dict(self.counts), True
         try:
             return self._execute(s, frame)
@@ -554,11 +558,11 @@ class Interpreter:
         return self.events
 
     def final(self) -> dict[str, Any]:
-        """The values of all data of the modules at the end."""
+        """The values of all data of the modules at the end, without constant targets, which motions show."""
         out = {f"/{n}": r for n, r in self.shared.items()}
         for module, refs in self.own.items():
             out |= {f"{module}/{n}": r for n, r in refs.items()}
-        return {n: (r.type, r.get()) for n, r in out.items()}
+        return {n: (r.type, r.get()) for n, r in out.items() if r.storage != "const" or r.type.lstrip("*") != "robtarget"}
 
 
 def load(texts: Iterable[str]) -> list[Module]:
