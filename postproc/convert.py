@@ -38,7 +38,7 @@ from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
-from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
+from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
@@ -119,7 +119,8 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
-    for changed, edit in chain(change_edits(env, plan.changes), insertion_edits(env, plan.insertions)):
+    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
+    for changed, edit in chain(*written, function_edits(env, program, plan.insertions)):
         edits[changed.path].append(edit)
     plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}

@@ -18,15 +18,17 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.compensate.arcs import ArcRun, all_numbers, arc_run, follow_arc, function_name
 from postproc.compensate.expressions import Position, position_of
 from postproc.compensate.insertions import insertion_of, neighbouring_element, small_zone
 from postproc.compensate.laws import APART, CANCELLING, OffsetLaw, fit_affine, midrange
 from postproc.compensate.requests import Requester, conf_of
 from postproc.compensate.targets import Pieces
-from postproc.compensate.values import UNCHANGED_MM, Insertion, TargetValue
+from postproc.compensate.values import UNCHANGED_MM, Change, Insertion, TargetValue
 from postproc.grouping import grouped
 from postproc.motion.refusals import STILL
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.motions.units import object_matrices
+from postproc.rapid.program.events import MotionEvent, Origin
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import NO_AXIS, Ax6, RobTarget, Vec3
 from postproc.robot.configuration import confdata
@@ -57,21 +59,36 @@ class _Run:
     added: Sequence[Insertion]
 
 
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What is added.
+
+    Args:
+        refused: moves that cannot be divided, with the reason.
+        circle_points: of divided arcs by move: what becomes of the circle point that stands in the statement.
+    """
+
+    insertions: Sequence[Insertion]
+    refused: Mapping[int, str]
+    circle_points: Mapping[int, Change]
+
+
 class TargetAdder:
     """Adds targets to divided moves.
 
     Args:
-        corrected: of a move, the target that its expression starts from as it is written now.
+        corrected: what a target is with what is written into its slot.
     """
 
     def __init__(
-        self, requester: Requester, curve: Array, program: Program, corrected: Callable[[int], RobTarget | None]
+        self, requester: Requester, curve: Array, program: Program, corrected: Callable[[Origin, RobTarget], RobTarget]
     ) -> None:
         self.requester, self.curve, self.program, self.corrected = requester, curve, program, corrected
         self.moves, self.samples = requester.motion.moves, requester.motion.samples
+        self.function = function_name(program)
 
-    def add(self, pieces: Sequence[Pieces], path_mm: Array) -> tuple[list[Insertion], dict[int, str]]:
-        """Statements to add; moves that cannot be divided, with the reason.
+    def add(self, pieces: Sequence[Pieces], path_mm: Array) -> Added:
+        """Statements to add.
 
         Args:
             path_mm: (m,) largest deviation along each move [mm].
@@ -80,37 +97,64 @@ class TargetAdder:
         runs = grouped((m.event.statement.key, i) for i, m in enumerate(self.moves) if m.again is None)
         found: list[Insertion] = []
         refused: dict[int, str] = {}
+        circle_points: dict[int, Change] = {}
         for group in runs.values():
             parts = [divided[i] for i in group if i in divided]
             if not parts:
                 continue
-            added = self._of_statement(parts, 0.5 * float(path_mm[group].min())) if len(parts) == len(group) else UNLIKE
+            most = [max(0.5 * float(path_mm[group].min()), self._gap(part) / 2) for part in parts]
+            added = self._of_statement(parts, most) if len(parts) == len(group) else UNLIKE
             if isinstance(added, str):
                 refused.update(dict.fromkeys(group, added))
-            else:
+            elif isinstance(added, list):
                 found += added
-        return found, refused
+            else:
+                found += added[0]
+                circle_points.update(dict.fromkeys(group, added[1]))
+        return Added(found, refused, circle_points)
 
-    def _of_statement(self, parts: Sequence[Pieces], within_mm: float) -> list[Insertion] | str:
-        """One set of statements for all runs, or why there is none."""
+    def _of_statement(
+        self, parts: Sequence[Pieces], most: Sequence[float]
+    ) -> list[Insertion] | tuple[list[Insertion], Change] | str:
+        """One set of statements for all runs, or why there is none; of an arc the circle point that is left, too."""
+        event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
+        if event.via is not None and not (len(parts) == 1 and all_numbers(event, before)):
+            return self._of_arc(parts, most)
         runs = [self._run(part) for part in parts]
         known = [run for run in runs if isinstance(run, _Run)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))
         first = known[0]
-        if len({len(run.added) for run in known}) > 1 or any(
-            (r.start, r.end) != (first.start, first.end) for r in known
-        ):
+        if any(len(r.added) != len(first.added) or (r.start, r.end) != (first.start, first.end) for r in known):
             return UNLIKE
-        gaps = [self._gap(part) for part in parts]
         found = []
         for k, insertions in enumerate(zip(*(run.added for run in known), strict=True)):
             shares = np.array([self.samples.u[part.goals[k]] for part in parts])
-            one = self._added(known, insertions, shares, [max(within_mm, gap / 2) for gap in gaps])
+            one = self._added(known, insertions, shares, most)
             if one is None:
                 return UNLIKE
             found.append(one)
         return found
+
+    def _of_arc(self, parts: Sequence[Pieces], most: Sequence[float]) -> tuple[list[Insertion], Change] | str:
+        """The same for an arc."""
+
+        def written(origin: Origin, target: RobTarget) -> Array:
+            root = target if origin.root is None else origin.root.target
+            moved = np.subtract(self.corrected(origin, root).trans, root.trans)
+            return np.array(target.trans) + moved
+
+        u = self.samples.u
+        events = [(self.moves[p.move].event, self.moves[p.move - 1].event) for p in parts]
+        runs = [arc_run(p, e, b, u, self.program, written) for p, (e, b) in zip(parts, events, strict=True)]
+        known = [run for run in runs if isinstance(run, ArcRun)]
+        if len(known) < len(runs):
+            return next(run for run in runs if isinstance(run, str))
+        confs = [conf_of(confdata(self.requester.robot, self.requester.exact.q[[p.vias[-1]]])[0]) for p in parts]
+        asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
+        last = self.requester.values(asked)
+        added = [self._numbers(part.move, part) for part in parts]
+        return follow_arc(self.function, known, added, last, most) or UNLIKE
 
     def _run(self, part: Pieces) -> _Run | str:
         i = part.move
@@ -124,21 +168,28 @@ class TargetAdder:
             return "its target is an expression that cannot be taken apart"
         if start is None:
             return NO_START
-        if event.via is not None:
-            alike = self._rigid(event, start, end, module)
-            if alike is None:
-                return "its three points are displaced in different ways"
-            start = end = alike
-        begins, ends = self.corrected(i - 1), self.corrected(i)
-        if ends is None or (begins is None and start.reference is not None):
+        if start.reference is not None and not isinstance(before.target, RobTarget):
             return NO_START
-        numbers = dict(before.numbers) if event.via is None else dict(event.numbers)
+        begins, ends = self._base(before), self._base(event)
+        assert ends is not None
         try:
-            places = start.at(begins if event.via is None else ends, numbers), end.at(ends, dict(event.numbers))
+            places = start.at(begins, dict(before.numbers)), end.at(ends, dict(event.numbers))
         except KeyError:
             return NO_START
+        if start.reference is not None and _frames(before) != _frames(event):
+            if not (before.wobj.robhold == event.wobj.robhold and before.tool.robhold == event.tool.robhold):
+                return NO_START
+            turn = np.linalg.solve(*object_matrices([event, before])[:, :3, :3])
+            start, places = start.turned(turn), (turn @ places[0], places[1])
         turned = event.target if end.reference is None else replace(event.target, rot=ends.rot)
         return _Run(event, start, end, *places, turned, added)
+
+    def _base(self, event: MotionEvent) -> RobTarget | None:
+        """The target that the expression of an event starts from, as it is written now."""
+        if not isinstance(event.target, RobTarget):
+            return None
+        origin = event.target_origin
+        return self.corrected(origin, event.target if origin.root is None else origin.root.target)
 
     def _start(self, before: MotionEvent, event: MotionEvent, module: str) -> Position | None:
         """What the target before is made of, as far as the program can say it here; numbers where it never varies."""
@@ -146,25 +197,14 @@ class TargetAdder:
         constant = NOTHING if origin.kind in ("inline", "declared") and origin.handed is None else None
         if not isinstance(before.target, RobTarget):
             return constant if before.target is None else NOTHING
-        if (before.wobj, before.displacement, before.tool) != (event.wobj, event.displacement, event.tool):
-            return constant
+        if before.tool != event.tool:
+            return None  # the line begins where the other tool is, which its data decides
         text = event.start
         if text is None:
             argument = event.statement.argument("to")
             text = neighbouring_element(argument.text, before, event) if argument is not None else None
         found = None if text is None else position_of(text, before.target, self.program, module)
         return found or constant
-
-    def _rigid(self, event: MotionEvent, start: Position, end: Position, module: str) -> Position | None:
-        """What displaces all three points of an arc together, nothing where nothing does; None where they differ."""
-        via = event.statement.argument("via")
-        assert via is not None and event.via is not None
-        points = {start, end, position_of(via.text, event.via, self.program, module)}
-        if len(points) == 1:
-            return end
-        origins = [event.target_origin, event.via_origin]
-        fixed = all(o is not None and o.kind in ("inline", "declared") and o.handed is None for o in origins)
-        return NOTHING if fixed and None not in points and not start.terms else None
 
     def _numbers(self, i: int, part: Pieces) -> list[Insertion]:
         """The statements to add before one move, their targets as numbers."""
@@ -203,13 +243,12 @@ class TargetAdder:
         first, values = runs[0], [i.to for i in insertions]
         if any(not _still(v.extax, values[0].extax) or v.robconf != values[0].robconf for v in values):
             return None
-        share = round(float(np.median(shares)), SHARE_DECIMALS) if first.event.via is None else 1.0
+        share = round(float(np.median(shares)), SHARE_DECIMALS)
         slopes = _combined(first.start, first.end, share)
         places = np.array([value.pose.trans for value in values])
         rest = places - [(1 - share) * run.starts_at + share * run.ends_at for run in runs]
         law = self._correction(runs, rest, most)
-        via = self._via(runs, insertions, slopes, most)
-        if law is None or (insertions[0].via is not None and via is None):
+        if law is None:
             return None
         base = (
             first.end.reference
@@ -226,26 +265,7 @@ class TargetAdder:
             to = replace(to, law=whole)
         elif whole.coefficients:
             to = replace(to, law=replace(whole, constant=(0.0, 0.0, 0.0)))
-        return replace(insertions[0], to=to, via=via, base=base)
-
-    def _via(
-        self,
-        runs: Sequence[_Run],
-        insertions: Sequence[Insertion],
-        slopes: Sequence[tuple[str, Vec3]],
-        most: Sequence[float],
-    ) -> TargetValue | None:
-        """The circle point that all runs share, displaced as the goal is."""
-        values = [i.via for i in insertions if i.via is not None]
-        if not values:
-            return None
-        rest = np.array([v.pose.trans for v in values]) - [run.ends_at for run in runs]
-        law = self._correction(runs, rest, most)
-        if law is None:
-            return None
-        whole = OffsetLaw((0.0, 0.0, 0.0), (*slopes, *law.coefficients))
-        moved = replace(values[0], pose=replace(values[0].pose, trans=law.constant))
-        return replace(moved, law=whole) if whole.coefficients else moved
+        return replace(insertions[0], to=to, base=base)
 
     def _correction(self, runs: Sequence[_Run], rest: Array, most: Sequence[float]) -> OffsetLaw | None:
         """What is added to the share of the way (n, 3) [mm]: a constant, an affine law or squares of the way."""
@@ -268,15 +288,16 @@ class TargetAdder:
         return law if (np.linalg.norm(left, axis=1) <= most).all() else None
 
 
+def _frames(event: MotionEvent) -> tuple[object, ...]:
+    """The frames in which the target of an event is stated."""
+    return event.wobj, event.displacement
+
+
 def _combined(start: Position, end: Position, share: float) -> list[tuple[str, Vec3]]:
     """What a place after a share of the way is made of: each text once."""
     found: dict[str, Array] = {}
     for position, part in ((start, 1 - share), (end, share)):
-        if position.reference is not None:
-            for k, axis in enumerate("xyz"):
-                name = f"{position.reference}.trans.{axis}"
-                found[name] = found.get(name, np.zeros(3)) + part * np.eye(3)[k]
-        for text, direction in position.terms:
+        for text, direction in position.all_terms:
             found[text] = found.get(text, np.zeros(3)) + part * np.array(direction)
     return [(text, _vec(direction)) for text, direction in found.items()]
 

@@ -51,7 +51,7 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
         regressors: named in each run; offsets: (n, 3) [mm] what the runs ask for.
         least: what may be left over to do with one regressor fewer [mm].
     """
-    names = sorted(set(regressors[0]).intersection(*regressors[1:]), key=lambda name: (-len(name), name))
+    names = sorted(set(regressors[0]).intersection(*regressors[1:]), key=lambda name: _dispensable(name, regressors))
     best, off, part = _fit(names, regressors, offsets)
     while part > CANCELLING:
         fewer = [[other for other in names if other != name] for name in names]
@@ -63,6 +63,15 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
         if left <= max(1.01 * off, least) and part <= CANCELLING:
             names, best = without, simpler
     return best
+
+
+def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
+    """The order in which regressors are tried to do without: coordinates, which are taught and measured, before what the
+    program counts; of them those that differ least, of which a little would mean much in another run.
+    """
+    values = [run[name] for run in regressors]
+    coordinate = ".trans." in name
+    return not coordinate, max(values) - min(values) if coordinate else 0.0, -len(name), name
 
 
 def _fit(names: Sequence[str], regressors: Sequence[Regressors], offsets: Array) -> tuple[OffsetLaw, float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from postproc.motion.smoothing import Ramp
 from postproc.rapid.program.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 
+SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
 
 
@@ -52,6 +54,15 @@ class Plan:
     indivisible: Mapping[int, str]
     path_tolerance: Array
     curve: Array
+
+
+def search_starts(events: Sequence[MotionEvent]) -> dict[StatementKey, str]:
+    """Statements that lead to where a search begins: with one end of its line corrected it would find another place."""
+    return {
+        before.statement.key: SEARCHED
+        for before, event in pairwise(events)
+        if event.statement.instruction.startswith("Search") and before.statement.interpolation != "none"
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +104,8 @@ class Planner:
             m.event.statement.key: OUT_OF_SCOPE for m, inside in zip(self.moves, scope, strict=True) if not inside
         }
         within = {m.event.statement.key for m, inside in zip(self.moves, scope, strict=True) if inside}
-        left = {key: why for key, why in outside.items() if key not in within} | behind_the_unknown(self.motion)
+        left = {key: why for key, why in outside.items() if key not in within} | search_starts(self.events)
+        left |= behind_the_unknown(self.motion)
         now = _Round(left, self._indivisible())
         while True:
             found = self._round(now)
@@ -114,16 +126,17 @@ class Planner:
         divisible = [i not in now.indivisible and m.event.statement.key not in left for i, m in enumerate(self.moves)]
         pieces = divide_moves(self.samples, curve, self.tolerance, divisible, self.settled, self.divided)
         pieces = divided_alike(self.samples, pieces, divisible)
-        chosen = [i for i in chosen if self.moves[i].event.statement.key not in left]
+        adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected(goals))
+        added = adder.add(pieces, 1e3 * self.tolerance)
+        chosen = [i for i in chosen if self.moves[i].event.statement.key not in left and i not in added.circle_points]
         vias = self.writer.assign(self.requester.vias(chosen, written, curve, pieces), goals)
         if vias.left:
             return replace(now, left={**now.left, **vias.left})
-        adder = TargetAdder(self.requester, curve, self.program, self.writer.reader(goals))
-        insertions, whole = adder.add(pieces, 1e3 * self.tolerance)
         spoiled = spoiled_starts(self.motion, self.exact, written, {i: s for i, s in placed.items() if not s.any()})
-        if whole or spoiled:
-            return _Round({**now.left, **spoiled}, {**now.indivisible, **whole})
+        if added.refused or spoiled:
+            return _Round({**now.left, **spoiled}, {**now.indivisible, **added.refused})
         changes, places = self.writer.changes([goals, vias])
+        changes += tuple({change.span: change for change in added.circle_points.values()}.values())
         relaxed = goals.relaxed | vias.relaxed
         return Plan(
             self.motion,
@@ -132,7 +145,7 @@ class Planner:
             places,
             left,
             frozenset(i for i, move in enumerate(self.moves) if move.event.statement.key in relaxed),
-            tuple(insertions),
+            tuple(added.insertions),
             tuple(pieces),
             tuple(transitions),
             now.indivisible,

@@ -25,17 +25,33 @@ UNCHANGED_RAD = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
+class ArcPoint:
+    """The point after a share of the circle through three targets, as the program calls them.
+
+    Args:
+        function: name of the routine that works it out on the controller.
+    """
+
+    function: str
+    start: str
+    via: str
+    goal: str
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
 class TargetValue:
     """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it beyond that.
 
     Args:
-        law: of the position [mm], None where the pose is all.
+        law: of the position [mm], None where the pose is all; arc: what the law displaces, where it is on a circle.
     """
 
     pose: Pose
     robconf: Conf
     extax: Ax6
     law: OffsetLaw | None = None
+    arc: ArcPoint | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +102,8 @@ class Change:
 
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
-        form: how; value: the corrected target, of which ``components`` takes the configuration data.
+        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on an
+            arc it stands instead of the text.
         law: what is added to the position [mm]: along the axes of the object frame, of the tool where ``RelTool`` has it.
     """
 

@@ -23,11 +23,12 @@ from postproc.compensate.slots import (
     led_elsewhere,
     names_of,
     possible_runs,
+    slots_of,
     target_users,
 )
 from postproc.compensate.values import Change, Place, TargetRequest, TargetValue
 from postproc.rapid.motions.units import object_matrices
-from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.program.events import MotionEvent, MotionStatement, Origin, StatementKey
 from postproc.rapid.program.pose import add, quat_mult
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import Pose, RobTarget
@@ -121,21 +122,15 @@ class Writer:
         wanted[:, :3] -= 1e-3 * np.einsum("nij,nj->ni", turn, goals.assignment.unserved[rows])
         return dict(zip(moves, wanted, strict=True))
 
-    def reader(self, goals: Assigned) -> Callable[[int], RobTarget | None]:
-        """Of a move, the target that its expression starts from as it is written now."""
+    def corrected(self, goals: Assigned) -> Callable[[Origin, RobTarget], RobTarget]:
+        """What a target is with what is written into the slot of its origin."""
 
-        def corrected(i: int) -> RobTarget | None:
-            event = self.motion.moves[i].event
-            if not isinstance(event.target, RobTarget):
-                return None
-            origin = event.target_origin
-            now = event.target if origin.root is None else origin.root.target
-            row = goals.row_of.get(i)
-            slot = None if row is None else goals.assignment.slot_of[row]
-            value = None if slot is None else goals.assignment.slots.get(slot)
-            return now if value is None else _moved(now, value)
+        def moved(origin: Origin, target: RobTarget) -> RobTarget:
+            values = (goals.assignment.slots.get(slot) for slot in slots_of(origin))
+            value = next((value for value in values if value is not None), None)
+            return target if value is None else _moved(target, value)
 
-        return corrected
+        return moved
 
     def changes(self, parts: Sequence[Assigned]) -> tuple[tuple[Change, ...], dict[StatementKey, Place]]:
         """The texts to change, and where the correction of each statement is written."""

@@ -16,6 +16,7 @@ from postproc.compensate.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source, Span
 from postproc.grouping import grouped
 from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import Vec3
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression
@@ -53,7 +54,9 @@ def _around(env: SandboxedEnvironment, change: Change) -> Edit:
     source, span = change.source, change.span
     written = source.data[slice(*span)].decode("latin-1")
     sums = _sums(change.law, written)
-    if change.form == "offset":
+    if change.value.arc is not None:
+        text = fill(load_template(env, "arc_target.j2"), {"target": change.value, "displacement": sums})
+    elif change.form == "offset":
         text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
     else:
         values = {"name": written, "displacement": sums, "robconf": change.value.robconf}
@@ -146,6 +149,9 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     template = load_template(env, "statement.j2")
 
     def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
+        if value.arc is not None and value.law is not None:
+            sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
+            return fill(load_template(env, "arc_target.j2"), {"target": value, "displacement": sums})
         text = base or fill(target, {"target": value})
         if value.law is None:
             return text
@@ -171,6 +177,24 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
         edits += _time_left(statement, group)
     return edits
+
+
+def function_edits(
+    env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
+) -> Iterator[tuple[Source, Edit]]:
+    """Edits that add the function which works out points on arcs to the modules that call it."""
+    names = {(i.statement.source.path, i.statement.module.lower()): i.to.arc.function for i in insertions if i.to.arc}
+    for module in program.modules:
+        name = names.get((module.source.path, module.name.lower()))
+        if name is None:
+            continue
+        data = module.source.data
+        end = module.span[1] - len("ENDMODULE")
+        _, newline = line_style(data, max(0, end - 1))
+        start = data.rfind(b"\n", 0, end) + 1
+        at = start if not data[start:end].strip() else end
+        text = fill(load_template(env, "arc_point.j2"), {"name": name}).replace("\n", newline.decode())
+        yield module.source, Edit(at, at, text.encode("latin-1") + (newline if not text.endswith("\n") else b""))
 
 
 def _with_time(statement: MotionStatement, duration: Decimal) -> str:
