@@ -20,7 +20,7 @@ from postproc.compensate.applicable import applicable_model
 from postproc.compensate.belief import doubt_corrections
 from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
-from postproc.compensate.figures import figures_of
+from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
 from postproc.compensate.outcomes import judge_statements
@@ -28,6 +28,7 @@ from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
+from postproc.compensate.seams import find_seams, partial_seams
 from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
@@ -126,20 +127,19 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     before, after = _proved(model, plan, program, events, drafts, findings)
     figures = figures_of(plan, before, after)
-    if figures.after > max(options.tolerance_m, WORSE * figures.before):
-        after_mm, before_mm = (round(1e3 * value, 5) for value in (figures.after, figures.before))
-        text = f"the corrected program would be {after_mm} mm off, the original is {before_mm} mm"
-        help_ = "nothing is written; please report this program"
-        _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
+    _refuse_worse(figures, plan, sources[0], findings)
     outcomes, unlike = judge_statements(program, events, plan, after)
     findings += unlike
+    seams = find_seams(outcomes, plan, before, after)
+    findings += partial_seams(seams, options.allow_partial)
+    _stop_at_errors(findings)
     accuracy, more = expect_accuracy(model, motion, sources[0])
     if any(d.code == "CMP016" for d in findings):
         accuracy = None  # what the fit knows is the arm with everything that the model holds
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    report = document(plan, model.robot.name, events, outcomes, figures, accuracy, limits, findings)
+    report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 
@@ -221,6 +221,16 @@ def _proved(
         help_ = "see the findings above" if error.diagnostics else "please report this program"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
+
+
+def _refuse_worse(figures: Figures, plan: Plan, source: Source, findings: list[Diagnostic]) -> None:
+    """CMP013 where the corrected program would be farther off than the original."""
+    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
+    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
+        if before is not None and after is not None and after > max(tolerance, WORSE * before):
+            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
+            help_ = "nothing is written; please report this program"
+            _refuse(findings, Diagnostic("CMP013", "error", text, source, help=help_))
 
 
 def _outputs(

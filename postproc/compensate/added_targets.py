@@ -118,7 +118,7 @@ class TargetAdder:
     ) -> list[Insertion] | tuple[list[Insertion], Change] | str:
         """One set of statements for all runs, or why there is none; of an arc the circle point that is left, too."""
         event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
-        if event.via is not None and not (len(parts) == 1 and all_numbers(event, before)):
+        if event.via is not None and not all_numbers(event, before):
             return self._of_arc(parts, most)
         runs = [self._run(part) for part in parts]
         known = [run for run in runs if isinstance(run, _Run)]

@@ -10,6 +10,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.added_targets import TargetAdder
+from postproc.compensate.arcs import all_numbers
 from postproc.compensate.circles import behind_the_unknown, spoiled_starts
 from postproc.compensate.correction import Exact, RampKey, Transition, commanded_curve, invert_model, place_targets
 from postproc.compensate.insertions import ASTRAY, runs_astray, why_indivisible
@@ -126,16 +127,20 @@ class Planner:
         divisible = [i not in now.indivisible and m.event.statement.key not in left for i, m in enumerate(self.moves)]
         pieces = divide_moves(self.samples, curve, self.tolerance, divisible, self.settled, self.divided)
         pieces = divided_alike(self.samples, pieces, divisible)
-        adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected(goals))
+        chosen = [i for i in chosen if self.moves[i].event.statement.key not in left]
+        # Where a function works out the points of a divided arc, its circle point stays with that.
+        following = {p.move for p in pieces if p.goals and self._follows_arc(p.move)}
+        parts = [p for p in pieces if p.move not in following]
+        vias = self.writer.assign(self.requester.vias(chosen, written, curve, parts), goals)
+        keys = {self.moves[i].event.statement.key for i in following}
+        if vias.left.keys() - keys:
+            return replace(now, left={**now.left, **{k: why for k, why in vias.left.items() if k not in keys}})
+        adder = TargetAdder(self.requester, curve, self.program, self.writer.corrected([goals, vias]))
         added = adder.add(pieces, 1e3 * self.tolerance)
-        chosen = [i for i in chosen if self.moves[i].event.statement.key not in left and i not in added.circle_points]
-        vias = self.writer.assign(self.requester.vias(chosen, written, curve, pieces), goals)
-        if vias.left:
-            return replace(now, left={**now.left, **vias.left})
         spoiled = spoiled_starts(self.motion, self.exact, written, {i: s for i, s in placed.items() if not s.any()})
         if added.refused or spoiled:
             return _Round({**now.left, **spoiled}, {**now.indivisible, **added.refused})
-        changes, places = self.writer.changes([goals, vias])
+        changes, places = self.writer.changes([goals, vias.without({(key, "via") for key in keys})])
         changes += tuple({change.span: change for change in added.circle_points.values()}.values())
         relaxed = goals.relaxed | vias.relaxed
         return Plan(
@@ -152,6 +157,11 @@ class Planner:
             self.tolerance,
             curve,
         )
+
+    def _follows_arc(self, i: int) -> bool:
+        """Whether the points to add to an arc follow its three points, which are not all numbers."""
+        event = self.moves[i].event
+        return event.via is not None and not all_numbers(event, self.moves[i - 1].event)
 
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
         """Moves whose targets are not where the correction wants them, with the shift (6,) that they get, work axes."""

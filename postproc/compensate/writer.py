@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -45,7 +45,11 @@ class Assigned:
     def __init__(self, requests: Sequence[TargetRequest], links: Incidence, assignment: Assignment) -> None:
         self.requests, self.links, self.assignment = requests, links, assignment
         self.left, self.relaxed = assignment.left, assignment.relaxed
-        self.row_of = {r.move: row for row, r in enumerate(requests)}
+
+    def without(self, arguments: Set[ArgumentKey]) -> Assigned:
+        """The same without the offsets of some arguments."""
+        offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
+        return Assigned(self.requests, self.links, replace(self.assignment, offsets=offsets, left={}))
 
 
 class Writer:
@@ -122,11 +126,11 @@ class Writer:
         wanted[:, :3] -= 1e-3 * np.einsum("nij,nj->ni", turn, goals.assignment.unserved[rows])
         return dict(zip(moves, wanted, strict=True))
 
-    def corrected(self, goals: Assigned) -> Callable[[Origin, RobTarget], RobTarget]:
+    def corrected(self, parts: Sequence[Assigned]) -> Callable[[Origin, RobTarget], RobTarget]:
         """What a target is with what is written into the slot of its origin."""
 
         def moved(origin: Origin, target: RobTarget) -> RobTarget:
-            values = (goals.assignment.slots.get(slot) for slot in slots_of(origin))
+            values = (part.assignment.slots.get(slot) for part in parts for slot in slots_of(origin))
             value = next((value for value in values if value is not None), None)
             return target if value is None else _moved(target, value)
 
