@@ -8,7 +8,7 @@ from postproc.rapid.evaluation.evaluate import evaluate, whole
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.values import Data, Value
-from postproc.rapid.program.write_effects import SETTERS
+from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Component, Expression, Index, Name
 from postproc.rapid.unknown import PartlyUnknown, Unknown, unknown_part
@@ -86,7 +86,7 @@ def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
             memory.changed[bound.declaration.key] = Unknown(f"`{bound.declaration.name}` {reason}")
         elif bound is not None:
             memory.frame.bindings[key[1:]] = Unknown(f"`{key[1:]}` {reason}")
-        elif key[0] not in "%" and key != "@moves":
+        elif key[0] != "%" and key not in ("@moves", UNSEEN):
             memory.changed[key] = Unknown(f"{shown(key, memory.program)} {reason}")
 
 

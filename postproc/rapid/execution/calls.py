@@ -17,10 +17,11 @@ from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece, read_arguments
 from postproc.rapid.program.events import FOUND
+from postproc.rapid.program.instructions import READ_ONLY
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
 from postproc.rapid.program.values import Data, Value
-from postproc.rapid.program.write_effects import BY_NAME, READ_ONLY, STATE, WriteEffects
+from postproc.rapid.program.write_effects import BY_NAME, STATE, WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Unknown
