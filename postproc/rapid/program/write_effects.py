@@ -28,6 +28,7 @@ SETTERS: Mapping[str, str] = {
 }  # fmt: skip
 # Arguments that instructions of ``READ_ONLY`` write.
 WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
+LATE = "a routine that is chosen at run time"
 UNSEEN = "@unseen"  # what a routine that is in none of the files may write (see ``WriteEffects.exposed``)
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
@@ -102,6 +103,7 @@ class WriteEffects:
         # them; calls of the program's own functions.
         self.by_unknown: dict[tuple[str, Span], tuple[set[str], str]] = {}
         self.by_own: dict[tuple[str, Span], set[CalledWith]] = {}
+        self.unseen: set[str] = set()  # names of routines in none of the files
         self.lasting: set[str] = set()  # data that an instruction goes on writing
         self.sync: set[str] = set()  # routines that a motion starts: nobody knows when they run
         self._writing = {source.path: writing_functions(source, program) for source in program.sources}
@@ -139,12 +141,16 @@ class WriteEffects:
     @cached_property
     def exposed(self) -> frozenset[str]:
         """What code in none of the files may write: data of modules that is not LOCAL, data that routines of these
-        files write which such code may call, and all state.
+        files write which such code may call (all but main and those that are LOCAL), and all state.
         """
         data = {d.key for d in self.program.declarations if _is_exposed(d)}
-        called = {r.key for r in self.program.all_routines() if not r.local}
+        called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}
         within = {k for key in called for k in self.of_routine[key] if k[0] not in "%@"}
         return frozenset(data | within | SETTERS.keys())
+
+    def may_be_written_any_time(self, key: str) -> bool:
+        """Whether a trap, a handler or what a motion starts may write data, whatever runs."""
+        return key in self.volatile or (self.unseen_any_time and key in self.exposed)
 
     @cached_property
     def may_be_written(self) -> frozenset[str]:
@@ -248,10 +254,12 @@ class WriteEffects:
             return
         if called is None and statement.word not in KNOWN and statement.word not in SIGNATURES:
             changed.add(UNSEEN)
-        before = set(changed)
-        self._hand_over(called, pieces, writer, routine, changed, calls)
+            self.unseen.add(writer)
+        written: set[str] = set()
+        self._hand_over(called, pieces, writer, routine, written, calls)
+        changed |= written
         if called is None and statement.word in LASTING:
-            self.lasting |= changed - before
+            self.lasting |= written
 
     def _of_late_call(
         self,
@@ -267,7 +275,8 @@ class WriteEffects:
             self._hand_over(called, pieces, "", routine, changed, calls)
         if not found or None in template:
             changed.add(UNSEEN)  # perhaps one that is in none of the files
-            self._hand_over(None, pieces, "a routine that is chosen at run time", routine, changed, calls)
+            self.unseen.add(LATE)
+            self._hand_over(None, pieces, LATE, routine, changed, calls)
 
     def _of_functions(
         self,
@@ -286,6 +295,7 @@ class WriteEffects:
             self._hand_over(called, pieces, name, routine, written, through)
             if called is None:
                 written.add(UNSEEN)
+                self.unseen.add(name)
             place = (routine.source.path, statement.span)
             if written:
                 self.by_unknown[place] = (self.by_unknown.get(place, (set[str](), ""))[0] | written, name)
@@ -319,6 +329,11 @@ class WriteEffects:
         by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
         passed = tuple((name, argument_name(data, span)) for name, span in by_reference)
         calls.add((called.key, passed))
+
+
+def named_writers(writers: Iterable[str]) -> str:
+    """Writers for people: names in backticks."""
+    return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
 
 
 def _is_exposed(declaration: Declaration) -> bool:
