@@ -196,7 +196,9 @@ def _moving(
         text = "no motion statement leads to a place that is known before the program runs"
         why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
         measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
-        first = set_first(reasons.most_common(1)[0][0]) if reasons else None
+        most = reasons.most_common(1)[0][0] if reasons else None
+        unknowns = (unknown for e in events if e.reason is not None and e.reason == most for unknown in e.unknowns)
+        first = next((h for unknown in unknowns if (h := set_first(unknown)) is not None), None)
         help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
         _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
     return motion

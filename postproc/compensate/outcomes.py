@@ -69,9 +69,9 @@ def judge_statements(
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
-                    findings.append(
-                        finding("CMP005", "warning", statement, text, set_first(outcome.reason or "") or BESIDE)
-                    )
+                    helps = (set_first(unknown) for i in indices for unknown in events[i].unknowns)
+                    help_ = next((h for h in helps if h is not None), BESIDE)
+                    findings.append(finding("CMP005", "warning", statement, text, help_))
                 continue
         over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
         if over:

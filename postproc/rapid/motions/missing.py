@@ -38,10 +38,10 @@ class Missing:
 
     def explain(
         self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
-    ) -> str:
-        """The reason why an event is left alone."""
+    ) -> None:
+        """Report why an argument has no value, where somebody can do something about it."""
         if argument is None:
-            return error.reason
+            return
         missing = None if error.missing is None else error.missing.lower()
         named = missing in (None, argument.text.split("{")[0].strip().lower())
         what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
@@ -51,7 +51,6 @@ class Missing:
             self._say_refused(error, argument, statement, found)
         elif error.missing is None and what in _WHOLE:
             self._say_written(error, what, argument, statement, found)
-        return error.reason
 
     def is_news(self, name: str) -> bool:
         """Whether a name without a value is met for the first time."""
@@ -89,7 +88,7 @@ class Missing:
         self.reported.add(declaration.key)
         text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
         help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
-        if first := set_first(error.reason):
+        if first := set_first(error):
             help_ = f"{first}; if the program does no more than measure it, say `--constant {declaration.name}`"
         self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 

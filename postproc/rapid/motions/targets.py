@@ -18,7 +18,7 @@ from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.spans import TargetSpans
 from postproc.rapid.syntax.trees import Aggregate, Call, Component, Expression, Index, Name, Star
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 RUNTIME = Origin("runtime")
 
@@ -39,7 +39,7 @@ class Targets:
         except Unknown as error:
             return error, RUNTIME
         if isinstance(tree, Star):
-            return Unknown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
+            return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
         if declaration is not None and isinstance(tree, Name):
             done = self.declared.get((declaration.key, ()))
@@ -113,7 +113,7 @@ class Targets:
         try:
             tree = read_whole_expression(source.data, *span, "the target")
             if isinstance(tree, Star):
-                return Unknown("the position is stored without a name (`*`)"), Origin("star")
+                return Unknown(Kind.STAR), Origin("star")
             declaration = _named(tree, memory)
             value = evaluate(tree, memory)
             target = to_jointtarget(value.data)

@@ -24,10 +24,10 @@ from postproc.rapid.program.records import (
     ZoneData,
 )
 from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.unknown import Kind, Unknown
 
 Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
 StatementKey = tuple[str, int]  # path and offset of a motion statement
-FOUND = "is found by a search"
 OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
 
 
@@ -189,11 +189,13 @@ class MotionEvent:
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
     start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
+    assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
+    unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 
     @property
     def searched(self) -> bool:
         """Whether it goes with what a search has found."""
-        return self.reason is not None and FOUND in self.reason
+        return any(unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns)
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:
