@@ -21,7 +21,7 @@ from postproc.arrays import Array
 from postproc.compensate.expressions import TargetExpression
 from postproc.compensate.laws import OffsetLaw, fit_affine, midrange
 from postproc.compensate.slots import ArgumentKey, Incidence, SlotKey
-from postproc.compensate.values import Conf
+from postproc.compensate.values import Conf, TargetRequest
 from postproc.rapid.program.events import StatementKey
 from postproc.rapid.program.records import Vec3
 
@@ -42,11 +42,16 @@ MOST_SEEDS = 40  # values that are tried for a slot whose requests differ
 
 @dataclass(frozen=True, slots=True)
 class SlotValue:
-    """What is written into a slot: shift [mm] and turn [rad] of the target that stands there, and its configuration."""
+    """What is written into a slot: shift [mm] and turn [rad] of the target that stands there, and its configuration.
+
+    Args:
+        of: the request that it serves, where it is one alone.
+    """
 
     shift: Array
     turn: Array
     robconf: Conf
+    of: TargetRequest | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +164,7 @@ class Assigner:
         requests = self.incidence.requests
         if len(rows) == 1 and not self.derived[rows[0]]:
             row = rows[0]
-            return SlotValue(self.shift[row], self.turn[row], requests[row].value.robconf)
+            return SlotValue(self.shift[row], self.turn[row], requests[row].value.robconf, requests[row])
         chosen = np.array(rows)
         plain = chosen[~self.derived[chosen]]
         turn = midrange(self.turn[plain if len(plain) else chosen])

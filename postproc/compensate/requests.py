@@ -39,7 +39,10 @@ class Requester:
         self.robot, self.motion, self.exact = robot, motion, exact
         nominal = np.array([m.q for m in motion.moves])
         self.conf_after = confdata(robot, exact.q_goal)
-        self.crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
+        crossed = (confdata(robot, nominal) != self.conf_after).any(axis=1)
+        taught = [getattr(m.event.target, "robconf", None) or (0, 0, 0, 0) for m in motion.moves]
+        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
+        self.kept = within(robot, exact.q_goal, np.array(taught), BOUNDARY / 2) & ~crossed
         self.T_goal = motion.samples.curves.mounts.work(exact.T_base_flange)
         self.within_mm = (1e3 * SLACK * goal_tolerances(motion.moves, motion.options)).tolist()
 
@@ -89,9 +92,7 @@ class Requester:
 
     def _goal_conf(self, i: int, taught: Conf) -> Conf:
         """The confdata as it was taught, while the corrected joints stand where it says."""
-        # A target may be taught a little outside its quadrants: the correction must not carry it over the bound.
-        kept = within(self.robot, self.exact.q_goal[i], np.array(taught), BOUNDARY / 2)
-        return taught if kept and not self.crossed[i] else conf_of(self.conf_after[i])
+        return taught if self.kept[i] else conf_of(self.conf_after[i])
 
     def values(self, asked: Sequence[tuple[int, Array, Conf]]) -> list[TargetValue]:
         """Poses (move, T_work_tcp, confdata) as the program writes them, in their work objects."""

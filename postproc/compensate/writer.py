@@ -163,12 +163,12 @@ class Writer:
     def _in_slot(self, request: TargetRequest, slot: SlotKey, value: SlotValue) -> Change:
         """The numbers of a target, or an offset in the argument of a call."""
         base, root = request.origin.base, request.origin.root
+        if slot[0] == "numbers" and base.spans is not None and root is None and value.of is request:
+            return Change(base.spans.source, base.spans.whole, "numbers", request.value)
         now = request.target if root is None else root.target
         moved = _moved(now, value)
         whole = TargetValue(Pose(moved.trans, moved.rot), value.robconf, now.extax)
         if slot[0] == "numbers":
-            if root is None and np.array_equal(value.shift, request.shift):
-                whole = replace(request.value, law=None)
             assert base.spans is not None
             return Change(base.spans.source, base.spans.whole, "numbers", whole)
         assert base.handed is not None

@@ -13,7 +13,7 @@ from jinja2.sandbox import SandboxedEnvironment
 from postproc.compensate.expressions import amounts_of
 from postproc.compensate.laws import OffsetLaw
 from postproc.compensate.values import Change, Insertion, TargetValue
-from postproc.diagnostics import Source, Span
+from postproc.diagnostics import Source
 from postproc.grouping import grouped
 from postproc.rapid.program.events import MotionStatement
 from postproc.rapid.program.program import Program
@@ -121,25 +121,25 @@ def _sums(law: OffsetLaw, text: str) -> list[str]:
 def _number_edit(change: Change) -> Edit | None:
     """From the first number that changes to the last: programs have many targets, so one edit for each."""
     value, data, places = change.value, change.source.data, TargetSpans(change.source, change.span).numbers
+    before = [number_text(data, place) for place in places]
+    kept = _same_rotation(before[3:7], value.pose.rot)
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
-    kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     text, begin, end = [], -1, 0
-    for place, number, decimals in zip(places, numbers, _DECIMALS, strict=True):
-        before = number_text(data, place)
-        after = number_like(before, number, decimals)
-        if after != before and place not in kept:
+    for i, (place, old, number, decimals) in enumerate(zip(places, before, numbers, _DECIMALS, strict=True)):
+        after = old if kept and 3 <= i < 7 else number_like(old, number, decimals)
+        if after != old:
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
             text += [data[end : place[0]], after.encode("latin-1")]
             end = place[1]
     return Edit(begin, end, b"".join(text)) if text else None
 
 
-def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
+def _same_rotation(before: Sequence[str], rot: Sequence[float]) -> bool:
     """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    before = [float(number_text(data, place)) for place in places]
-    size = math.hypot(*before)
+    numbers = [*map(float, before)]
+    size = math.hypot(*numbers)
     return size > 0 and all(
-        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)
+        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(numbers, rot, strict=True)
     )
 
 

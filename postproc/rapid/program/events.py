@@ -118,6 +118,7 @@ class MotionStatement:
         places: begin and end of each argument's span and of its whole, counted from the statement's first byte: small
             numbers are kept once, however many statements there are.
         interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
+        key: what tells it from every other statement of the program.
     """
 
     instruction: str
@@ -128,11 +129,10 @@ class MotionStatement:
     roles: tuple[str, ...]
     places: tuple[int, ...]
     interpolation: Interpolation
+    key: StatementKey = field(init=False)
 
-    @property
-    def key(self) -> StatementKey:
-        """What tells it from every other statement of the program."""
-        return self.source.path, self.span[0]
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key", (self.source.path, self.span[0]))
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
