@@ -42,7 +42,9 @@ class Outcome:
         self.faults.append(f"{kind}: {where}: {text}")
 
 
-def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World) -> Outcome:
+def compare_worlds(
+    original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World
+) -> Outcome:
     """Runs both programs in one world and compares motions and effects.
 
     Args:
@@ -61,7 +63,9 @@ def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: di
     return out
 
 
-def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float) -> None:
+def _events(
+    out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float
+) -> None:
     k, waiting = 0, []
     for e in after:
         if e.inserted:

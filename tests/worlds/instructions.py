@@ -5,7 +5,6 @@ Sources: instruction signatures of 3HAC050917-001 (RL) and the Instructions manu
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ import numpy as np
 from tests.worlds import motions
 from tests.worlds.geometry import Array, flange
 from tests.worlds.syntax import Arg, Expr
-from tests.worlds.values import NO_TURN, Fault, convert, default, matrix_pose, pose_matrix, predefined, single
+from tests.worlds.values import NO_TURN, Fault, clone, convert, default, matrix_pose, pose_matrix, predefined, single
 
 if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter, Ref
@@ -42,12 +41,16 @@ class MotionState:
     pose: Array = field(default_factory=lambda: flange([0, 0, 0, 0, 30, 0]))  # base to tool0
     conf: list[float] = field(default_factory=lambda: [0.0] * 4)
     extax: list[float] = field(default_factory=lambda: [9e9] * 6)
-    tool: Any = field(default_factory=lambda: copy.deepcopy(predefined()["tool0"][1]))
-    wobj: Any = field(default_factory=lambda: copy.deepcopy(predefined()["wobj0"][1]))
+    tool: Any = field(default_factory=lambda: clone(predefined()["tool0"][1]))
+    wobj: Any = field(default_factory=lambda: clone(predefined()["wobj0"][1]))
     trigger: dict[str, Any] = field(default_factory=dict)
 
     def displacement(self, task: Interpreter) -> Array:
-        return pose_matrix(task.builtin["c_progdisp"].get()[0]) if task.builtin["c_progdisp"].get()[0][1] != [0.0] * 4 else np.eye(4)
+        return (
+            pose_matrix(task.builtin["c_progdisp"].get()[0])
+            if task.builtin["c_progdisp"].get()[0][1] != [0.0] * 4
+            else np.eye(4)
+        )
 
     def frame(self, task: Interpreter, wobj: Any) -> Array:
         """Base to the coordinates of programmed targets: user frame, object frame, program displacement."""
@@ -121,8 +124,13 @@ def _handed(task: Interpreter, name: str, arguments: tuple[Arg, ...]) -> list[An
         except KeyError:
             out.append(a.value[1])
             continue
-        out.append(copy.deepcopy(task.evaluate(a.value)))
-        if ref is not None and ref.storage != "const" and task.world.unknown and task.world.chance(0.7, name, k, task.here):
+        out.append(clone(task.evaluate(a.value)))
+        if (
+            ref is not None
+            and ref.storage != "const"
+            and task.world.unknown
+            and task.world.chance(0.7, name, k, task.here)
+        ):
             _vary(task, ref, name, k)
     return out
 
@@ -146,7 +154,10 @@ def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], 
     for data, ref in sorted(task.shared.items()):
         if ref.storage == "const" or ref.name != data or (named is not None and data not in [n.lower() for n in named]):
             continue
-        if named is None and not (ref.type.lstrip("*") in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.5, name, data, task.here)):
+        if named is None and not (
+            ref.type.lstrip("*") in ("num", "pos", "pose", "robtarget", "bool")
+            and task.world.chance(0.5, name, data, task.here)
+        ):
             continue
         _vary(task, ref, name)
 
@@ -280,7 +291,9 @@ def _disp_on(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
 
 
 def _offsets_set(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
-    task.builtin["c_progdisp"].get()[1] = convert(task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records)
+    task.builtin["c_progdisp"].get()[1] = convert(
+        task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records
+    )
 
 
 def _offsets_off(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
@@ -371,16 +384,78 @@ INSTRUCTIONS: dict[str, Any] = {
     "triggint": _trigger_interrupt,
     "stop": _stop,
     **dict.fromkeys(["triggio", "triggequip", "triggspeed", "triggcheckio", "triggrampao"], _trigger),
-    **dict.fromkeys("isignaldi isignaldo isignalai isignalao isignalgi isignalgo itimer ipers ierror".split(), _order),
-    **dict.fromkeys("waitdi waitdo waitai waitao waitgi waitgo waituntil".split(), _wait),
+    **dict.fromkeys(
+        ["isignaldi", "isignaldo", "isignalai", "isignalao", "isignalgi", "isignalgo", "itimer", "ipers", "ierror"],
+        _order,
+    ),
+    **dict.fromkeys(["waitdi", "waitdo", "waitai", "waitao", "waitgi", "waitgo", "waituntil"], _wait),
 }
 
 EFFECTS = frozenset(
-    """set reset setdo setao setgo pulsedo invertdo tpwrite tperase tpshow waittime waitrob waitsyncload accset velset
-    confl confj singarea cirpathmode clkreset clkstart clkstop errwrite errlog setallsignals stopmove startmove storepath
-    restopath clearpath actunit deactunit softact softdeact worldacclim pathacclim motionsup speedrefresh pathresol
-    tryint bookerrno open close write writebin writestrbin systemstopaction ioenable iodisable settpmode corrcon corrclear
-    corrwrite corrdiscon indreset uimsgbox uimsgwrite break speedoverride sethwsim resetretrycount trigg""".split()
+    [
+        "set",
+        "reset",
+        "setdo",
+        "setao",
+        "setgo",
+        "pulsedo",
+        "invertdo",
+        "tpwrite",
+        "tperase",
+        "tpshow",
+        "waittime",
+        "waitrob",
+        "waitsyncload",
+        "accset",
+        "velset",
+        "confl",
+        "confj",
+        "singarea",
+        "cirpathmode",
+        "clkreset",
+        "clkstart",
+        "clkstop",
+        "errwrite",
+        "errlog",
+        "setallsignals",
+        "stopmove",
+        "startmove",
+        "storepath",
+        "restopath",
+        "clearpath",
+        "actunit",
+        "deactunit",
+        "softact",
+        "softdeact",
+        "worldacclim",
+        "pathacclim",
+        "motionsup",
+        "speedrefresh",
+        "pathresol",
+        "tryint",
+        "bookerrno",
+        "open",
+        "close",
+        "write",
+        "writebin",
+        "writestrbin",
+        "systemstopaction",
+        "ioenable",
+        "iodisable",
+        "settpmode",
+        "corrcon",
+        "corrclear",
+        "corrwrite",
+        "corrdiscon",
+        "indreset",
+        "uimsgbox",
+        "uimsgwrite",
+        "break",
+        "speedoverride",
+        "sethwsim",
+        "resetretrycount",
+        "trigg",
+    ]
 )
 """Instructions that do nothing to data: they are listed with the values of their arguments."""
 
@@ -402,4 +477,4 @@ def _plain(task: Interpreter, a: Arg) -> Any:
         return a.name
     if a.value[0] == "ref" and task.find(a.value[1]) is None:
         return a.value[1]
-    return [a.name, copy.deepcopy(task.evaluate(a.value))]
+    return [a.name, clone(task.evaluate(a.value))]

@@ -5,7 +5,6 @@ Sources: RAPID kernel manual (3HAC16585-1; section numbers in comments), RAPID O
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from tests.worlds import functions, instructions
 from tests.worlds.geometry import Array
 from tests.worlds.syntax import Arg, Data, Expr, Module, Routine, Statement, parse
-from tests.worlds.values import ALIASES, RECORDS, Dnum, Fault, convert, default, predefined, single
+from tests.worlds.values import ALIASES, RECORDS, Dnum, Fault, clone, convert, default, predefined, single
 from tests.worlds.world import World
 
 STEPS = 60_000
@@ -92,7 +91,9 @@ class RapidError(Exception):
 class Interpreter:
     """A task. ``identities`` maps statements of a corrected program to those of the original, see `alignment`."""
 
-    def __init__(self, modules: list[Module], world: World, identities: dict[Statement, tuple[Identity, bool]] | None = None) -> None:
+    def __init__(
+        self, modules: list[Module], world: World, identities: dict[Statement, tuple[Identity, bool]] | None = None
+    ) -> None:
         self.modules, self.world = modules, world
         self.identities = identities
         self.records = dict(RECORDS)
@@ -150,7 +151,7 @@ class Interpreter:
         if d.value is None:
             value: Any = default(type_, self.records)
             for n in reversed(sizes):
-                value = [copy.deepcopy(value) for _ in range(n)]
+                value = [clone(value) for _ in range(n)]
         else:
             array = "*" * len(sizes) + type_
             value = convert(self.evaluate(d.value, array), array, self.records)
@@ -258,7 +259,11 @@ class Interpreter:
 
     def _result_type(self, name: str) -> str:
         routine = self.find_routine(name)
-        return self.aliases.get(routine.type or "", routine.type or "") if routine else functions.RESULTS.get(name, "robtarget")
+        return (
+            self.aliases.get(routine.type or "", routine.type or "")
+            if routine
+            else functions.RESULTS.get(name, "robtarget")
+        )
 
     @staticmethod
     def _unary(op: str, a: Any) -> Any:
@@ -346,7 +351,9 @@ class Interpreter:
             elif p.mode == "in":  # 5.1: a copy, which the routine may change
                 type_ = "*" * p.dims + self._type(p.type)
                 assert value is not None
-                frame.names[p.name] = Ref([convert(self.evaluate(value, type_), type_, self.records)], 0, type_, "var", p.name)
+                frame.names[p.name] = Ref(
+                    [convert(self.evaluate(value, type_), type_, self.records)], 0, type_, "var", p.name
+                )
             else:  # the argument itself, also one element or component of it
                 assert value is not None
                 frame.names[p.name] = self.ref(value)
@@ -453,7 +460,7 @@ class Interpreter:
 
     def _return(self, s: Statement, frame: Frame) -> None:
         value = s.parts["value"]
-        raise Return(None if value is None else copy.deepcopy(self.evaluate(value, self._type(frame.routine.type))))
+        raise Return(None if value is None else clone(self.evaluate(value, self._type(frame.routine.type))))
 
     def _raise(self, s: Statement, frame: Frame) -> None:
         # 4.8: with a number the routine's own handler gets it, without one the error goes to the caller
@@ -540,7 +547,9 @@ class Interpreter:
             instructions.run(self, name, arguments, line)
 
     def log(self, name: str, line: int, values: dict[str, Any], motion: bool = False) -> None:
-        self.events.append(Event(self.here[0], self.inserted, name, motion, line, copy.deepcopy(values)))
+        self.events.append(
+            Event(self.here[0], self.inserted, name, motion, line, {k: clone(v) for k, v in values.items()})
+        )
 
     def run(self, entry: str = "main") -> list[Event]:
         """Runs the entry procedure to its end, its stop or STEPS statements; ``stopped`` says why it stopped."""
@@ -562,7 +571,9 @@ class Interpreter:
         out = {f"/{n}": r for n, r in self.shared.items()}
         for module, refs in self.own.items():
             out |= {f"{module}/{n}": r for n, r in refs.items()}
-        return {n: (r.type, r.get()) for n, r in out.items() if r.storage != "const" or r.type.lstrip("*") != "robtarget"}
+        return {
+            n: (r.type, r.get()) for n, r in out.items() if r.storage != "const" or r.type.lstrip("*") != "robtarget"
+        }
 
 
 def load(texts: Iterable[str]) -> list[Module]:
