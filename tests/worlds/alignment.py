@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from tests.worlds.geometry import Array, matrix_of_quaternion
-from tests.worlds.interpreter import Identity
 from tests.worlds.motions import ROLES, family
 from tests.worlds.syntax import Expr, Module, Routine, Statement
+from tests.worlds.task import Identity
 
 ADDED_MOTION, OTHER = 1.0, 100.0
 

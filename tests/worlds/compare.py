@@ -10,8 +10,9 @@ import numpy as np
 
 from tests.worlds.alignment import identities
 from tests.worlds.geometry import angle_between, distance_to_arc, distance_to_segment
-from tests.worlds.interpreter import Event, Interpreter
+from tests.worlds.interpreter import Interpreter
 from tests.worlds.syntax import Module
+from tests.worlds.task import Event
 from tests.worlds.world import World
 
 ROUNDING = 0.004

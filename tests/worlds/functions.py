@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tests.worlds import instructions as I
+from tests.worlds import outside
+from tests.worlds.state import target_of_joints, with_offsets
 from tests.worlds.syntax import Arg
 from tests.worlds.values import Dnum, Fault, clone, euler, matrix_pose, orient_zyx, pose_matrix, single, singles
 
@@ -125,7 +126,7 @@ def _orobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     """ORobT p [\\InPDisp] | [\\InEOffs]: p without program displacement and offset of external axes."""
     (p,), o = values(task, arguments, "robtarget")
     place = p[:2] if "inpdisp" in o else matrix_pose(task.motion.displacement(task) @ pose_matrix(p))
-    axes = p[3] if "ineoffs" in o else I.with_offsets(task, p[3])
+    axes = p[3] if "ineoffs" in o else with_offsets(task, p[3])
     return [*clone(place), list(p[2]), list(axes)]
 
 
@@ -142,7 +143,7 @@ def _calc_robt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     given = [a.value for a in arguments if a.kind == "pos" and a.value]
     joints, tool = task.evaluate(given[0], "jointtarget"), task.evaluate(given[1], "tooldata")
     wobj = next((task.evaluate(a.value) for a in arguments if a.name == "wobj" and a.value), None)
-    return I.target_of_joints(task, joints, tool, wobj)
+    return target_of_joints(task, joints, tool, wobj)
 
 
 def _present(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -246,7 +247,7 @@ def _string(f: Callable[[str], Any]) -> Any:
 
 def _signal_value(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     assert arguments[0].value is not None
-    return I.signal(task, arguments[0].value[1])
+    return outside.signal(task, arguments[0].value[1])
 
 
 def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -254,7 +255,7 @@ def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _answer(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    return I.answer(task, "answer")
+    return outside.answer(task, "answer")
 
 
 def _euler_zyx(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:

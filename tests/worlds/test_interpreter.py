@@ -7,7 +7,9 @@ RAPID manuals of the same name. K3: RAPID Reference Manual, Basic Characteristic
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,8 @@ from tests.worlds.alignment import identities
 from tests.worlds.compare import compare_worlds
 from tests.worlds.geometry import distance_to_arc, flange, matrix_of_quaternion, quaternion_of_matrix
 from tests.worlds.interpreter import Interpreter, load
-from tests.worlds.syntax import SyntaxFault, parse
+from tests.worlds.parser import parse
+from tests.worlds.syntax import SyntaxFault
 from tests.worlds.values import orient_zyx
 from tests.worlds.world import World
 
@@ -436,3 +439,10 @@ def test_geometry() -> None:
 def test_text_that_is_no_program(text: str) -> None:
     with pytest.raises(SyntaxFault):
         parse(text)
+
+
+def test_the_interpreter_shares_nothing_with_the_package() -> None:
+    """Only `product` asks the package to correct programs."""
+    here = Path(__file__).parent
+    importing = {p.name for p in here.glob("*.py") if re.search(r"^\s*(?:from|import) postproc\b", p.read_text(), re.M)}
+    assert importing == {"product.py"}

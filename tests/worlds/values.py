@@ -20,6 +20,17 @@ class Fault(Exception):
     """The program does what the language forbids, or what this interpreter does not know."""
 
 
+class Ended(Exception):
+    """EXIT, or an error nobody handles: the program stops."""
+
+
+class RapidError(Exception):
+    """An error of the running program; ``left`` is the routine whose handler has had it."""
+
+    def __init__(self, number: float, left: object = None) -> None:
+        self.number, self.left = number, left
+
+
 class Dnum(float):
     """A number of double precision."""
 
