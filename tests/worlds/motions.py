@@ -93,6 +93,7 @@ def move(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) ->
     for extra in ("value", "signal"):
         if extra in at and not name.startswith("search"):
             said[extra] = at[extra][1] if extra == "signal" else task.evaluate(at[extra])  # type: ignore[index, arg-type]
+    said["options"] = {k: plain(task, a) for k, a in options.items() if k != "wobj" and not _absent(task, a)}
     for role in ("seam", "weld"):
         if role in at and at[role] is not None:
             said[role] = plain(task, Arg("pos", "", at[role]))

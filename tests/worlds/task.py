@@ -92,8 +92,9 @@ class Task:
         self.interrupts: dict[float, Interrupt] = {}
         self.pending: list[tuple[int, Callable[[], None]]] = []
         self.in_trap = self.disabled = 0
+        self.own_records = {name: parts for m in modules for name, parts in m.records.items()}
+        self.records |= self.own_records
         for m in modules:
-            self.records |= m.records
             self.aliases |= m.aliases
         self.builtin = {n: Ref([v], 0, t, "const", n) for n, (t, v) in predefined().items()}
         self.builtin["errno"] = Ref([0.0], 0, "num", "var", "errno")
@@ -147,6 +148,9 @@ class Task:
             return [self._varied(v, type_, dims - 1, d, f"{name}/{i}") for i, v in enumerate(value, 1)]
         if d.value is None:
             return value
+        if type_ in self.own_records:
+            parts = zip(value, self.own_records[type_], strict=True)
+            return [self._varied(v, self.aliases.get(t, t), 0, d, f"{name}.{n}") for v, (n, t) in parts]
         if w.touched and type_ == "robtarget":
             return convert(w.varied(value, type_, name, "touched"), type_, self.records)
         if w.operator and d.storage == "pers" and type_ != "robtarget":

@@ -71,6 +71,7 @@ def divided(modules: list[Module]) -> int:
     added = 0
     traps = [s for m in modules for r in m.routines if r.kind == "trap" for s in r.flat]
     unsteady = {s.parts["target"][1] for s in traps if s.kind == "assign"}
+    unsteady |= {r.name for m in modules for r in m.routines}  # functions, which must run as often as before
     for m in modules:
         for r in m.routines:
             for block in blocks(r.body):
@@ -85,7 +86,7 @@ def divided(modules: list[Module]) -> int:
 
 
 def between(a: Statement, b: Statement, unsteady: set[str]) -> Statement | None:
-    """A motion to the middle, None where it would not be: a trap may write one end between the two motions."""
+    """A motion to the middle, None where it would not be: a trap may write one end between the two motions, a function counts."""
     for s in (a, b):
         if s.kind != "call" or s.parts["name"] not in ("movel", "arcl", "movej"):
             return None
@@ -104,10 +105,11 @@ def between(a: Statement, b: Statement, unsteady: set[str]) -> Statement | None:
         return None
     if any(e[0] == "call" and e[1] not in ("offs", "reltool") for e in (p, q)):
         return None
-    if names_in((p, q)) & unsteady:
+    if names_in((p, q)) & unsteady or any(x.name == "t" for x in b.parts["args"]):
         return None
     arguments = list(b.parts["args"])
     arguments[targets(b)[0]] = Arg("pos", "", middle(p, q))
+    arguments = [Arg("pos", "", ("ref", "z1", ())) if x.value == ("ref", "fine", ()) else x for x in arguments]
     return Statement("call", b.line, {"name": b.parts["name"], "args": tuple(arguments)}, b.words + " added")
 
 
