@@ -19,7 +19,9 @@ def main(names: list[str]) -> int:
     """Exit code 1 where a program is not the same in every world."""
     words = [w for w in names if w != "-v"]
     groups = grouped([Path(n) for n in words]) if words else tasks()
-    print(f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict")
+    print(
+        f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict"
+    )
     bad = 0
     for paths in groups:
         c = check(paths)

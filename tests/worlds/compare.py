@@ -10,8 +10,9 @@ import numpy as np
 
 from tests.worlds.alignment import identities
 from tests.worlds.geometry import angle_between, distance_to_arc, distance_to_segment
-from tests.worlds.interpreter import Event, Interpreter
+from tests.worlds.interpreter import Interpreter
 from tests.worlds.syntax import Module
+from tests.worlds.task import Event
 from tests.worlds.world import World
 
 ROUNDING = 0.004
@@ -42,7 +43,9 @@ class Outcome:
         self.faults.append(f"{kind}: {where}: {text}")
 
 
-def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World) -> Outcome:
+def compare_worlds(
+    original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World
+) -> Outcome:
     """Runs both programs in one world and compares motions and effects.
 
     Args:
@@ -61,7 +64,9 @@ def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: di
     return out
 
 
-def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float) -> None:
+def _events(
+    out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float
+) -> None:
     k, waiting = 0, []
     for e in after:
         if e.inserted:
@@ -81,10 +86,11 @@ def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[
         if o.motion:
             for added in waiting:
                 _added(out, added, o, (1 + FOLLOWING) * largest)
-            waiting = []
             own = 0.0 if isinstance(bounds, float) else bounds.get(o.line, 0.0)
             # a motion that is left alone may stand on data that are corrected for others
+            _time(out, o, [*waiting, e])
             _motion(out, o, e, own + FOLLOWING * largest if own else largest)
+            waiting = []
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")
     for added in waiting:
@@ -106,9 +112,18 @@ def _motion(out: Outcome, o: Event, e: Event, bound: float) -> None:
         arc = distance_to_arc(b["via"][:3, 3], a["start"][:3, 3], a["via"][:3, 3], a["goal"][:3, 3])
         if arc > bound + ROUNDING + 0.05:
             out.fault("goal", o, f"the circle point is {arc:.3f} mm from the original's arc")
-    for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld"):
+    for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld", "options"):
         if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", o, f"{part} is {b.get(part)}, not {a.get(part)}")
+
+
+def _time(out: Outcome, o: Event, parts: list[Event]) -> None:
+    """The argument T gives the time of a whole way: its parts must take that time together."""
+    times = [e.values["options"].pop("t", None) for e in (o, *parts)]
+    if times[0] is None and any(times[1:]):
+        out.fault("argument", o, "a time where the original has none")
+    elif times[0] is not None and (None in times or abs(times[0][1] - sum(t[1] for t in times[1:])) > 1e-3):
+        out.fault("argument", o, f"T is {times[0]}, its parts have {times[1:]}")
 
 
 def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
@@ -126,7 +141,12 @@ def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
     out.added_mm = max(out.added_mm, d - bound)
     if d > bound + ROUNDING:
         out.fault("added", e, f"{d:.3f} mm from the original's way, the largest correction is {bound:.3f} mm")
-    for part in ("tool", "wobj"):
+    turned = angle_between(a["start"], a["goal"])
+    if max(angle_between(a["start"], b["goal"]), angle_between(b["goal"], a["goal"])) > turned + TURN:
+        out.fault("added", e, "turned away from the orientations at both ends")
+    if b["zone"] is not None and b["zone"][0]:
+        out.fault("added", e, "the arm would stop at it")
+    for part in ("tool", "wobj", "speed", "seam", "weld"):
         if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", e, f"{part} of an added target")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from collections.abc import Callable
@@ -10,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tests.worlds import instructions as I
+from tests.worlds import outside
+from tests.worlds.state import target_of_joints, with_offsets
 from tests.worlds.syntax import Arg
-from tests.worlds.values import Dnum, Fault, euler, matrix_pose, orient_zyx, pose_matrix, single, singles
+from tests.worlds.values import Dnum, Fault, clone, euler, matrix_pose, orient_zyx, pose_matrix, single, singles
 
 if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter
@@ -70,7 +70,7 @@ def values(task: Interpreter, arguments: tuple[Arg, ...], *types: str) -> tuple[
 
 def _offs(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     (p, *d), _ = values(task, arguments, "robtarget")
-    return [[single(a + b) for a, b in zip(p[0], d, strict=True)], *copy.deepcopy(p[1:])]
+    return [[single(a + b) for a, b in zip(p[0], d, strict=True)], *clone(p[1:])]
 
 
 def _reltool(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -79,7 +79,7 @@ def _reltool(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     step[:3, :3], step[:3, 3] = euler(o.get("rx", 0.0), o.get("ry", 0.0), o.get("rz", 0.0)), d
     moved = pose_matrix(p) @ step
     rot = matrix_pose(moved)[1] if {"rx", "ry", "rz"} & set(o) else list(p[1])
-    return [singles(moved[:3, 3]), rot, *copy.deepcopy(p[2:])]
+    return [singles(moved[:3, 3]), rot, *clone(p[2:])]
 
 
 def _pose_mult(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -126,12 +126,16 @@ def _orobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     """ORobT p [\\InPDisp] | [\\InEOffs]: p without program displacement and offset of external axes."""
     (p,), o = values(task, arguments, "robtarget")
     place = p[:2] if "inpdisp" in o else matrix_pose(task.motion.displacement(task) @ pose_matrix(p))
-    axes = p[3] if "ineoffs" in o else I.with_offsets(task, p[3])
-    return [*copy.deepcopy(place), list(p[2]), list(axes)]
+    axes = p[3] if "ineoffs" in o else with_offsets(task, p[3])
+    return [*clone(place), list(p[2]), list(axes)]
 
 
 def _crobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    o = {a.name: task.evaluate(a.value) for a in arguments if a.kind == "opt" and a.value is not None and a.name != "taskref"}
+    o = {
+        a.name: task.evaluate(a.value)
+        for a in arguments
+        if a.kind == "opt" and a.value is not None and a.name != "taskref"
+    }
     return task.motion.target(task, o.get("tool"), o.get("wobj"))
 
 
@@ -139,7 +143,7 @@ def _calc_robt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     given = [a.value for a in arguments if a.kind == "pos" and a.value]
     joints, tool = task.evaluate(given[0], "jointtarget"), task.evaluate(given[1], "tooldata")
     wobj = next((task.evaluate(a.value) for a in arguments if a.name == "wobj" and a.value), None)
-    return I.target_of_joints(task, joints, tool, wobj)
+    return target_of_joints(task, joints, tool, wobj)
 
 
 def _present(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -243,7 +247,7 @@ def _string(f: Callable[[str], Any]) -> Any:
 
 def _signal_value(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     assert arguments[0].value is not None
-    return I.signal(task, arguments[0].value[1])
+    return outside.signal(task, arguments[0].value[1])
 
 
 def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -251,7 +255,7 @@ def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _answer(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    return I.answer(task, "answer")
+    return outside.answer(task, "answer")
 
 
 def _euler_zyx(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -286,7 +290,7 @@ def _magnitude(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _current(kind: str) -> Any:
-    return lambda task, arguments: copy.deepcopy(getattr(task.motion, kind))
+    return lambda task, arguments: clone(getattr(task.motion, kind))
 
 
 FUNCTIONS: dict[str, Any] = {

@@ -7,7 +7,9 @@ RAPID manuals of the same name. K3: RAPID Reference Manual, Basic Characteristic
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,8 @@ from tests.worlds.alignment import identities
 from tests.worlds.compare import compare_worlds
 from tests.worlds.geometry import distance_to_arc, flange, matrix_of_quaternion, quaternion_of_matrix
 from tests.worlds.interpreter import Interpreter, load
-from tests.worlds.syntax import SyntaxFault, parse
+from tests.worlds.parser import parse
+from tests.worlds.syntax import SyntaxFault
 from tests.worlds.values import orient_zyx
 from tests.worlds.world import World
 
@@ -27,7 +30,9 @@ P = "[[1200,-300,500],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9
 
 
 def run(body: str, outside: str = "", world: World = WORLD) -> Interpreter:
-    task = Interpreter(load([f"MODULE M\n{outside if 'PROC' not in outside else ''}\n" + _with(body, outside) + "\nENDMODULE"]), world)
+    task = Interpreter(
+        load([f"MODULE M\n{outside if 'PROC' not in outside else ''}\n" + _with(body, outside) + "\nENDMODULE"]), world
+    )
     task.run()
     return task
 
@@ -120,7 +125,10 @@ def test_tenths_reach_one_after_ten_turns_in_single_precision() -> None:
 def test_for() -> None:
     """Kernel 4.15: step 1 or -1 without STEP, bounds evaluated once, the variable hides data and cannot be changed."""
     declared = "VAR string s; VAR num i:=50; VAR num e:=3;"
-    assert value(run('FOR i FROM 1 TO e DO e:=9; s:=s+NumToStr(i,0); ENDFOR s:=s+":"+NumToStr(i,0);', declared), "s") == "123:50"
+    assert (
+        value(run('FOR i FROM 1 TO e DO e:=9; s:=s+NumToStr(i,0); ENDFOR s:=s+":"+NumToStr(i,0);', declared), "s")
+        == "123:50"
+    )
     assert value(run("FOR i FROM 3 TO 1 DO s:=s+NumToStr(i,0); ENDFOR", declared), "s") == "321"
     assert value(run("FOR i FROM 1 TO 8 STEP 3 DO s:=s+NumToStr(i,0); ENDFOR", declared), "s") == "147"
 
@@ -134,7 +142,10 @@ def test_test_takes_the_first_case_that_fits() -> None:
 
 def test_compact_if_and_goto() -> None:
     """Kernel 4.14, 4.6: a label of the routine, also of an enclosing list."""
-    task = run("n:=0; top: n:=n+1; IF n<5 GOTO top; FOR i FROM 1 TO 9 DO IF i=3 GOTO out; m:=i; ENDFOR out: n:=n*10;", "VAR num n; VAR num m;")
+    task = run(
+        "n:=0; top: n:=n+1; IF n<5 GOTO top; FOR i FROM 1 TO 9 DO IF i=3 GOTO out; m:=i; ENDFOR out: n:=n*10;",
+        "VAR num n; VAR num m;",
+    )
     assert (value(task, "n"), value(task, "m")) == (50, 2)
 
 
@@ -250,7 +261,7 @@ def test_error_handlers() -> None:
 
 def test_late_binding() -> None:
     """Kernel 4.5: ``%expr%``; Instructions: CallByVar puts name and number together."""
-    outside = 'PROC go2() n:=n+2; ENDPROC\nPROC go3(num x) n:=n+x; ENDPROC\nENDMODULE\nMODULE D\nVAR num n:=0;'
+    outside = "PROC go2() n:=n+2; ENDPROC\nPROC go3(num x) n:=n+x; ENDPROC\nENDMODULE\nMODULE D\nVAR num n:=0;"
     assert value(run('CallByVar "go",2; %"GO"+"3"% 40; %"M:go2"%;', outside), "n") == 44
 
 
@@ -264,7 +275,7 @@ def test_poses() -> None:
     """Functions: Offs in object axes, RelTool in tool axes (x, then new y, then new z), PoseMult, PoseInv, DefFrame."""
     turn = Rotation.from_quat([-0.60035, 0.754504, 0.212751, 0.158241])
     moved = calculated("robtarget", "RelTool(p,10,20,30\\Rx:=5\\Ry:=-8\\Rz:=40)", f"CONST robtarget p:={P};")
-    assert np.allclose(moved[0], [1200, -300, 500] + turn.apply([10, 20, 30]), atol=2e-4)
+    assert np.allclose(moved[0], np.array([1200, -300, 500]) + turn.apply([10, 20, 30]), atol=2e-4)
     expected = turn * Rotation.from_euler("XYZ", [5, -8, 40], degrees=True)
     assert (expected.inv() * Rotation.from_quat(np.roll(moved[1], -1))).magnitude() < 1e-6
     assert calculated("robtarget", "Offs(p,1,2,3)", f"CONST robtarget p:={P};")[0] == [1201, -298, 503]
@@ -272,16 +283,22 @@ def test_poses() -> None:
     assert np.allclose(calculated("pose", "PoseMult(PoseInv(a),PoseMult(a,b))", *poses)[0], [-5, 7, 1], atol=1e-5)
     assert np.allclose(calculated("pos", "PoseVect(a,[1,0,0])", *poses), [10, 21, 30])
     frame = calculated("pose", f"DefFrame({P},Offs({P},0,50,0),Offs({P},-30,10,0))")
-    assert np.allclose(Rotation.from_quat(np.roll(frame[1], -1)).as_matrix(), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-6)
+    assert np.allclose(
+        Rotation.from_quat(np.roll(frame[1], -1)).as_matrix(), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-6
+    )
     q = orient_zyx(30, -20, 50)
-    assert np.allclose(Rotation.from_quat(np.roll(q, -1)).as_matrix(), Rotation.from_euler("ZYX", [30, -20, 50], degrees=True).as_matrix(), atol=1e-6)
+    assert np.allclose(
+        Rotation.from_quat(np.roll(q, -1)).as_matrix(),
+        Rotation.from_euler("ZYX", [30, -20, 50], degrees=True).as_matrix(),
+        atol=1e-6,
+    )
 
 
 def goals(task: Interpreter) -> list[list[float]]:
     return [e.values["goal"][:3, 3].tolist() for e in task.events if e.motion]
 
 
-MOVING = f"CONST robtarget p:={P}; PERS wobjdata w:=[FALSE,TRUE,\"\",[[100,0,0],[1,0,0,0]],[[0,20,0],[0.7071068,0,0,0.7071068]]]; VAR robtarget q;"
+MOVING = f'CONST robtarget p:={P}; PERS wobjdata w:=[FALSE,TRUE,"",[[100,0,0],[1,0,0,0]],[[0,20,0],[0.7071068,0,0,0.7071068]]]; VAR robtarget q;'
 
 
 def test_frames_and_displacement() -> None:
@@ -387,7 +404,10 @@ def test_the_comparison_sees_what_differs(old: str, new: str, operator: bool, sa
 
 
 def test_a_touched_up_target_must_be_followed() -> None:
-    literal = SAME.replace("Offs(p2,0,0,n)", "[[1200,-100,560],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]]")
+    literal = SAME.replace(
+        "Offs(p2,0,0,n)",
+        "[[1200,-100,560],[0.158241,-0.60035,0.754504,0.212751],[-1,0,-2,0],[9E9,9E9,9E9,9E9,9E9,9E9]]",
+    )
     assert compare_worlds(load([SAME]), load([literal]), 1.0, WORLD).faults == []
     assert compare_worlds(load([SAME]), load([literal]), 1.0, replace(WORLD, touched=True)).faults != []
     moved = SAME.replace("-100,500", "-100.6,500.2")
@@ -412,7 +432,17 @@ def test_geometry() -> None:
     assert distance_to_arc(rng.normal(size=3) * 0 + [1, 2, 3], *points[:3]) == pytest.approx(50)
 
 
-@pytest.mark.parametrize("text", ["MODULE M PROC main() IF THEN ENDPROC ENDMODULE", "MODULE M PROC main() x:=; ENDPROC ENDMODULE", "MODULE M"])
+@pytest.mark.parametrize(
+    "text",
+    ["MODULE M PROC main() IF THEN ENDPROC ENDMODULE", "MODULE M PROC main() x:=; ENDPROC ENDMODULE", "MODULE M"],
+)
 def test_text_that_is_no_program(text: str) -> None:
     with pytest.raises(SyntaxFault):
         parse(text)
+
+
+def test_the_interpreter_shares_nothing_with_the_package() -> None:
+    """Only `product` asks the package to correct programs."""
+    here = Path(__file__).parent
+    importing = {p.name for p in here.glob("*.py") if re.search(r"^\s*(?:from|import) postproc\b", p.read_text(), re.M)}
+    assert importing == {"product.py"}

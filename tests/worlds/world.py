@@ -78,6 +78,8 @@ class World:
             return self.random("bool", name, *key).random() < 0.5
         if type_ == "string":
             return self.value(name, *key)
+        if type_ == "speeddata":
+            return [round(value[0] * self.random("speed", name, *key).uniform(0.5, 1.5), 1), *value[1:]]
         if type_ == "pos":
             return self._moved(value, name, *key)
         if type_ in ("robtarget", "pose"):
