@@ -34,6 +34,8 @@ from postproc.rapid.program.records import NO_AXIS, Ax6, RobTarget, Vec3
 from postproc.robot.configuration import confdata
 
 NO_START = "where its line begins has no name here"
+FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "sin")
+OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
 SHARE_DECIMALS, BEND_DECIMALS = 3, 4
@@ -104,6 +106,8 @@ class TargetAdder:
                 continue
             most = [max(0.5 * float(path_mm[group].min()), self._gap(part) / 2) for part in parts]
             added = self._of_statement(parts, most) if len(parts) == len(group) else UNLIKE
+            if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added):
+                added = OWN_FUNCTIONS
             if isinstance(added, str):
                 refused.update(dict.fromkeys(group, added))
             elif isinstance(added, list):
@@ -135,6 +139,12 @@ class TargetAdder:
                 return UNLIKE
             found.append(one)
         return found
+
+    def _own_functions(self, event: MotionEvent, added: list[Insertion] | tuple[list[Insertion], Change]) -> bool:
+        """Whether functions of the program's own hide those of RAPID by which the targets are written."""
+        insertions = added if isinstance(added, list) else added[0]
+        used = any(i.to.law is not None or i.to.arc is not None for i in insertions)
+        return used and any(self.program.routine(name, event.statement.module) is not None for name in FUNCTIONS)
 
     def _of_arc(self, parts: Sequence[Pieces], most: Sequence[float]) -> tuple[list[Insertion], Change] | str:
         """The same for an arc."""
