@@ -19,7 +19,7 @@ from postproc.compensate.transitions import (
     transient_finding,
     transition_findings,
 )
-from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
+from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
 from postproc.motion.values import Move
@@ -130,7 +130,8 @@ def _outcome(
         return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
     refused = plan.left.get(statement.key)
     if refused is not None:
-        return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
+        status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
+        return Outcome(statement, status, refused, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"

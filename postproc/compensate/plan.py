@@ -36,7 +36,8 @@ class Plan:
 
     Args:
         changes: texts to change; places: where the correction of each statement is written.
-        left: statements that stay uncorrected, with the reason; relaxed: moves whose statement gets one correction for
+        left: statements that stay uncorrected, with the reason; unasked: those of them that the scope leaves out.
+        relaxed: moves whose statement gets one correction for
             runs that ask for different ones.
         indivisible: moves before which nothing can be added, and why.
         path_tolerance: (m,) largest deviation along each move [m].
@@ -48,6 +49,7 @@ class Plan:
     changes: tuple[Change, ...]
     places: Mapping[StatementKey, Place]
     left: Mapping[StatementKey, str]
+    unasked: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     pieces: tuple[Pieces, ...]
@@ -95,6 +97,7 @@ class Planner:
         self.requester = Requester(model.robot, motion, self.exact)
         self.writer = Writer(program, events, motion)
         self.events = events
+        self.unasked: Mapping[StatementKey, str] = {}
         # Most moves are in a round as in the one before.
         self.ramps, self.divided = dict[RampKey, Ramp](), dict[PiecesKey, Pieces]()
 
@@ -105,7 +108,8 @@ class Planner:
             m.event.statement.key: OUT_OF_SCOPE for m, inside in zip(self.moves, scope, strict=True) if not inside
         }
         within = {m.event.statement.key for m, inside in zip(self.moves, scope, strict=True) if inside}
-        left = {key: why for key, why in outside.items() if key not in within} | search_starts(self.events)
+        self.unasked = {key: why for key, why in outside.items() if key not in within}
+        left = {**self.unasked, **search_starts(self.events)}
         left |= behind_the_unknown(self.motion)
         now = _Round(left, self._indivisible())
         while True:
@@ -149,6 +153,7 @@ class Planner:
             changes,
             places,
             left,
+            frozenset(self.unasked),
             frozenset(i for i, move in enumerate(self.moves) if move.event.statement.key in relaxed),
             tuple(added.insertions),
             tuple(pieces),

@@ -80,7 +80,7 @@ def find_seams(outcomes: Sequence[Outcome], plan: Plan, before: Deviation, after
 
 
 def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
-    """CMP019 at weld statements that stay uncorrected in a seam whose other statements are corrected: a step."""
+    """CMP020 at weld statements that stay uncorrected in a seam whose other statements are corrected: a step."""
     severity: Severity = "warning" if allowed else "error"
     findings = []
     for seam in seams:
@@ -88,7 +88,7 @@ def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
             for outcome in seam.left:
                 text = f"this weld statement would stay uncorrected in a corrected seam: {outcome.reason}"
                 help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"
-                findings.append(finding("CMP019", severity, outcome.statement, text, "" if allowed else help_))
+                findings.append(finding("CMP020", severity, outcome.statement, text, "" if allowed else help_))
     return findings
 
 
