@@ -34,6 +34,7 @@ from postproc.model.arm import Model
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.base_frame import seen_from_base
+from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import Edit
@@ -162,7 +163,7 @@ def _followed(
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = seen_from_base(walked.events, options.base)
-    findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
+    findings += shown_to_users(walked.diagnostics, events)
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
@@ -195,7 +196,8 @@ def _moving(
         text = "no motion statement leads to a place that is known before the program runs"
         why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
         measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
-        first = set_first(reasons.most_common(1)[0][0]) if reasons else None
+        most = reasons.most_common(1)[0][0] if reasons else ""
+        first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
         help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
         _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
     return motion

@@ -68,9 +68,8 @@ def judge_statements(
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
-                    findings.append(
-                        finding("CMP005", "warning", statement, text, set_first(outcome.reason or "") or BESIDE)
-                    )
+                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
+                    findings.append(finding("CMP005", "warning", statement, text, first or BESIDE))
                 continue
         way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
         if max(way, end) > tolerance:
