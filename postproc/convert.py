@@ -29,6 +29,7 @@ from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
 from postproc.compensate.values import Outcome
+from postproc.compensate.worlds import check_written
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.rapid.evaluation.memory import set_first
@@ -44,6 +45,7 @@ from postproc.render.templates import environment
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
+MOST_TURNED = 0.02  # rad; that a correction turns the tool by
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
@@ -133,6 +135,11 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
         _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
     outcomes, unlike = judge_statements(program, events, plan, after)
     findings += unlike
+    bounds = {o.statement.key: (o.shift_mm or 0.0, MOST_TURNED) for o in outcomes}
+    added = Counter(insertion.statement.key for insertion in plan.insertions)
+    worlds, more = check_written(program, drafts, added, bounds, events, options.entry)
+    findings += more
+    _stop_at_errors(findings)
     accuracy, more = expect_accuracy(model, motion, sources[0])
     if any(d.code == "CMP016" for d in findings):
         accuracy = None  # what the fit knows is the arm with everything that the model holds
@@ -140,6 +147,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
     report = document(plan, model.robot.name, events, outcomes, figures, accuracy, limits, findings)
+    report["worlds"] = worlds.as_json()
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 
