@@ -69,9 +69,8 @@ def judge_statements(
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
-                    helps = (set_first(unknown) for i in indices for unknown in events[i].unknowns)
-                    help_ = next((h for h in helps if h is not None), BESIDE)
-                    findings.append(finding("CMP005", "warning", statement, text, help_))
+                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
+                    findings.append(finding("CMP005", "warning", statement, text, first or BESIDE))
                 continue
         over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
         if over:
@@ -170,6 +169,26 @@ def unmeasured(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan:
 
 def _measured(plan: Plan) -> set[StatementKey]:
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
+
+
+ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
+
+
+def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey, float]:
+    """How far [mm] each statement may be corrected, whatever its data is when the program runs.
+
+    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
+    statement that stays as it is may follow what it is derived from.
+    """
+    largest = max((o.shift_mm or 0.0 for o in outcomes), default=0.0)
+    goal = goal_tolerances(plan.motion.moves, plan.motion.options)
+    slack: dict[StatementKey, float] = {}
+    for move, tolerance in zip(plan.motion.moves, goal, strict=True):
+        key = move.event.statement.key
+        slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
+    return {
+        o.statement.key: (o.shift_mm or largest) + slack.get(o.statement.key, 0.0) + ALIKE * largest for o in outcomes
+    }
 
 
 def _shifts(plan: Plan) -> Array:

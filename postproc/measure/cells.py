@@ -72,12 +72,12 @@ class Cells:
         cells = [as_number(cell, self.decimal) for cell in cells]
         wrong: list[int] = []
         try:
-            values = np.array([float(cell) if cell else np.nan for cell in cells])
+            values = np.array([_float(cell) if cell else np.nan for cell in cells])
         except ValueError:
             values = np.full(len(cells), np.nan)
             for i, cell in enumerate(cells):
                 try:
-                    values[i] = float("nan" if cell.lower() in EMPTY else cell)
+                    values[i] = _float("nan" if cell.lower() in EMPTY else cell)
                 except ValueError:
                     wrong.append(i)
         huge = np.abs(values) > LARGEST
@@ -222,3 +222,14 @@ def _start(source: Source, line: int) -> Span:
 
 def _no_table(message: str, source: Source, help_: str = "") -> PostprocError:
     return PostprocError.of("DAT001", message, source, help=help_)
+
+
+def _float(cell: str) -> float:
+    """A number as measurement files have it: Python would also take ``1_000`` for one.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if "_" in cell:
+        raise ValueError(cell)
+    return float(cell)

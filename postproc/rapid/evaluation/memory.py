@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.evaluation.declared import Declared
@@ -27,9 +27,10 @@ from postproc.rapid.unknown import (
 )
 
 
-def set_first(unknown: Unknown) -> str | None:
-    """What helps against data that nothing sets on the way to here; None for other reasons."""
-    if unknown.root.kind is not Kind.UNSET:
+def set_first(unknowns: Iterable[Unknown]) -> str | None:
+    """What helps against data that nothing sets on the way to here, if that is the first of the reasons."""
+    unknown = next(iter(unknowns), None)
+    if unknown is None or unknown.root.kind is not Kind.UNSET:
         return None
     name = unknown.root.subject.strip("`")
     return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"

@@ -29,7 +29,8 @@ from postproc.rapid.syntax.trees import Call
 from postproc.rapid.unknown import Kind, Unknown
 
 MAX_CALLS = 30  # depth
-MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
+MAX_STEPS = 100_000  # statements executed; from there on every loop runs once and calls are passed over
+MOTION_STEPS = 5  # that an execution of a motion counts as
 
 
 class Execution(ABC):
@@ -38,9 +39,9 @@ class Execution(ABC):
     ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
         self.program = program
-        self.changes = WriteEffects(program)
+        self.changes = changes or WriteEffects(program)
         self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
         self.maker = EventMaker(program, self.diagnostics)
@@ -77,7 +78,7 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
-            self.steps += self.recorder.move(motion, memory, self.conditional > 0)
+            self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
             found = motion.argument("found")
             if found is not None:
                 self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)

@@ -13,6 +13,7 @@ from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Choices, Ends, Place
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.values import Data, Value, as_type
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
@@ -23,8 +24,8 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
+    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+        super().__init__(program, changes)
         self.choices = Choices()
         self.told: set[Place] = set()
 
@@ -96,9 +97,8 @@ class Flow(Loops):
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """What functions write in a statement's expressions, where these are not worked out once."""
+        self.forget_unseen(statement, memory)
         routine = memory.frame.routine
-        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
-        forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{name}`")
         if statement.kind in ("assign", "return"):
             return
         if statement.kind == "call":
@@ -107,6 +107,12 @@ class Flow(Loops):
             if not still if moves else self.program.routine(statement.word, routine.module) is not None:
                 return
         forget(memory, self.changes.of_functions(statement, routine), Kind.WRITTEN_BY_FUNCTION)
+
+    def forget_unseen(self, statement: Statement, memory: Memory) -> None:
+        """What functions in none of the files write in a statement's expressions."""
+        routine = memory.frame.routine
+        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
+        forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{name}`")
 
     def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
         """Report PERS data that decides on motions or data and that nothing in these files writes."""
