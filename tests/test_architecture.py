@@ -26,6 +26,8 @@ ROOMS = (
     "identify",
     "render",
     "convert",
+    "settings",
+    "choices",
     "report",
     "batch",
     "cli",

@@ -18,10 +18,13 @@ from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.program.program import ENDINGS
 from postproc.rapid.program.records import Pose
+from postproc.settings import NAME, Settings
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
 PARTS = frozenset({"progmod", "sysmod"})
+CONFIGURED = frozenset({"syspar", "backinfo"})
+CONTROLLER = "the controller's configuration"
 SHARED = "task0"  # installed in every task
 _LISTED = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
 
@@ -59,6 +62,42 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
 
+def task_around(module: Path) -> Task:
+    """The task of a controller's backup that a module stands in, without its files; one of its own elsewhere."""
+    here = module.absolute()
+    for folder in here.parents:
+        home = _task_folder(here.relative_to(folder).as_posix())
+        if home is not None and home.lower().startswith("rapid/") and any(_named(folder, CONFIGURED)):
+            return _task(home, [], _drive(home, {".": read_drives(folder)}))
+    return Task(module.name, ())
+
+
+def with_arm(settings: Settings, task: Task) -> Settings:
+    """The settings for a task: the arm is that of the controller's configuration where nothing else names one."""
+    if not settings.names_arm and task.robot is not None:
+        settings = replace(settings, robot=task.robot, robot_from=CONTROLLER)
+    return replace(settings, options=replace(settings.options, base=task.base))
+
+
+def other_arm(task: Task, robot: str) -> list[Diagnostic]:
+    """BAT012 where the controller's configuration names another arm than the one that is taken."""
+    if task.robot in (None, robot):
+        return []
+    text = f"the controller drives `{task.robot}` with this task, the model is of `{robot}`"
+    return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
+
+
+def _named(folder: Path, names: frozenset[str]) -> Iterator[Path]:
+    return (path for path in _entries(folder) if path.name.lower() in names and path.is_dir())
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return list(folder.iterdir())
+    except OSError:
+        return []
+
+
 def _walk(folder: Path, output: Path | None) -> Iterator[str]:
     for place, folders, names in os.walk(folder, followlinks=True):
         here = Path(place)
@@ -67,7 +106,7 @@ def _walk(folder: Path, output: Path | None) -> Iterator[str]:
         around = {folder.joinpath(*steps[:k]).resolve() for k in range(len(steps) + 1)}
         around |= {output.resolve()} if output is not None else set()
         folders[:] = [n for n in folders if n not in OUTSIDE and (here / n).resolve() not in around]
-        for path in (here / name for name in names):
+        for path in (here / name for name in names if name != NAME):
             if path.is_file() or not path.exists():  # a link to nothing is reported where it is read; a pipe is no file
                 yield path.relative_to(folder).as_posix()
 
@@ -131,7 +170,8 @@ def _task(name: str, files: list[str], drive: Drive | None) -> Task:
             "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
         )
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    return Task(name, tuple(files), robot=robot, base=base or Pose(), findings=tuple(findings))
+    type_ = drive.type if drive is not None else None
+    return Task(name, tuple(files), robot=robot, type=type_, base=base or Pose(), findings=tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

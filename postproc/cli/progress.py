@@ -13,9 +13,12 @@ from typing import TYPE_CHECKING, Any
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
 from postproc.batch.values import Batch, Outcome
 from postproc.cli.report import SHOWN, say
+from postproc.diagnostics import PostprocError
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
+
+    from postproc.batch.run import Ready
 
 EDITED = "BAT016"
 """Somebody's own work was put aside: that is told whatever became of the program."""
@@ -61,6 +64,15 @@ class Reporter:
         for found in batch.findings:
             say(finding_line(found))
         say(sum_line(batch, time.monotonic() - self.started))
+
+
+def arm_lines(ready: Ready) -> Iterator[str]:
+    """Which arm each task is converted for, what says so, how near: a line for all tasks that are alike."""
+    lines: Counter[str] = Counter()
+    for found in ready.converters.values():
+        lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1
+    for line, count in lines.items():
+        yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
 
 
 @contextmanager
