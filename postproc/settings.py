@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.compensate.options import Options
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -83,11 +83,11 @@ def told(settings: Settings) -> dict[str, str]:
     }
 
 
-def read_arm(settings: Settings, program: str, type_: str | None = None) -> Model:
+def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None) -> Model:
     """The model that the settings name.
 
     Args:
-        program: what is converted, for people. type_: what its controller calls the arm, where that is not understood.
+        program: what is converted, for people. unknown: why its controller does not name the arm, either.
 
     Raises:
         PostprocError: nothing names an arm (CLI013), nobody knows how stiff it is (MOD004), or a file does not fit.
@@ -98,10 +98,11 @@ def read_arm(settings: Settings, program: str, type_: str | None = None) -> Mode
 
     library = effect_library(settings.effects)
     if not settings.names_arm:
-        known = "" if type_ is None else f": its controller calls it `{type_}`, which is no arm of the library"
         line = f'`--robot NAME`, or the line `robot = "NAME"` in a file `{NAME}` beside or above it'
         help_ = f"say it with {line}; `postproc robots list` has the names"
-        raise PostprocError.of("CLI013", f"nothing says which arm runs `{program}`{known}", help=help_)
+        raise PostprocError(
+            unknown or Diagnostic("CLI013", "error", f"nothing says which arm runs `{program}`", help=help_)
+        )
     if settings.model is None:
         return default_model(str(settings.robot))
     model = read_model(settings.model, library)

@@ -81,6 +81,8 @@ def with_arm(settings: Settings, task: Task) -> Settings:
 
 def other_arm(task: Task, robot: str) -> list[Diagnostic]:
     """BAT012 where the controller's configuration names another arm than the one that is taken."""
+    if task.unknown is not None:
+        return [replace(task.unknown, severity="info", help="the arm or model that was named is used")]
     if task.robot in (None, robot):
         return []
     text = f"the controller drives `{task.robot}` with this task, the model is of `{robot}`"
@@ -170,8 +172,13 @@ def _task(name: str, files: list[str], drive: Drive | None) -> Task:
             "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
         )
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    type_ = drive.type if drive is not None else None
-    return Task(name, tuple(files), robot=robot, type=type_, base=base or Pose(), findings=tuple(findings))
+    unknown = None
+    if drive is not None and drive.type is not None and robot is None:
+        text = f"nothing says which arm runs `{name}`: its controller calls it `{drive.type}`, which is none of the library"
+        unknown = Diagnostic(
+            "CLI013", "error", text, help="name it with `--robot NAME`; `postproc robots list` has the names"
+        )
+    return Task(name, tuple(files), robot=robot, unknown=unknown, base=base or Pose(), findings=tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

@@ -45,7 +45,7 @@ def get_ready(plan: Plan, shard: Shard) -> Ready:
     for task, settings in tasks:
         try:
             if settings not in read:
-                read[settings] = read_converter(settings, read_arm(settings, task.name, task.type))
+                read[settings] = read_converter(settings, read_arm(settings, task.name, task.unknown))
             converters[task.name] = read[settings]
         except PostprocError as error:
             if settings.names_arm and settings.robot_from != CONTROLLER:

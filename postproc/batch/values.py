@@ -27,7 +27,7 @@ class Task:
         shared: files it reads and must not change.
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
-        type: what the controller calls that arm.
+        unknown: why that arm is not known: an error where the settings name no arm.
         base: the base frame of that arm in the world.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
@@ -37,7 +37,7 @@ class Task:
     shared: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     robot: str | None = None
-    type: str | None = None
+    unknown: Diagnostic | None = None
     base: Pose = Pose()
     findings: tuple[Diagnostic, ...] = ()
 

@@ -68,7 +68,7 @@ def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Setti
     if named is not None and named.joint_compliance is None:
         arm = Model(named, robot_name=str(settings.robot))
     else:
-        arm = read_arm(settings, program, task.type)
+        arm = read_arm(settings, program, task.unknown)
     say(settings.headline(arm.robot.name))
     show(other_arm(task, arm.robot.name))
     return settings, arm
