@@ -44,7 +44,9 @@ class Settings:
     @property
     def inputs(self) -> tuple[Path | str | None, ...]:
         """Files that are read, beside the programs."""
-        return (self.model, self.robot, *self.effects, *self.side_files, *self.stated_in)
+        folder = self.options.template_dir
+        templates = sorted(folder.glob("*.j2")) if folder is not None else ()
+        return (self.model, self.robot, *self.effects, *self.side_files, *self.stated_in, *templates)
 
     def headline(self, robot: str) -> str:
         """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
@@ -100,9 +102,8 @@ def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None
     if not settings.names_arm:
         line = f'`--robot NAME`, or the line `robot = "NAME"` in a file `{NAME}` beside or above it'
         help_ = f"say it with {line}; `postproc robots list` has the names"
-        raise PostprocError(
-            unknown or Diagnostic("CLI013", "error", f"nothing says which arm runs `{program}`", help=help_)
-        )
+        text = f"nothing says which arm runs `{program}`"
+        raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
     if settings.model is None:
         return default_model(str(settings.robot))
     model = read_model(settings.model, library)

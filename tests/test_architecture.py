@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
-FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "grouping", "resources", "tomlfile"}
+FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "files", "grouping", "numbers", "resources", "tomlfile"}
 ROOMS = (
     "rapid",
     "robot",

@@ -6,16 +6,17 @@ program folder has a ``.pgf`` that lists the modules of one task. Every other mo
 
 from __future__ import annotations
 
-import os
+import errno
 import re
+import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from postproc.batch.controller import Drive, library_name, read_drives, read_quietly
-from postproc.batch.journal import STATE
+from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.rapid.program.program import ENDINGS
 from postproc.rapid.program.records import Pose
 from postproc.settings import NAME, Settings
@@ -34,6 +35,9 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
 
     Args:
         output: left out, where it stands inside the folder.
+
+    Raises:
+        PostprocError: BAT002, a folder cannot be read.
     """
     files = sorted(_walk(folder, output))
     backups = _backups(files)
@@ -67,9 +71,16 @@ def task_around(module: Path) -> Task:
     here = module.absolute()
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
-        if home is not None and home.lower().startswith("rapid/") and any(_named(folder, CONFIGURED)):
+        if home is not None and home.lower().startswith("rapid/") and _configured(folder):
             return _task(home, [], _drive(home, {".": read_drives(folder)}))
     return Task(module.name, ())
+
+
+def _configured(folder: Path) -> bool:
+    try:
+        return any(path.name.lower() in CONFIGURED and path.is_dir() for path in folder.iterdir())
+    except OSError:
+        return False
 
 
 def with_arm(settings: Settings, task: Task) -> Settings:
@@ -89,28 +100,51 @@ def other_arm(task: Task, robot: str) -> list[Diagnostic]:
     return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
 
 
-def _named(folder: Path, names: frozenset[str]) -> Iterator[Path]:
-    return (path for path in _entries(folder) if path.name.lower() in names and path.is_dir())
+def _walk(folder: Path, output: Path | None) -> Iterator[str]:
+    """Files below a folder, links followed; what stands in the output folder is none.
+
+    Raises:
+        PostprocError: BAT002, a folder cannot be read: what stands in it must not count as gone.
+    """
+    waiting = [(folder, frozenset({folder.resolve()}))]
+    while waiting:
+        here, around = waiting.pop()
+        for path in _entries(here):
+            kind = _kind(path)
+            if kind == stat.S_IFDIR:
+                real = path.resolve()
+                # A link to a folder that it stands in would never end.
+                if path.name not in OUTSIDE and real not in around and not in_output(path, output):
+                    waiting.append((path, around | {real}))
+            elif path.name != NAME and kind in (stat.S_IFREG, None):  # a pipe is no file
+                yield path.relative_to(folder).as_posix()
+
+
+def in_output(path: Path, output: Path | None) -> bool:
+    """Whether a path leads into the folder of the outputs, which are no input."""
+    return output is not None and path.resolve().is_relative_to(output.resolve())
 
 
 def _entries(folder: Path) -> list[Path]:
     try:
-        return list(folder.iterdir())
-    except OSError:
-        return []
+        return sorted(folder.iterdir())
+    except OSError as error:
+        raise _unreadable(folder, error) from error
 
 
-def _walk(folder: Path, output: Path | None) -> Iterator[str]:
-    for place, folders, names in os.walk(folder, followlinks=True):
-        here = Path(place)
-        steps = here.relative_to(folder).parts
-        # A link to a folder that it stands in would never end.
-        around = {folder.joinpath(*steps[:k]).resolve() for k in range(len(steps) + 1)}
-        around |= {output.resolve()} if output is not None else set()
-        folders[:] = [n for n in folders if n not in OUTSIDE and (here / n).resolve() not in around]
-        for path in (here / name for name in names if name != NAME):
-            if path.is_file() or not path.exists():  # a link to nothing is reported where it is read; a pipe is no file
-                yield path.relative_to(folder).as_posix()
+def _kind(path: Path) -> int | None:
+    """Type of the file that a path leads to; None for a link to nothing, which is reported where it is read."""
+    try:
+        return stat.S_IFMT(path.stat().st_mode)
+    except OSError as error:
+        if error.errno in (errno.ENOENT, errno.ELOOP):
+            return None
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: OSError) -> PostprocError:
+    text = f"cannot read `{path}`: {error.strerror}"
+    return PostprocError.of("BAT002", text, help="check its rights; nothing was done, and no output taken out")
 
 
 def _suffix(name: str) -> str:
@@ -174,10 +208,9 @@ def _task(name: str, files: list[str], drive: Drive | None) -> Task:
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
     unknown = None
     if drive is not None and drive.type is not None and robot is None:
-        text = f"nothing says which arm runs `{name}`: its controller calls it `{drive.type}`, which is none of the library"
-        unknown = Diagnostic(
-            "CLI013", "error", text, help="name it with `--robot NAME`; `postproc robots list` has the names"
-        )
+        text = f"nothing says which arm runs `{name}`: its controller says `{drive.type}`, no arm of the library"
+        help_ = "name it with `--robot NAME`; `postproc robots list` has the names"
+        unknown = Diagnostic("CLI013", "error", text, help=help_)
     return Task(name, tuple(files), robot=robot, unknown=unknown, base=base or Pose(), findings=tuple(findings))
 
 

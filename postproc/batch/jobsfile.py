@@ -11,10 +11,11 @@ from typing import Annotated
 
 from pydantic import Field
 
-from postproc.batch.discover import discover, with_arm
+from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
 from postproc.batch.values import Inventory, Plan, Task
 from postproc.choices import Choices, with_choices
 from postproc.diagnostics import PostprocError, Source
+from postproc.files import stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
 from postproc.tomlfile import check, parse_toml, read_source, span_of
@@ -81,6 +82,8 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
         found = _found(source, root, index, job, output)
         _named(source, index, job, found)
         for task in found.tasks:
+            if job.files and task.name in tasks:
+                raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
             if task.name in tasks or not any(fnmatchcase(task.name, pattern) for pattern in _patterns(job)):
                 continue
             twice = next((f for f in task.files if f in owner), None)
@@ -112,13 +115,24 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> I
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
     if job.folder is not None:
         folder = root / job.folder
-        if not folder.is_dir() or not folder.resolve().is_relative_to(root.resolve()):
+        inside = stays_inside(job.folder) and folder.resolve().is_relative_to(root.resolve())
+        if not (folder.is_dir() and (inside or Path(job.folder) == Path())):
             text = f"`{job.folder}` is not a folder beside or below the jobs file"
             raise _wrong(source, index, text, "the tree of outputs mirrors what stands below the jobs file", "folder")
         return _below(discover(folder, output), root, Path(job.folder))
     names: list[str] = []
     for pattern in job.files:
-        matched = sorted(p.relative_to(root).as_posix() for p in root.glob(pattern) if p.is_file())
+        if not stays_inside(pattern):
+            help_ = "name files beside or below the jobs file; lend others with `with`"
+            raise _wrong(source, index, f"`{pattern}` leads out of the folder of the jobs file", help_, "files")
+        try:
+            there = [p for p in root.glob(pattern) if p.is_file() and not in_output(p, output)]
+        except (ValueError, OSError, NotImplementedError) as error:
+            raise _wrong(
+                source, index, f"`{pattern}` is no pattern of files: {error}", "write *.mod", "files"
+            ) from error
+        below = (p.relative_to(root) for p in there)
+        matched = sorted(name.as_posix() for name in below if not OUTSIDE & {*name.parts})
         if not matched:
             raise _wrong(source, index, f"no file matches `{pattern}`", "paths start at the jobs file", "files")
         names += [name for name in matched if name not in names]
@@ -132,7 +146,14 @@ def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
         return tuple((folder / name).as_posix() for name in names)
 
     tasks = tuple(
-        replace(t, name=(folder / t.name).as_posix(), files=moved(t.files), shared=moved(t.shared)) for t in found.tasks
+        replace(
+            t,
+            name=(folder / t.name).as_posix(),
+            files=moved(t.files),
+            shared=moved(t.shared),
+            beside=moved(t.beside),
+        )
+        for t in found.tasks
     )
     return Inventory(root, tasks, moved(found.copies))
 

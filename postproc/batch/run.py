@@ -12,11 +12,13 @@ from typing import Any
 from postproc.batch.discover import CONTROLLER, other_arm
 from postproc.batch.executors import Pool
 from postproc.batch.jobs import Converter, read_converter, read_job
-from postproc.batch.journal import Journal, open_journal
+from postproc.batch.journal import EDITED, Journal, open_journal
+from postproc.batch.lines import STATE
 from postproc.batch.nearby import LACKING, help_nearby
 from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Shard, Task, failed
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.files import check_tree
 from postproc.settings import Settings, read_arm
 
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
@@ -24,21 +26,31 @@ AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, me
 
 @dataclass(frozen=True)
 class Ready:
-    """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan."""
+    """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan.
+
+    Args:
+        out: the folder of the tree; nothing that will be written there is an input.
+    """
 
     plan: Plan
     shard: Shard
+    out: Path
     tasks: tuple[Task, ...]
     converters: Mapping[str, Converter | PostprocError]
 
 
-def get_ready(plan: Plan, shard: Shard) -> Ready:
-    """Read models, effects and side files.
+def get_ready(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> Ready:
+    """Read models, effects and side files, and check what will be written.
+
+    Args:
+        out: the folder of the tree; a run that was stopped goes on where it was.
+        beside: files that are written besides the tree.
 
     Raises:
-        PostprocError: one of them cannot be used, or no arm is named for any task. What is wrong with an arm that a
-            controller's configuration names fails the tasks that it drives.
+        PostprocError: one of the files cannot be used, no arm is named for any task, or an output is an input or leads
+            out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks.
     """
+    _check_paths(plan, shard, out, *beside)
     tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
     read: dict[Settings, Converter] = {}
     converters: dict[str, Converter | PostprocError] = {}
@@ -54,14 +66,24 @@ def get_ready(plan: Plan, shard: Shard) -> Ready:
     errors = [found for found in converters.values() if isinstance(found, PostprocError)]
     if errors and len(errors) == len(converters) and not any(settings.names_arm for _, settings in tasks):
         raise PostprocError([d for error in errors for d in error.diagnostics])
-    return Ready(plan, shard, tuple(task for task, _ in tasks), converters)
+    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters)
 
 
-def run_batch(ready: Ready, out: Path, pool: Pool, tell: Callable[[Outcome], None]) -> Batch:
+def _check_paths(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> None:
+    """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
+    part = shard.part
+    mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
+    lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
+    stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
+    state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]
+    reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])
+    check_tree(out, mirrored, state, reads, *beside)
+
+
+def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batch:
     """Convert the tasks of a plan into a mirrored tree.
 
     Args:
-        out: the folder of the tree; a run that was stopped goes on where it was.
         tell: called with every outcome as it is known.
 
     Raises:
@@ -71,8 +93,9 @@ def run_batch(ready: Ready, out: Path, pool: Pool, tell: Callable[[Outcome], Non
     copies = [path for path in plan.copies if shard.owns(path)]
     foreign = {f for t, _ in plan.tasks if not shard.owns(t.name) for f in t.files}
     foreign |= {path for path in plan.copies if not shard.owns(path)}
-    with open_journal(out, shard.part) as journal:
-        findings = [f for path in copies for f in _copy(plan.root, path, journal)]
+    with open_journal(ready.out, shard.part) as journal:
+        findings = [d.as_json() for path in copies for d in _copy(plan.root, path, journal)]
+        findings += [d.as_json() for d in journal.findings]
         outcomes: list[Outcome] = []
         tasks = {task.name: task for task in ready.tasks}
 
@@ -90,6 +113,8 @@ def run_batch(ready: Ready, out: Path, pool: Pool, tell: Callable[[Outcome], Non
                 job = _prepare(plan.root, task, converters[task.name])
                 line = journal.find(job.name, job.key) if isinstance(job, Job) else None
                 if isinstance(job, Result):
+                    if any(finding["code"] == "BAT002" for finding in job.findings):
+                        journal.hold(job.name)
                     note(journal.add(job), cached=False)
                 elif line is not None:
                     note(journal.keep(line), cached=True)
@@ -100,7 +125,8 @@ def run_batch(ready: Ready, out: Path, pool: Pool, tell: Callable[[Outcome], Non
             note(journal.add(result), cached=False)
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
-    return Batch(tuple(outcomes), len(copies) - len(findings), tuple(findings))
+    missing = sum(finding["severity"] == "error" for finding in findings)
+    return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
 
 
 def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Job | Result:
@@ -123,14 +149,13 @@ def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
     return finding if told is None else {**finding, "help": told}
 
 
-def _copy(root: Path, path: str, journal: Journal) -> Iterator[Mapping[str, Any]]:
+def _copy(root: Path, path: str, journal: Journal) -> list[Diagnostic]:
     try:
         data = (root / path).read_bytes()
     except OSError as error:
-        text = f"cannot copy `{path}`: {error.strerror}"
-        yield Diagnostic("BAT002", "error", text, help="check its rights").as_json()
-        return
-    journal.copy(path, data)
+        journal.hold(path, copied=True)
+        return [Diagnostic("BAT002", "error", f"cannot copy `{path}`: {error.strerror}", help="check its rights")]
+    return journal.copy(path, data)
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
@@ -141,6 +166,7 @@ def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
     waiting, before = iter(jobs), set[str]()
     while lost := (yield from _until_broken(waiting, pool)):
         if not pool.repeats:
+            pool.make(pool.workers)  # the whole cluster may be gone: no task is to blame
             yield from map(_killer, lost)
             continue
         for job in lost:

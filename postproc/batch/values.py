@@ -145,7 +145,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """All outcomes by name, how many files were copied, and what could not be copied."""
+    """All outcomes by name, how many files were copied, and what was found about copies and the output folder."""
 
     outcomes: tuple[Outcome, ...]
     copied: int
@@ -153,7 +153,7 @@ class Batch:
 
     @property
     def failed(self) -> bool:
-        return bool(self.findings) or any(o.status == "failed" for o in self.outcomes)
+        return any(f["severity"] == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
 
     @property
     def counts(self) -> dict[str, int]:

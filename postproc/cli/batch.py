@@ -12,13 +12,13 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.conversion import ConvertOptions
-from postproc.cli.options import Flag, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
 from postproc.cli.report import print_json, say, unmeasured
 from postproc.diagnostics import PostprocError
 
-Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
+Workers = Annotated[int | None, AS_WRITTEN, Parameter(validator=Number(gte=1))]
 
 
 def run(
@@ -58,7 +58,7 @@ def run(
     place = folder_or_jobs if folder_or_jobs.is_dir() else folder_or_jobs.parent
     own = convert.settings_at(place)
     check_outputs((folder_or_jobs, *own.inputs), report)
-    ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part)
+    ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
     for line in arm_lines(ready):
         say(line)
     if workers is None and scheduler is None and (stated := find_settings(place)) is not None:
@@ -67,7 +67,7 @@ def run(
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
     try:
         with open_pool(workers, scheduler) as pool, reporting(len(ready.tasks)) as shown:
-            batch = run_batch(ready, output, pool, shown.outcome)
+            batch = run_batch(ready, pool, shown.outcome)
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
@@ -77,7 +77,7 @@ def run(
         say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:
-        write(report, batch_page(folder_or_jobs.name, document, told(own)).encode())
+        write(report, batch_page(folder_or_jobs.name, document, told(own)))
     if json:
         print_json(document)
     return int(batch.failed)

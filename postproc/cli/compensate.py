@@ -8,7 +8,8 @@ from postproc.cli.conversion import ConvertOptions
 from postproc.cli.finish import finish
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
-from postproc.cli.programs import named_files, read_lent, read_program_file, settled
+from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
+from postproc.cli.progress import working
 from postproc.cli.report import STDIN, print_json, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
@@ -50,16 +51,20 @@ def run(
     check_outputs((program, *settings.inputs), output, report)
     target = Path(program) if in_place else output
     settings, arm = settled(settings, program)
-    result = compensate_program([source, *read_lent(settings.side_files, program)], arm, settings.options)
+    sources = [source, *read_lent(settings.side_files, program)]
+    with working(f"correcting `{source.path}`"):
+        result = compensate_program(sources, arm, settings.options)
     show(named_files(result.diagnostics))
     if report is not None:
-        write(report, compensation_page(Path(source.path).name, result, told(settings)).encode())
+        write(report, compensation_page(Path(source.path).name, result, told(settings)))
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
         if result.plan is not None and result.report["expected_accuracy"] is None:
             say(unmeasured(result.diagnostics))
         names = (source.path, str(target or "compensated"))
+        if in_place and not (check or diff):
+            still_there(source)
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
     else:
         say("no program was written")

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
 from postproc.diagnostics import PostprocError
+from postproc.numbers import read_number
 
 if TYPE_CHECKING:
     from postproc.settings import Settings
@@ -26,7 +27,7 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
         PostprocError: anything else (CLI006).
     """
     try:
-        x, y, z = (float(part) for part in text.split(","))
+        x, y, z = (read_number(part) for part in text.split(","))
     except ValueError:
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
@@ -43,7 +44,7 @@ def parse_channel(text: str) -> tuple[str, float]:
     """
     name, _, value = text.rpartition("=")
     try:
-        number = float(value)
+        number = read_number(value)
     except ValueError:
         number = math.nan
     if not (name.strip() and math.isfinite(number)):

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from postproc.cli.conversion import VectorText, parse_vector
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write_model
-from postproc.cli.report import print_json, say, say_next, show
+from postproc.cli.report import print_json, put, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def run(
     if json:
         print_json(fit.as_json())
     else:
-        (say if output is None else print)(fit.text())
+        (say if output is None else put)(fit.text())
         if output is not None:
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, *data, *own)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from postproc.cli.conversion import ProgramOptions
 from postproc.cli.options import Flag
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled
-from postproc.cli.report import print_json, say, show
+from postproc.cli.progress import working
+from postproc.cli.report import print_json, put, say, show
 from postproc.cli.run import BAD_INPUT
 from postproc.diagnostics import has_errors
 
@@ -44,9 +45,10 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag
     own = read_program_file(program)
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
-    found = inspect_program(sources, arm.robot, options)
-    if not has_errors(found.diagnostics):
-        found = found.decided(compensate_program(sources, arm, options).outcomes)
+    with working(f"reading `{own.path}`"):
+        found = inspect_program(sources, arm.robot, options)
+        if not has_errors(found.diagnostics):
+            found = found.decided(compensate_program(sources, arm, options).outcomes)
     show(named_files(found.diagnostics))
     if json:
         findings = [d.as_json() for d in found.diagnostics]
@@ -54,7 +56,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag
         stated = settings.document(arm.robot.name)
         print_json({"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings})
     elif found.rows:
-        print("\n".join([HEAD, *(_text(row) for row in found.rows)]))
+        put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
     if any(d.code in UNREADABLE for d in found.diagnostics):

@@ -37,6 +37,17 @@ def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
     return [read_source(str(path), lent=True) for path in files if path.resolve() != Path(program).resolve()]
 
 
+def still_there(source: Source) -> None:
+    """Refuse to write over a program that somebody changed while it was converted.
+
+    Raises:
+        PostprocError: CLI015.
+    """
+    if read_source(source.path).data != source.data:
+        text = f"`{source.path}` was changed while it was converted: it is left as it is now"
+        raise PostprocError.of("CLI015", text, help="run the command again", exit_code=1)
+
+
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """The findings; those about data that a file nearby declares name that file."""
     return [_named(d) if d.code in LACKING else d for d in diagnostics]

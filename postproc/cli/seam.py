@@ -13,6 +13,7 @@ from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import read_lent, settled
+from postproc.cli.progress import working
 from postproc.cli.report import print_json, say, show, unmeasured
 
 
@@ -64,7 +65,8 @@ def run(
     for note in notes:
         say(f"by default, {note}")
     module = Source(str(output), text)
-    result = compensate_program([module, *sides], arm, settings.options)
+    with working(f"correcting `{output}`"):
+        result = compensate_program([module, *sides], arm, settings.options)
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])

@@ -73,7 +73,7 @@ def convert(
 ) -> tuple[Batch, list[Outcome]]:
     """Run a batch; its result, and the outcomes in the order in which they were told."""
     told: list[Outcome] = []
-    return run_batch(ready(folder, out, settings, shard), out, pool, told.append), told
+    return run_batch(ready(folder, out, settings, shard), pool, told.append), told
 
 
 def planned(folder: Path, out: Path, settings: Settings = ROUGH) -> Plan:
@@ -81,7 +81,7 @@ def planned(folder: Path, out: Path, settings: Settings = ROUGH) -> Plan:
 
 
 def ready(folder: Path, out: Path, settings: Settings = ROUGH, shard: Shard = Shard()) -> Ready:
-    return get_ready(planned(folder, out, settings), shard)
+    return get_ready(planned(folder, out, settings), shard, out)
 
 
 def statuses(batch: Batch) -> dict[str, str]:

@@ -54,7 +54,7 @@ def test_what_somebody_edited_is_put_aside_before_it_is_written_anew(tmp_path: P
     again, _ = convert(source, out)
     told = {o.task.name: [f["code"] for f in o.findings] for o in again.outcomes}
     assert told == {"line0/Seam0.mod": ["BAT016"], "line1/Seam1.mod": []}
-    assert [p.read_bytes() for p in (out / ".postproc/edited/line0").glob("Seam0.mod.*")] == [by_hand]
+    assert [p.read_bytes() for p in (out / ".postproc/edited").glob("*/line0/Seam0.mod")] == [by_hand]
     quiet, _ = convert(source, out)
     assert cached(quiet) == {"line0/Seam0.mod", "line1/Seam1.mod"} and not any(o.findings for o in quiet.outcomes)
 

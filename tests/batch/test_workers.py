@@ -137,7 +137,7 @@ def test_a_cluster_loses_a_worker_in_mid_run(tmp_path: Path) -> None:
         shooter = threading.Thread(target=shoot)
         shooter.start()
         work = ready(source, tmp_path / "out")
-        batch = run_batch(work, tmp_path / "out", workers, lambda outcome: done.append(0.0))
+        batch = run_batch(work, workers, lambda outcome: done.append(0.0))
         shooter.join()
     assert not batch.failed and len(batch.outcomes) == 8
     assert tree(tmp_path / "out") == tree(tmp_path / "here")

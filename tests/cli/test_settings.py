@@ -161,7 +161,7 @@ def test_an_arm_that_is_not_understood_is_named(call_as_written: Call, tmp_path:
     moc = root / "SYSPAR" / "MOC.cfg"
     moc.write_text(moc.read_text().replace("ROB2_4600_2.05_60", "ROB2_NEW_9"))
     found = call_as_written("batch", root, "-o", tmp_path / "out")
-    assert found.code == 2 and "its controller calls it `ROB2_NEW_9`, which is none of the library" in found.err
+    assert found.code == 2 and "its controller says `ROB2_NEW_9`, no arm of the library" in found.err
     assert not (tmp_path / "out").exists()
 
 
