@@ -18,7 +18,9 @@ Severity = Literal["error", "warning", "info"]
 Span = tuple[int, int]
 
 
-_INVISIBLE = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+_CONTROL = "\r(?!\n)|[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f"
+_DIRECTION = "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+_INVISIBLE = re.compile(f"{_CONTROL}{_DIRECTION}\ud800-\udfff]")
 
 
 def visible(text: str) -> str:

@@ -11,23 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from postproc.cli.options import ArmFile  # noqa: F401
 from postproc.cli.output import write
 from postproc.cli.progress import working
 from postproc.files import check_writes, place, write_whole
 from postproc.report.page import render_page
 
 from .conftest import Call
-
-LOOP = """MODULE slow
-  PROC main()
-    VAR num n:=0;
-    FOR i FROM 1 TO 100 DO FOR j FROM 1 TO 100 DO FOR k FROM 1 TO 100 DO FOR l FROM 1 TO 100 DO
-      n:=n+1;
-    ENDFOR ENDFOR ENDFOR ENDFOR
-  ENDPROC
-ENDMODULE
-"""
 
 
 @pytest.fixture
@@ -163,14 +152,14 @@ def test_no_file_name_ends_the_document_of_a_page() -> None:
 
 
 def test_a_terminal_is_shown_no_control_characters(
-    call: Call, program: Path, capfdbinary: pytest.CaptureFixture[bytes], monkeypatch: pytest.MonkeyPatch
+    capfdbinary: pytest.CaptureFixture[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = b"MODULE m\r\n ! \x1b]52;c;x\x07 \xc2\x9b\r\n"
     write(None, data)
     assert capfdbinary.readouterr().out == data  # a file or a pipe has the bytes
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     write(None, data)
-    assert capfdbinary.readouterr().out == b"MODULE m\\r\n ! \\x1b]52;c;x\\x07 \\x9b\\r\n"
+    assert capfdbinary.readouterr().out == b"MODULE m\r\n ! \\x1b]52;c;x\\x07 \\x9b\r\n"
 
 
 def test_results_are_printed_in_one_place() -> None:
