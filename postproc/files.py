@@ -20,12 +20,16 @@ def place(path: Path, follow: bool = True) -> Place:
     Args:
         follow: where the last part is a link, the file that it points to; False is the link itself.
     """
-    real = Path(os.path.realpath(path if follow else path.parent))
-    real = real if follow else real / path.name
-    folder = next(parent for parent in (*real.parents, real) if parent.is_dir())
-    names = real.relative_to(folder).parts
+    at = real(path) if follow else real(path.parent) / path.name
+    folder = next(parent for parent in (*at.parents, at) if parent.is_dir())
+    names = at.relative_to(folder).parts
     status = folder.stat()
     return status.st_dev, status.st_ino, tuple(name.casefold() for name in names) if _caseless(folder) else names
+
+
+def real(path: Path) -> Path:
+    """A path without links, whatever stands there; links that end nowhere or in a circle are no error."""
+    return Path(os.path.realpath(path))
 
 
 def _caseless(folder: Path) -> bool:
@@ -82,12 +86,12 @@ def check_tree(
         PostprocError: BAT015, or as `check_writes`.
     """
     tree = dict.fromkeys(names)
-    real = Path(os.path.realpath(root))
+    inside = real(root)
     for name in (*tree, *state):
         # A link in the place of a file is replaced by renaming; what is opened, is followed.
         path = root / name
-        where = Path(os.path.realpath(path.parent if name in tree else path))
-        if not stays_inside(name) or not where.is_relative_to(real):
+        where = real(path.parent if name in tree else path)
+        if not stays_inside(name) or not where.is_relative_to(inside):
             text = f"the output `{path}` is not in the folder `{root}`"
             raise PostprocError.of("BAT015", text, help="take the link out of that folder, or give another one with -o")
     taken = {place(path): f"the input `{path}`" for path in reads}

@@ -17,6 +17,7 @@ from postproc.batch.controller import Drive, library_name, read_drives, read_qui
 from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.files import real
 from postproc.rapid.program.program import ENDINGS
 from postproc.rapid.program.records import Pose
 from postproc.settings import NAME, Settings
@@ -106,23 +107,23 @@ def _walk(folder: Path, output: Path | None) -> Iterator[str]:
     Raises:
         PostprocError: BAT002, a folder cannot be read: what stands in it must not count as gone.
     """
-    waiting = [(folder, frozenset({folder.resolve()}))]
+    waiting = [(folder, frozenset({real(folder)}))]
     while waiting:
         here, around = waiting.pop()
         for path in _entries(here):
             kind = _kind(path)
             if kind == stat.S_IFDIR:
-                real = path.resolve()
+                at = real(path)
                 # A link to a folder that it stands in would never end.
-                if path.name not in OUTSIDE and real not in around and not in_output(path, output):
-                    waiting.append((path, around | {real}))
+                if path.name not in OUTSIDE and at not in around and not in_output(path, output):
+                    waiting.append((path, around | {at}))
             elif path.name != NAME and kind in (stat.S_IFREG, None):  # a pipe is no file
                 yield path.relative_to(folder).as_posix()
 
 
 def in_output(path: Path, output: Path | None) -> bool:
     """Whether a path leads into the folder of the outputs, which are no input."""
-    return output is not None and path.resolve().is_relative_to(output.resolve())
+    return output is not None and real(path).is_relative_to(real(output))
 
 
 def _entries(folder: Path) -> list[Path]:

@@ -15,6 +15,7 @@ import numpy as np
 from postproc.batch.controller import read_quietly
 from postproc.batch.values import Job, Task
 from postproc.diagnostics import Source
+from postproc.files import real
 from postproc.model.arm import Model
 from postproc.rapid.program.read_only import lent_values
 from postproc.render.templates import environment
@@ -83,8 +84,8 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     """
     own = [Source(name, _read(root / name)) for name in task.files]
     shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
-    given = {(root / name).resolve() for name in (*task.files, *task.shared)}
-    shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
+    given = {real(root / name) for name in (*task.files, *task.shared)}
+    shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
     shared += lent_values([*own, *shared], lambda: (Source(name, read_quietly(root / name)) for name in task.beside))
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
     key = _digest((converter.fingerprint, content))

@@ -15,7 +15,7 @@ from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
 from postproc.batch.values import Inventory, Plan, Task
 from postproc.choices import Choices, with_choices
 from postproc.diagnostics import PostprocError, Source
-from postproc.files import stays_inside
+from postproc.files import real, stays_inside
 from postproc.rapid.program.program import ENDINGS
 from postproc.settings import Settings
 from postproc.tomlfile import check, parse_toml, read_source, span_of
@@ -115,7 +115,7 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> I
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
     if job.folder is not None:
         folder = root / job.folder
-        inside = stays_inside(job.folder) and folder.resolve().is_relative_to(root.resolve())
+        inside = stays_inside(job.folder) and real(folder).is_relative_to(real(root))
         if not (folder.is_dir() and (inside or Path(job.folder) == Path())):
             text = f"`{job.folder}` is not a folder beside or below the jobs file"
             raise _wrong(source, index, text, "the tree of outputs mirrors what stands below the jobs file", "folder")

@@ -6,7 +6,6 @@ next run. A line of the journal follows the files it speaks of: a run that was k
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
@@ -21,7 +20,7 @@ from typing import IO
 from postproc.batch.lines import COPY, STATE, Line, Subject, encoded, read_lines, subject
 from postproc.batch.values import Result
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.files import why, write_whole
+from postproc.files import real, why, write_whole
 from postproc.grouping import grouped
 
 EDITED = "edited"  # in it: files of the tree that somebody changed
@@ -66,7 +65,7 @@ class Journal:
 
     def _inside(self, path: str) -> bool:
         """Whether a file of the tree is in it: a folder of it may have become a link."""
-        return Path(os.path.realpath((self.root / path).parent)).is_relative_to(os.path.realpath(self.root))
+        return real((self.root / path).parent).is_relative_to(real(self.root))
 
     def keep(self, line: Line) -> Line:
         """Take over a line of an earlier run."""

@@ -17,6 +17,7 @@ from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
 from postproc.cli.report import print_json, say, unmeasured
 from postproc.diagnostics import PostprocError
+from postproc.files import real
 
 Workers = Annotated[int | None, AS_WRITTEN, Parameter(validator=Number(gte=1))]
 
@@ -97,6 +98,6 @@ def _check_folders(source: Path, output: Path) -> None:
         text = f"there is no file or folder `{source}`"
         raise PostprocError.of("CLI002", text, help="check the spelling and the folder")
     folder = source if source.is_dir() else source.parent
-    if folder.resolve().is_relative_to(output.resolve()):
+    if real(folder).is_relative_to(real(output)):
         text = f"the input `{folder}` stands in the output folder `{output}`"
         raise PostprocError.of("BAT015", text, help="give another folder with -o")

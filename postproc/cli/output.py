@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.diagnostics import PostprocError, visible
-from postproc.files import check_writes, why, write_whole
+from postproc.files import check_writes, real, why, write_whole
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -52,7 +52,7 @@ def write(path: Path | None, data: bytes | str) -> None:
         if path.exists() and not path.is_file():  # a device, a pipe: nothing may take its place
             path.write_bytes(data)
         else:
-            write_whole(path.resolve(), data)  # a link stays a link
+            write_whole(real(path), data)  # a link stays a link
     except OSError as error:
         reason, help_ = why(error)
         raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None

@@ -12,6 +12,7 @@ from postproc.batch.nearby import LACKING, help_nearby
 from postproc.cli.inputs import read_source
 from postproc.cli.report import say, show
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.files import real
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
@@ -34,7 +35,7 @@ def read_program_file(name: str) -> Source:
 
 def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
     """Modules that are read along with a program and never changed; the program itself is none of them."""
-    return [read_source(str(path), lent=True) for path in files if path.resolve() != Path(program).resolve()]
+    return [read_source(str(path), lent=True) for path in files if real(path) != real(Path(program))]
 
 
 def still_there(source: Source) -> None:

@@ -47,6 +47,9 @@ def run(app: App, arguments: Sequence[str]) -> int:
         say("stopped; nothing was written")
         return INTERRUPTED
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is not None:  # no file of ours: the user named it
+            text = f"cannot use `{os.fsdecode(error.filename)}`: {error.strerror}"
+            return _fail(arguments, PostprocError.of("CLI004", text, help="check the name and the rights"))
         if not (isinstance(error, OSError) and error.errno == errno.ENOSPC):
             return internal_error(error)
         _close_stdout()
