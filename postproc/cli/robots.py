@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from postproc.cli.options import Flag
-from postproc.cli.report import print_json
+from postproc.cli.report import print_json, put
 from postproc.cli.report import show as show_findings
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def list_(*, json: Flag = False) -> int:
     for robot in robots:
         known = "elasticity known" if robot.joint_compliance is not None else "elasticity to be fitted"
         wrist = "spherical wrist" if robot.opw is not None else "forward models and fitting only"
-        print(f"{robot.name:22} {known:24} {wrist}")
+        put(f"{robot.name:22} {known:24} {wrist}")
     return 0
 
 
@@ -48,7 +48,7 @@ def show(name: str, /, *, json: Flag = False) -> int:
     if json:
         print_json({"schema": "postproc/robot/1", **_summary(robot), "sources": dict(robot.sources)})
         return 0
-    print(robot.name)
+    put(robot.name)
     rows: list[tuple[str, Array | None]] = [
         ("lower limit [deg]", np.degrees(robot.lower)),
         ("upper limit [deg]", np.degrees(robot.upper)),
@@ -60,10 +60,10 @@ def show(name: str, /, *, json: Flag = False) -> int:
         ("mass of bodies [kg]", robot.mass),
     ]
     for label, values in rows:
-        print(f"  {label:24}" + ("not known" if values is None else "".join(f"{v:12.5g}" for v in values)))
-    print("sources")
+        put(f"  {label:24}" + ("not known" if values is None else "".join(f"{v:12.5g}" for v in values)))
+    put("sources")
     for key, source in robot.sources.items():
-        print(f"  {key}: {source}")
+        put(f"  {key}: {source}")
     return 0
 
 

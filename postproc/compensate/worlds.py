@@ -151,9 +151,7 @@ def _differences(
         yield before[-1] if before else after[at], "goes on behind this statement"
 
 
-def _difference(
-    start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: tuple[float, float]
-) -> str:
+def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: tuple[float, float]) -> str:
     """How a motion of the written program differs from the same of the original; empty where it does not.
 
     Args:
