@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.decisions import FOLLOWS
+from postproc.compensate.outcomes import FOLLOWS
 from postproc.convert import Conversion
 from tests.compensate.build import (
     AXES,

@@ -15,7 +15,7 @@ from postproc.compensate.options import Options
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.reading import read_samples
 from postproc.compensate.values import TargetValue
-from postproc.compensate.wishes import Wishes
+from postproc.compensate.requests import Requester
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.motion.curves import build_curves
@@ -174,13 +174,13 @@ def test_distance_from_lines_and_arcs() -> None:
 
 def test_what_would_be_worse_than_before_is_not_written(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing that the planning gets wrong reaches a file: here every target is written 10 mm too far out."""
-    values = Wishes.values
+    values = Requester.values
 
-    def wrong(self: Wishes, asked: Any) -> list[TargetValue]:
+    def wrong(self: Requester, asked: Any) -> list[TargetValue]:
         found = values(self, asked)
         return [replace(v, pose=Pose((v.pose.trans[0] + 10.0, *v.pose.trans[1:]), v.pose.rot)) for v in found]
 
-    monkeypatch.setattr(Wishes, "values", wrong)
+    monkeypatch.setattr(Requester, "values", wrong)
     found = convert(module("", f"MoveJ {target(1300, -500)},v300,fine,tT;\nMoveL {target(1350, -430)},v100,fine,tT;"))
     assert not found.outputs
     assert [d.code for d in found.diagnostics if d.severity == "error"] == ["CMP013"]

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.decisions import ELSEWHERE, WAYS
+from postproc.compensate.assignment import ELSEWHERE, WAYS
 from postproc.compensate.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.effects.backlash import Backlash
 from tests.compensate.build import AXES, FORCE, arm, codes, convert, events, module, outcome, target, written
