@@ -150,6 +150,8 @@ class TargetAdder:
         """The same for an arc."""
 
         def written(origin: Origin, target: RobTarget) -> Array:
+            if origin.stands_in_statement:
+                return np.array(target.trans)  # the text has these numbers as they were
             root = target if origin.root is None else origin.root.target
             moved = np.subtract(self.corrected(origin, root).trans, root.trans)
             return np.array(target.trans) + moved
