@@ -44,14 +44,15 @@ def check_text(original: str, output: str) -> list[str]:
         extra += b[mark:k]
         k += 1
     extra += b[k:]
-    extra, wrong = _without_functions(extra, original)
+    outside, wrong = _without_functions(extra, original)
     found += wrong
-    for s in extra:
+    for s in outside:
         declared = R.DECLARATION.match(s.code)
         if not (R.MOVES.match(s.code) or (declared and declared[1].lower() == "robtarget")):
             found.append(f"output line {s.line}: added what is neither a move nor a target: {s.code[:90]!r}")
     names_a = [m[2] for s in a if (m := R.DECLARATION.match(s.code))]
-    names_b = [m[2] for s in b if (m := R.DECLARATION.match(s.code))]
+    local = {*extra} - {*outside}
+    names_b = [m[2] for s in b if s not in local and (m := R.DECLARATION.match(s.code))]
     fresh = list(names_b)
     for n in names_a:
         if n in fresh:
