@@ -8,7 +8,6 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.outcomes import FOLLOWS
 from postproc.convert import Conversion
 from tests.compensate.build import (
     AXES,
@@ -454,8 +453,10 @@ def test_what_a_routine_derives_from_its_parameter_follows_it() -> None:
     found = convert(text)
     above, at, behind = (line.split(",v")[0] for line in routine_of(written(found), "go")[1:])
     assert at == "MoveL p"
-    assert above.startswith("MoveL Offs(Offs(p,0,0,60),") and behind.startswith("MoveL Offs(RelTool(p,0,0,-60),")
-    assert [o.reason for o in found.outcomes[1:]] == [FOLLOWS, None, FOLLOWS]
+    number = r"-?\d+\.\d+"
+    assert re.fullmatch(rf"MoveL Offs\(p,{number},{number},60\.0\d+\)", above), above
+    assert re.fullmatch(rf"MoveL RelTool\(p,{number},{number},-59\.9\d+\)", behind), behind
+    assert [o.edited for o in found.outcomes[1:]] == ["argument", "declaration", "argument"]
     report = independent(text, found)
     assert report.violations == []
     assert [s.goal_after <= 0.003 for s in report.segments if s.line == outcome(found, 2).statement.line] == [
@@ -469,9 +470,10 @@ def test_a_target_handed_on_and_on() -> None:
     more = "  PROC outer(robtarget a)\n    MoveJ Offs(a,0,0,50),v200,z5,tT;\n    go a;\n  ENDPROC\n" + GO
     text = module(THREE, f"MoveJ {C},v200,fine,tT;\nouter p1;\nouter {B};", more)
     found = convert(text)
-    assert [o.edited for o in found.outcomes] == ["aggregate", "derived", "declaration"]
+    assert [o.edited for o in found.outcomes] == ["aggregate", "argument", "declaration"]
     assert routine_of(written(found), "go") == routine_of(text, "go")
-    assert routine_of(written(found), "outer")[1:][1:] == ["go a;"]
+    assert re.fullmatch(r"MoveJ Offs\(a(,-?\d\.\d+){2},50\.0\d+\),v200,z5,tT;", routine_of(written(found), "outer")[1])
+    assert routine_of(written(found), "outer")[2:] == ["go a;"]
     assert body_of(written(found))[1] == "outer p1;"
     assert body_of(written(found))[2] != f"outer {B};"
 

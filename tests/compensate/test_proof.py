@@ -85,7 +85,8 @@ def test_a_wrong_added_target_is_found(tmp_path: Path, text: str, name: str, rig
     (tmp_path / name).write_text(shipped.replace(right, wrong))
     found = convert(text, template_dir=tmp_path, tolerance_m=5e-6)
     assert found.report["added_targets"] > 0
-    assert found.report["max_error_after_mm"] == pytest.approx(0.3, abs=0.02)
+    assert 0.29 < found.report["max_error_after_mm"] < 0.34  # a circle that misses two of its points misses more elsewhere
+    assert found.report["max_error_after_mm"] == pytest.approx(independent(text, found).after, abs=1e-3)
     assert convert(text, tolerance_m=5e-6).report["max_error_after_mm"] < 0.01
 
 
