@@ -11,7 +11,7 @@ what goes with numbers that the statement names, or, where runs are lines of unl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
@@ -21,7 +21,15 @@ from postproc.arrays import Array
 from postproc.compensate.arcs import ArcRun, all_numbers, arc_run, follow_arc, function_name
 from postproc.compensate.expressions import Position, position_of
 from postproc.compensate.insertions import insertion_of, neighbouring_element, small_zone
-from postproc.compensate.laws import APART, CANCELLING, OffsetLaw, fit_affine, midrange
+from postproc.compensate.laws import (
+    APART,
+    CANCELLING,
+    Allowed,
+    OffsetLaw,
+    constant_law,
+    fit_affine,
+    nearest_law,
+)
 from postproc.compensate.requests import Requester, conf_of
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import UNCHANGED_MM, Change, Insertion, TargetValue
@@ -48,13 +56,15 @@ class _Run:
     """One execution of a divided line or arc.
 
     Args:
-        start, end: what its ends are made of; starts_at, ends_at: (3,) where these are, constants left out [mm].
+        start, end: what its ends are made of; begins: where, if it begins at numbers, which are no part of ``start``.
+        starts_at, ends_at: (3,) where these are, constants left out [mm].
         added: the targets to add as numbers.
     """
 
     event: MotionEvent
     start: Position
     end: Position
+    begins: object
     starts_at: Array
     ends_at: Array
     end_target: RobTarget
@@ -104,8 +114,9 @@ class TargetAdder:
             parts = [divided[i] for i in group if i in divided]
             if not parts:
                 continue
-            most = [max(0.5 * float(path_mm[group].min()), self._gap(part) / 2) for part in parts]
-            added = self._of_statement(parts, most) if len(parts) == len(group) else UNLIKE
+            path = float(path_mm[group].min())
+            allowed = Allowed(path / 4, [max(path / 2, self._gap(part) / 2) for part in parts])
+            added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
             if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added):
                 added = OWN_FUNCTIONS
             if isinstance(added, str):
@@ -118,23 +129,27 @@ class TargetAdder:
         return Added(found, refused, circle_points)
 
     def _of_statement(
-        self, parts: Sequence[Pieces], most: Sequence[float]
+        self, parts: Sequence[Pieces], allowed: Allowed
     ) -> list[Insertion] | tuple[list[Insertion], Change] | str:
         """One set of statements for all runs, or why there is none; of an arc the circle point that is left, too."""
         event, before = self.moves[parts[0].move].event, self.moves[parts[0].move - 1].event
         if event.via is not None and not all_numbers(event, before):
-            return self._of_arc(parts, most)
-        runs = [self._run(part) for part in parts]
+            return self._of_arc(parts, allowed)
+        if any(len(part.goals) != len(parts[0].goals) for part in parts):
+            return UNLIKE
+        goals = np.array([self.samples.u[list(part.goals)] for part in parts])
+        shares = np.round(np.median(goals, axis=0), SHARE_DECIMALS).tolist()
+        names = set.intersection(*(self._start_names(part.move) for part in parts))
+        runs = [self._run(part, shares, min(names, default=None)) for part in parts]
         known = [run for run in runs if isinstance(run, _Run)]
         if len(known) < len(runs):
             return next(run for run in runs if isinstance(run, str))
         first = known[0]
-        if any(len(r.added) != len(first.added) or (r.start, r.end) != (first.start, first.end) for r in known):
+        if any((r.start, r.end, r.begins) != (first.start, first.end, first.begins) for r in known):
             return UNLIKE
         found = []
         for k, insertions in enumerate(zip(*(run.added for run in known), strict=True)):
-            shares = np.array([self.samples.u[part.goals[k]] for part in parts])
-            one = self._added(known, insertions, shares, most)
+            one = self._added(known, insertions, shares[k], allowed)
             if one is None:
                 return UNLIKE
             found.append(one)
@@ -146,10 +161,12 @@ class TargetAdder:
         used = any(i.to.law is not None or i.to.arc is not None for i in insertions)
         return used and any(self.program.routine(name, event.statement.module) is not None for name in FUNCTIONS)
 
-    def _of_arc(self, parts: Sequence[Pieces], most: Sequence[float]) -> tuple[list[Insertion], Change] | str:
+    def _of_arc(self, parts: Sequence[Pieces], allowed: Allowed) -> tuple[list[Insertion], Change] | str:
         """The same for an arc."""
 
         def written(origin: Origin, target: RobTarget) -> Array:
+            if origin.stands_in_statement:
+                return np.array(target.trans)  # the text has these numbers as they were
             root = target if origin.root is None else origin.root.target
             moved = np.subtract(self.corrected(origin, root).trans, root.trans)
             return np.array(target.trans) + moved
@@ -164,16 +181,16 @@ class TargetAdder:
         asked = [(p.move, self.curve[p.vias[-1]], conf) for p, conf in zip(parts, confs, strict=True)]
         last = self.requester.values(asked)
         added = [self._numbers(part.move, part) for part in parts]
-        return follow_arc(self.function, known, added, last, most) or UNLIKE
+        return follow_arc(self.function, known, added, last, allowed) or UNLIKE
 
-    def _run(self, part: Pieces) -> _Run | str:
+    def _run(self, part: Pieces, shares: Sequence[float], name: str | None) -> _Run | str:
         i = part.move
         event, before = self.moves[i].event, self.moves[i - 1].event
         module, argument = event.statement.module, event.statement.argument("to")
         assert argument is not None and isinstance(event.target, RobTarget)
-        added = self._numbers(i, part)
+        added = self._numbers(i, part, shares)
         end = position_of(argument.text, event.target, self.program, module)
-        start = self._start(before, event, module)
+        start = self._start(before, event, name)
         if end is None:
             return "its target is an expression that cannot be taken apart"
         if start is None:
@@ -192,7 +209,9 @@ class TargetAdder:
             turn = np.linalg.solve(*object_matrices([event, before])[:, :3, :3])
             start, places = start.turned(turn), (turn @ places[0], places[1])
         turned = event.target if end.reference is None else replace(event.target, rot=ends.rot)
-        return _Run(event, start, end, *places, turned, added)
+        framed = None if _frames(before) == _frames(event) else (_frames(before), _frames(event))
+        numbers = (before.target, framed) if start.reference is None else None
+        return _Run(event, start, end, numbers, *places, turned, added)
 
     def _base(self, event: MotionEvent) -> RobTarget | None:
         """The target that the expression of an event starts from, as it is written now."""
@@ -201,7 +220,14 @@ class TargetAdder:
         origin = event.target_origin
         return self.corrected(origin, event.target if origin.root is None else origin.root.target)
 
-    def _start(self, before: MotionEvent, event: MotionEvent, module: str) -> Position | None:
+    def _start_names(self, i: int) -> set[str]:
+        """What the program may call the target where a move begins."""
+        before, event = self.moves[i - 1].event, self.moves[i].event
+        argument = event.statement.argument("to")
+        beside = neighbouring_element(argument.text, before, event) if argument is not None else None
+        return {name for name in (event.start, beside) if name is not None}
+
+    def _start(self, before: MotionEvent, event: MotionEvent, text: str | None) -> Position | None:
         """What the target before is made of, as far as the program can say it here; numbers where it never varies."""
         origin = before.target_origin
         constant = NOTHING if origin.kind in ("inline", "declared") and origin.handed is None else None
@@ -209,19 +235,24 @@ class TargetAdder:
             return constant if before.target is None else NOTHING
         if before.tool != event.tool:
             return None  # the line begins where the other tool is, which its data decides
-        text = event.start
-        if text is None:
-            argument = event.statement.argument("to")
-            text = neighbouring_element(argument.text, before, event) if argument is not None else None
+        module = event.statement.module
         found = None if text is None else position_of(text, before.target, self.program, module)
         return found or constant
 
-    def _numbers(self, i: int, part: Pieces) -> list[Insertion]:
-        """The statements to add before one move, their targets as numbers."""
+    def _numbers(self, i: int, part: Pieces, shares: Sequence[float] | None = None) -> list[Insertion]:
+        """The statements to add before one move, their targets as numbers.
+
+        Args:
+            shares: of the way at the targets, where these are not those of the samples (of a line).
+        """
         event = self.moves[i].event
         goals = list(part.goals)
+        T = self.curve[goals].copy()
+        if event.via is None and shares is not None:
+            ends = self.curve[[self.samples.start[i], self.samples.goal[i]], :3, 3]
+            T[:, :3, 3] += np.outer(np.subtract(shares, self.samples.u[goals]), ends[1] - ends[0])
         confs = [conf_of(row) for row in confdata(self.requester.robot, self.requester.exact.q[goals])]
-        to = self.requester.values([(i, self.curve[g], c) for g, c in zip(goals, confs, strict=True)])
+        to = self.requester.values([(i, pose, c) for pose, c in zip(T, confs, strict=True)])
         shares = self.samples.u[goals].tolist()
         to = [replace(value, extax=self._axes(i, share)) for value, share in zip(to, shares, strict=True)]
         vias = self.requester.values([(i, self.curve[v], c) for v, c in zip(part.vias, confs, strict=False)])
@@ -247,17 +278,16 @@ class TargetAdder:
         return 1e3 * float(np.linalg.norm(gaps, axis=1).max())
 
     def _added(
-        self, runs: Sequence[_Run], insertions: Sequence[Insertion], shares: Array, most: Sequence[float]
+        self, runs: Sequence[_Run], insertions: Sequence[Insertion], share: float, allowed: Allowed
     ) -> Insertion | None:
-        """One statement for all runs, None where it would leave a run farther off than its ``most`` [mm]."""
+        """One statement for all runs, None where it would leave a run farther off than is allowed."""
         first, values = runs[0], [i.to for i in insertions]
         if any(not _still(v.extax, values[0].extax) or v.robconf != values[0].robconf for v in values):
             return None
-        share = round(float(np.median(shares)), SHARE_DECIMALS)
         slopes = _combined(first.start, first.end, share)
         places = np.array([value.pose.trans for value in values])
         rest = places - [(1 - share) * run.starts_at + share * run.ends_at for run in runs]
-        law = self._correction(runs, rest, most)
+        law = nearest_law(self._laws(runs, rest, allowed.fine), allowed)
         if law is None:
             return None
         base = (
@@ -277,25 +307,20 @@ class TargetAdder:
             to = replace(to, law=replace(whole, constant=(0.0, 0.0, 0.0)))
         return replace(insertions[0], to=to, base=base)
 
-    def _correction(self, runs: Sequence[_Run], rest: Array, most: Sequence[float]) -> OffsetLaw | None:
-        """What is added to the share of the way (n, 3) [mm]: a constant, an affine law or squares of the way."""
-        least = min(most) / 2
-        middle = midrange(rest)
-        if (np.linalg.norm(rest - middle, axis=1) <= least).all():
-            return OffsetLaw(_vec(middle))
-        references = {p.reference for p in (runs[0].start, runs[0].end) if p.reference is not None}
-        regressors: list[Mapping[str, float]] = [
-            {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in references} for run in runs
-        ]
-        law = fit_affine(regressors, rest, least)
-        if (np.linalg.norm(rest - [law.at(r) for r in regressors], axis=1) <= most).all():
-            return law
+    @staticmethod
+    def _laws(runs: Sequence[_Run], rest: Array, fine: float) -> Iterator[tuple[OffsetLaw, Array]]:
+        """What may be added to the share of the way (n, 3) [mm]: a constant, an affine law, or squares of the way."""
+        yield constant_law(rest)
         start, end = runs[0].start.reference, runs[0].end.reference
-        if start is None or end is None or start == end:
-            return None
-        squares = _squares(start, end, np.array([run.starts_at - run.ends_at for run in runs]))
-        law, left = _bent(squares, rest, least)
-        return law if (np.linalg.norm(left, axis=1) <= most).all() else None
+        regressors: list[Mapping[str, float]] = [
+            {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in (start, end)} for run in runs
+        ]
+        law = fit_affine(regressors, rest, fine)
+        yield law, rest - [law.at(r) for r in regressors]
+        if start is not None and end is not None and start != end:
+            ways = np.array([run.starts_at - run.ends_at for run in runs])
+            along = np.sum(rest * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
+            yield _bent(_squares(start, end, ways), rest - along[:, None] * ways, fine)  # on the line any place will do
 
 
 def _frames(event: MotionEvent) -> tuple[object, ...]:

@@ -6,14 +6,14 @@ No short expression gives a point on a circle through three targets, so the prog
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.expressions import position_of
-from postproc.compensate.laws import OffsetLaw, fit_affine, midrange
+from postproc.compensate.laws import Allowed, OffsetLaw, constant_law, fit_affine, nearest_law
 from postproc.compensate.targets import Pieces
 from postproc.compensate.values import ArcPoint, Change, Insertion, TargetValue
 from postproc.motion.curves import circle_through
@@ -102,27 +102,26 @@ def follow_arc(
     runs: Sequence[ArcRun],
     added: Sequence[Sequence[Insertion]],
     last: TargetValues,
-    most: Sequence[float],
+    allowed: Allowed,
 ) -> tuple[list[Insertion], Change] | None:
     """The same statements for all runs, written with the three points, and the circle point of the part that is left;
     None where the runs ask for different ones.
 
     Args:
         added: what each run would add as numbers; last: the circle point of the last part in each run.
-        most: what may stay off in each run [mm].
     """
     first = runs[0]
     if any(run.texts != first.texts or len(run.shares) != len(first.shares) for run in runs):
         return None
     found = []
     for k, insertions in enumerate(zip(*added, strict=True)):
-        to = _on_arc(function, runs, [i.to for i in insertions], [run.shares[k] for run in runs], most)
+        to = _on_arc(function, runs, [i.to for i in insertions], [run.shares[k] for run in runs], allowed)
         vias = [i.via for i in insertions if i.via is not None]
-        via = _on_arc(function, runs, vias, [run.via_shares[k] for run in runs], most)
+        via = _on_arc(function, runs, vias, [run.via_shares[k] for run in runs], allowed)
         if to is None or via is None:
             return None
         found.append(replace(insertions[0], to=to, via=via))
-    left = _on_arc(function, runs, last, [run.via_shares[-1] for run in runs], most)
+    left = _on_arc(function, runs, last, [run.via_shares[-1] for run in runs], allowed)
     statement = first.event.statement
     argument = statement.argument("via")
     if left is None or argument is None:
@@ -134,20 +133,19 @@ TargetValues = Sequence[TargetValue]
 
 
 def _on_arc(
-    function: str, runs: Sequence[ArcRun], values: TargetValues, shares: Sequence[float], most: Sequence[float]
+    function: str, runs: Sequence[ArcRun], values: TargetValues, shares: Sequence[float], allowed: Allowed
 ) -> TargetValue | None:
     share = round(float(np.median(shares)), SHARE_DECIMALS)
-    places = np.array([value.pose.trans for value in values])
-    rest = places - np.array([_point(run.points, share) for run in runs])
-    middle = midrange(rest)
-    x, y, z = middle.tolist()
-    law = OffsetLaw((x, y, z))
-    if (np.linalg.norm(rest - middle, axis=1) > min(most) / 2).any():
-        regressors: list[Mapping[str, float]] = [dict(run.event.numbers) for run in runs]
-        law = fit_affine(regressors, rest, min(most) / 2)
-        if (np.linalg.norm(rest - [law.at(r) for r in regressors], axis=1) > most).any():
-            return None
-    return replace(values[0], law=law, arc=ArcPoint(function, *runs[0].texts, share))
+    points = [_point(run.points, own) for run, own in zip(runs, shares, strict=True)]
+    law = nearest_law(_laws(runs, np.array([value.pose.trans for value in values]) - points, allowed), allowed)
+    return None if law is None else replace(values[0], law=law, arc=ArcPoint(function, *runs[0].texts, share))
+
+
+def _laws(runs: Sequence[ArcRun], rest: Array, allowed: Allowed) -> Iterator[tuple[OffsetLaw, Array]]:
+    yield constant_law(rest)
+    regressors: list[Mapping[str, float]] = [dict(run.event.numbers) for run in runs]
+    law = fit_affine(regressors, rest, allowed.fine)
+    yield law, rest - [law.at(numbers) for numbers in regressors]
 
 
 def _point(points: Array, share: float) -> Array:

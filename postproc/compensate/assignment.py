@@ -36,6 +36,7 @@ OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around th
 
 SLOT, OFFSET, RELAXED, LEFT = range(4)
 SHARE = 0.5  # of a correction that may stay off at level RELAXED
+AROUND = 4.0  # an `Offs` around a name that stood plainly counts as much as so many changed amounts of an `Offs`
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 MOST_SEEDS = 40  # values that are tried for a slot whose requests differ
 
@@ -171,6 +172,7 @@ class Assigner:
         demand = self.shift[chosen] - np.cross(turn, self.lever[chosen])
         within = np.array([self._within(now, row) for row in rows])
         confs = [requests[row].value.robconf for row in rows]
+        weight = np.array([self._weight(row) for row in rows]) / within
         strict = np.flatnonzero(within <= 1.001 * within.min())
         seeds = [midrange(demand), midrange(demand[strict]), *demand[_spread(len(rows))]]
         best, most = seeds[0], -1.0
@@ -178,12 +180,17 @@ class Assigner:
             near = np.linalg.norm(demand - seed, axis=1) <= 2.0 * within
             for value in [seed, midrange(demand[near])] if near.any() else [seed]:
                 served = np.linalg.norm(demand - value, axis=1) <= within
-                score = float(np.sum(served / within))
+                score = float(np.sum(served * weight))
                 if score > most * (1 + 1e-9):
                     best, most = value, score
             if served.all():
                 break
         return SlotValue(best, turn, max(set(confs), key=confs.count))
+
+    def _weight(self, row: int) -> float:
+        """What it would cost the text if the slot did not serve a request."""
+        request = self.incidence.requests[row]
+        return 1.0 if self.expression((request.event.statement.key, request.role)).form == "amounts" else AROUND
 
     def _within(self, now: _Round, row: int) -> float:
         request = self.incidence.requests[row]

@@ -111,20 +111,26 @@ def position_of(text: str, target: RobTarget, program: Program, module: str) -> 
     except Unknown:
         return None
     terms: list[tuple[str, Vec3]] = []
+    turned = False  # by `RelTool`, after what it displaces
     while True:
         if isinstance(tree, Unary) and tree.operator == "()":
             tree = tree.operand
             continue
-        amounts = amounts_of(tree)
-        if not amounts or not isinstance(tree, Call) or program.routine(tree.name, module) is not None:
+        if not isinstance(tree, Call) or tree.name not in DISPLACING or program.routine(tree.name, module) is not None:
             break
+        base, *amounts = tree.arguments
+        turned = turned or bool(tree.options)
+        if any(not isinstance(angle, Number) for _, angle in tree.options):
+            return None
+        if turned and tree.name == "reltool" and any(not isinstance(part, Number) for part in amounts):
+            return None  # along the axes of a tool that is turned beyond that
         axes = np.eye(3) if tree.name == "offs" else pose_matrix((0.0, 0.0, 0.0), target.rot)[:3, :3]
         for axis, part in enumerate(amounts):
             if not isinstance(part, Number):
                 words = data[slice(*part.span)].decode("latin-1")
                 x, y, z = axes[:, axis].tolist()
                 terms.append((words.lower() if isinstance(part, Name) else f"({words})", (x, y, z)))
-        tree = tree.arguments[0]
+        tree = base
     written = data[slice(*tree.span)].decode("latin-1")
     if isinstance(tree, Aggregate):
         return Position(None, tuple(terms)) if re.fullmatch(r"[\[\]\d.,eE+\-\s]*", written) else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,10 +38,41 @@ class OffsetLaw:
         return x, y, z
 
 
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """What a law may leave off [mm]: ``fine`` at once, ``most`` of each run where no law does better."""
+
+    fine: float
+    most: Sequence[float]
+
+
+def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
+    """The first law that leaves no more than ``fine``, else the one that leaves least, None where that is too much.
+
+    Args:
+        laws: the simplest first, with (n, 3) what each leaves off [mm].
+    """
+    found, least = None, np.inf
+    for law, rest in laws:
+        off = np.linalg.norm(rest, axis=1)
+        if off.max() < least and (off <= allowed.most).all():
+            found, least = law, float(off.max())
+        if least <= allowed.fine:
+            break
+    return found
+
+
 def midrange(values: Array) -> Array:
     """The point (k,) half-way between the least and the largest of values (n, k) along every axis."""
     middle: Array = (values.min(axis=0) + values.max(axis=0)) / 2
     return middle
+
+
+def constant_law(offsets: Array) -> tuple[OffsetLaw, Array]:
+    """The constant in the middle of offsets (n, 3) [mm], and what it leaves off."""
+    middle = midrange(offsets)
+    x, y, z = middle.tolist()
+    return OffsetLaw((x, y, z)), offsets - middle
 
 
 def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -> OffsetLaw:

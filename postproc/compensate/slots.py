@@ -109,9 +109,7 @@ def incidence(
     of_argument: dict[ArgumentKey, list[int]] = {}
     slots = []
     for row, request in enumerate(requests):
-        here = tuple(
-            slot for slot in slots_of(request.origin) if _serves(slot, request.origin.base, users, complete, written)
-        )
+        here = tuple(slot for slot in slots_of(request.origin) if _serves(slot, request, users, complete, written))
         for slot in here:
             of_slot.setdefault(slot, []).append(row)
         of_argument.setdefault((request.event.statement.key, request.role), []).append(row)
@@ -120,13 +118,15 @@ def incidence(
 
 
 def _serves(
-    slot: SlotKey, base: Origin, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
+    slot: SlotKey, request: TargetRequest, users: Mapping[str, Users], complete: Set[StatementKey], written: Set[str]
 ) -> bool:
+    base = request.origin.base
     if base.handed is not None and (slot[0] == "call" or base.declaration is None):
         known = users.get(base.handed.parameters[0])
         return known is not None and known.statements <= complete
     if base.declaration is None:
-        return True  # an inline aggregate belongs to its statement alone
+        # An aggregate in the statement serves that alone, and displaced in runs that are not known it would not do.
+        return request.origin.root is None or request.event.statement.key in complete
     known = users.get(base.declaration)
     return known is not None and known.statements <= complete and base.declaration not in written
 

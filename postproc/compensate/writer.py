@@ -47,9 +47,15 @@ class Assigned:
         self.left, self.relaxed = assignment.left, assignment.relaxed
 
     def without(self, arguments: Set[ArgumentKey]) -> Assigned:
-        """The same without the offsets of some arguments."""
+        """The same without what changes the text of some arguments: their offsets and the numbers that stand there."""
         offsets = {key: law for key, law in self.assignment.offsets.items() if key not in arguments}
-        return Assigned(self.requests, self.links, replace(self.assignment, offsets=offsets, left={}))
+        theirs = {
+            slot
+            for request, slot in zip(self.requests, self.assignment.slot_of, strict=True)
+            if (request.event.statement.key, request.role) in arguments and request.origin.stands_in_statement
+        }
+        slots = {slot: value for slot, value in self.assignment.slots.items() if slot not in theirs}
+        return Assigned(self.requests, self.links, replace(self.assignment, slots=slots, offsets=offsets, left={}))
 
 
 class Writer:

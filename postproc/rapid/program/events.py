@@ -71,6 +71,11 @@ class Origin:
         """The origin of the numbers: of what is displaced, or its own."""
         return self if self.root is None else self.root.origin
 
+    @property
+    def stands_in_statement(self) -> bool:
+        """Whether the numbers are an aggregate in the motion statement itself."""
+        return self.base.kind == "inline" and self.base.handed is None
+
 
 @dataclass(frozen=True, slots=True)
 class Root:
