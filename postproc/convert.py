@@ -20,29 +20,33 @@ from postproc.compensate.applicable import applicable_model
 from postproc.compensate.belief import doubt_corrections, doubt_weights
 from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
-from postproc.compensate.figures import figures_of
+from postproc.compensate.figures import Figures, figures_of
 from postproc.compensate.motion import Motion
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import judge_statements
+from postproc.compensate.outcomes import judge_statements, largest_shifts
 from postproc.compensate.plan import Plan, plan_changes
 from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
+from postproc.compensate.seams import find_seams, partial_seams
 from postproc.compensate.values import Outcome
+from postproc.compensate.worlds import check_written
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.base_frame import seen_from_base
+from postproc.rapid.motions.missing import shown_to_users
 from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values
-from postproc.render.module import change_edits, header_edit, indent_after, insertion_edits, render_text
+from postproc.render.module import change_edits, function_edits, header_edit, indent_after, insertion_edits, render_text
 from postproc.render.templates import environment
 
 UNREADABLE = frozenset({"RAP001", "RAP002", "RAP011"})
 """Findings that say: this is no program."""
+MOST_TURNED = 0.02  # rad; that a correction turns the tool by
 WORSE = 2.0  # between targets that are corrected and others that cannot be, a line may end a little farther off
 MARKER = re.compile(rb"^[ \t]*!\s*postproc \d+\.\d+[^\r\n]*compensated", re.MULTILINE)
 
@@ -119,26 +123,31 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
-    for changed, edit in chain(change_edits(env, plan.decisions.changes), insertion_edits(env, plan.insertions)):
+    written = change_edits(env, plan.changes), insertion_edits(env, plan.insertions)
+    for changed, edit in chain(*written, function_edits(env, program, plan.insertions)):
         edits[changed.path].append(edit)
-    plan = replace(plan, decisions=replace(plan.decisions, changes=()))  # they are edits now, and many
+    plan = replace(plan, changes=())  # they are edits now, and many
     drafts = {s.path: render_text(env, s.data, edits[s.path]) for s in sources}
     before, after = _proved(model, plan, program, events, drafts, findings)
     figures = figures_of(plan, before, after)
-    if figures.after > max(options.tolerance_m, WORSE * figures.before):
-        after_mm, before_mm = (round(1e3 * value, 5) for value in (figures.after, figures.before))
-        text = f"the corrected program would be {after_mm} mm off, the original is {before_mm} mm"
-        help_ = "nothing is written; please report this program"
-        _refuse(findings, Diagnostic("CMP013", "error", text, sources[0], help=help_))
+    _refuse_worse(figures, plan, sources[0], findings)
     outcomes, unlike = judge_statements(program, events, plan, after)
     findings += unlike
+    seams = find_seams(outcomes, plan, before, after)
+    findings += partial_seams(seams, options.allow_partial)
+    bounds = {key: (most, MOST_TURNED) for key, most in largest_shifts(outcomes, plan).items()}
+    added = Counter(insertion.statement.key for insertion in plan.insertions)
+    worlds, more = check_written(program, drafts, added, bounds, events, options.entry)
+    findings += more
+    _stop_at_errors(findings)
     accuracy, more = expect_accuracy(model, motion, sources[0])
     if any(d.code == "CMP016" for d in findings):
         accuracy = None  # what the fit knows is the arm with everything that the model holds
     findings += more
     limits, more = check_corrected(model.robot, plan, sources[0])
     findings += more
-    report = document(plan, model.robot.name, events, outcomes, figures, accuracy, limits, findings)
+    report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
+    report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
@@ -163,7 +172,7 @@ def _followed(
     _stop_at_errors(findings, 2 if any(d.code in UNREADABLE for d in findings) else 1)
     walked = walk_program(program, options.entry)
     events = seen_from_base(walked.events, options.base)
-    findings += [d for d in walked.diagnostics if d.severity != "info" or d.code != "RAP031"]
+    findings += shown_to_users(walked.diagnostics, events)
     if not any(e.statement.interpolation != "none" and not e.statement.source.lent for e in events):
         text, help_ = "nothing in it moves the arm: it stays as it is", "its motions stand in another module: give that"
         findings.append(Diagnostic("CMP002", "warning", text, sources[0], help=help_))
@@ -196,7 +205,8 @@ def _moving(
         text = "no motion statement leads to a place that is known before the program runs"
         why = f"most often: {reasons.most_common(1)[0][0]}; " if reasons else ""
         measured = (d.help for d in findings if d.code == "RAP023")  # a tool or frame that the program measures
-        first = set_first(reasons.most_common(1)[0][0]) if reasons else None
+        most = reasons.most_common(1)[0][0] if reasons else ""
+        first = next((set_first(e.unknowns) for e in events if e.reason == most), None)
         help_ = why + next(measured, first or "`postproc inspect` has the reason of every statement")
         _refuse(findings, Diagnostic("CMP003", "error", text, program.sources[0], help=help_))
     return motion
@@ -221,6 +231,16 @@ def _proved(
         help_ = "see the findings above" if error.diagnostics else "please report this program"
         failed = Diagnostic("CMP004", "error", text, program.sources[0], help=help_)
         _refuse(findings, *error.diagnostics, failed)
+
+
+def _refuse_worse(figures: Figures, plan: Plan, source: Source, findings: list[Diagnostic]) -> None:
+    """CMP013 where the corrected program would be farther off than the original."""
+    burning = (figures.arc_before, figures.arc, plan.motion.options.tolerance_m)
+    for before, after, tolerance in (burning, (figures.before, figures.after, float(plan.path_tolerance.max()))):
+        if before is not None and after is not None and after > max(tolerance, WORSE * before):
+            text = f"the corrected program would be {1e3 * after:.5g} mm off, the original is {1e3 * before:.5g} mm"
+            help_ = "nothing is written; please report this program"
+            _refuse(findings, Diagnostic("CMP013", "error", text, source, help=help_))
 
 
 def _outputs(

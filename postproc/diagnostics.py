@@ -6,6 +6,7 @@ Lines are counted by LF alone (``str.splitlines`` also splits on NEL, VT and FS,
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -15,6 +16,24 @@ from typing import Any, Literal, Self
 
 Severity = Literal["error", "warning", "info"]
 Span = tuple[int, int]
+
+
+_CONTROL = "\r(?!\n)|[\0-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f"
+_DIRECTION = "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+_INVISIBLE = re.compile(f"{_CONTROL}{_DIRECTION}\ud800-\udfff]")
+
+
+def visible(text: str) -> str:
+    r"""Text as a terminal may show it: control characters of programs and file names as escapes, ``\x1b``.
+
+    A program could otherwise move the cursor, change the clipboard (OSC 52), or turn the direction of what is read.
+    """
+    return _INVISIBLE.sub(lambda found: found[0].encode("unicode_escape", "surrogatepass").decode(), text)
+
+
+def one_line(text: str) -> str:
+    """The same where a line must not end before its time: a file name may hold line feeds."""
+    return visible(text).replace("\n", "\\n")
 
 
 @dataclass(frozen=True)
@@ -98,19 +117,19 @@ class Diagnostic:
 
     def render(self) -> str:
         """Text for a terminal: message, place, source line with caret, help."""
-        lines = [f"{self.severity}[{self.code}]: {self.message}"]
+        lines = [f"{self.severity}[{self.code}]: {one_line(self.message)}"]
         if self.place:
-            lines.append(f" --> {self.place}")
+            lines.append(f" --> {one_line(self.place)}")
         if self.source is not None and self.span is not None:
             number, column = self.source.position(self.span[0])
             text = self.source.line(number)
             margin = " " * len(str(number))
             # A caret under a tab must be moved by a tab.
-            lead = "".join("\t" if c == "\t" else " " for c in text[: column - 1])
+            lead = "".join("\t" if c == "\t" else " " for c in visible(text[: column - 1]))
             width = min(max(1, self.span[1] - self.span[0]), max(1, len(text) - column + 1))
-            lines += [f"{margin} |", f"{number} | {text}", f"{margin} | {lead}{'^' * width}"]
+            lines += [f"{margin} |", f"{number} | {visible(text)}", f"{margin} | {lead}{'^' * width}"]
         if self.help:
-            lines.append(f"  = help: {self.help}")
+            lines.append(f"  = help: {one_line(self.help)}")
         return "\n".join(lines)
 
     def as_json(self) -> dict[str, Any]:

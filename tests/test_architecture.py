@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "postproc"
-FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "grouping", "resources", "tomlfile"}
+FOUNDATION = {"__init__", "__main__", "arrays", "diagnostics", "files", "grouping", "numbers", "resources", "tomlfile"}
 ROOMS = (
     "rapid",
     "robot",
@@ -26,6 +26,8 @@ ROOMS = (
     "identify",
     "render",
     "convert",
+    "settings",
+    "choices",
     "report",
     "batch",
     "cli",

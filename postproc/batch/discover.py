@@ -6,22 +6,27 @@ program folder has a ``.pgf`` that lists the modules of one task. Every other mo
 
 from __future__ import annotations
 
-import os
+import errno
 import re
+import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from postproc.batch.journal import STATE
+from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
-from postproc.diagnostics import Diagnostic, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.files import real
 from postproc.rapid.program.program import ENDINGS
 from postproc.rapid.program.records import Pose
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
+from postproc.settings import NAME, Settings
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
 PARTS = frozenset({"progmod", "sysmod"})
+CONFIGURED = frozenset({"syspar", "backinfo"})
+CONTROLLER = "the controller's configuration"
 SHARED = "task0"  # installed in every task
 _LISTED = re.compile(r"<Module>\s*([^<]*?)\s*</Module>", re.IGNORECASE)
 
@@ -31,6 +36,9 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
 
     Args:
         output: left out, where it stands inside the folder.
+
+    Raises:
+        PostprocError: BAT002, a folder cannot be read.
     """
     files = sorted(_walk(folder, output))
     backups = _backups(files)
@@ -59,17 +67,85 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
     return Inventory(folder, tuple(sorted([*tasks, *loose], key=lambda t: t.name)), tuple(sorted([*copies, *more])))
 
 
+def task_around(module: Path) -> Task:
+    """The task of a controller's backup that a module stands in, without its files; one of its own elsewhere."""
+    here = module.absolute()
+    for folder in here.parents:
+        home = _task_folder(here.relative_to(folder).as_posix())
+        if home is not None and home.lower().startswith("rapid/") and _configured(folder):
+            return _task(home, [], _drive(home, {".": read_backup(folder)}))
+    return Task(module.name, ())
+
+
+def _configured(folder: Path) -> bool:
+    try:
+        return any(path.name.lower() in CONFIGURED and path.is_dir() for path in folder.iterdir())
+    except OSError:
+        return False
+
+
+def with_arm(settings: Settings, task: Task) -> Settings:
+    """The settings for a task: the arm is that of the controller's configuration where nothing else names one."""
+    if not settings.names_arm and task.robot is not None:
+        settings = replace(settings, robot=task.robot, robot_from=CONTROLLER)
+    return replace(settings, options=replace(settings.options, base=task.base))
+
+
+def other_arm(task: Task, robot: str) -> list[Diagnostic]:
+    """BAT012 where the controller's configuration names another arm than the one that is taken."""
+    if task.unknown is not None:
+        return [replace(task.unknown, severity="info", help="the arm or model that was named is used")]
+    if task.robot in (None, robot):
+        return []
+    text = f"the controller drives `{task.robot}` with this task, the model is of `{robot}`"
+    return [Diagnostic("BAT012", "warning", text, help="give each arm's model to its tasks in a jobs file")]
+
+
 def _walk(folder: Path, output: Path | None) -> Iterator[str]:
-    for place, folders, names in os.walk(folder, followlinks=True):
-        here = Path(place)
-        steps = here.relative_to(folder).parts
-        # A link to a folder that it stands in would never end.
-        around = {folder.joinpath(*steps[:k]).resolve() for k in range(len(steps) + 1)}
-        around |= {output.resolve()} if output is not None else set()
-        folders[:] = [n for n in folders if n not in OUTSIDE and (here / n).resolve() not in around]
-        for path in (here / name for name in names):
-            if path.is_file() or not path.exists():  # a link to nothing is reported where it is read; a pipe is no file
+    """Files below a folder, links followed; what stands in the output folder is none.
+
+    Raises:
+        PostprocError: BAT002, a folder cannot be read: what stands in it must not count as gone.
+    """
+    waiting = [(folder, frozenset({real(folder)}))]
+    while waiting:
+        here, around = waiting.pop()
+        for path in _entries(here):
+            kind = _kind(path)
+            if kind == stat.S_IFDIR:
+                at = real(path)
+                # A link to a folder that it stands in would never end.
+                if path.name not in OUTSIDE and at not in around and not in_output(path, output):
+                    waiting.append((path, around | {at}))
+            elif path.name != NAME and kind in (stat.S_IFREG, None):  # a pipe is no file
                 yield path.relative_to(folder).as_posix()
+
+
+def in_output(path: Path, output: Path | None) -> bool:
+    """Whether a path leads into the folder of the outputs, which are no input."""
+    return output is not None and real(path).is_relative_to(real(output))
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError as error:
+        raise _unreadable(folder, error) from error
+
+
+def _kind(path: Path) -> int | None:
+    """Type of the file that a path leads to; None for a link to nothing, which is reported where it is read."""
+    try:
+        return stat.S_IFMT(path.stat().st_mode)
+    except OSError as error:
+        if error.errno in (errno.ENOENT, errno.ELOOP):
+            return None
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: OSError) -> PostprocError:
+    text = f"cannot read `{path}`: {error.strerror}"
+    return PostprocError.of("BAT002", text, help="check its rights; nothing was done, and no output taken out")
 
 
 def _suffix(name: str) -> str:

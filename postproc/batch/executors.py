@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -19,7 +20,8 @@ class Pool:
     """Makes executors.
 
     Args:
-        make: an executor of so many workers (a cluster has its own number); it is shut down after use.
+        make: an executor of so many workers (a cluster has its own number); it is shut down after use. Raises BAT007
+            where the cluster is lost.
         workers: how many jobs run at once.
         repeats: a job whose worker is lost has not been tried again; a scheduler does that by itself.
     """
@@ -65,6 +67,8 @@ def cluster_pool(address: str, timeout: float = 10.0) -> Iterator[Pool]:
     except ImportError:
         text = "the library `distributed` is not installed"
         raise PostprocError.of("BAT007", text, help="install the extra: `pip install postproc[cluster]`") from None
+    # It prints tracebacks of connections that are lost; what matters is told as a finding.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         make_client: Any = Client  # untyped
         client = make_client(address, timeout=timeout, set_as_default=False)

@@ -12,17 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from postproc.batch.values import Job, Settings, Task
-from postproc.compensate.options import Options
+from postproc.batch.values import Job, Task
 from postproc.diagnostics import Source
-from postproc.effects.registry import effect_library
+from postproc.files import real
 from postproc.model.arm import Model
-from postproc.model.file import DEFAULT_ROBOT, default_model, read_model
 from postproc.rapid.program.read_only import lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
-from postproc.robot.catalogue import load_robot
 from postproc.robot.controller import read_quietly
+from postproc.settings import Settings
 from postproc.tomlfile import read_source
 
 LIBRARIES = ("numpy", "scipy", "toppra", "ruckig", "pin", "py-opw-kinematics", "jinja2")
@@ -34,41 +32,29 @@ class Converter:
 
     Args:
         model: pickled; fingerprint: hash of model, options, templates and effect code.
-        robot: library name of its arm; chosen: whether the user named arm or model.
+        robot: library name of its arm; settings: where all of it comes from.
     """
 
     model: bytes
     robot: str
-    chosen: bool
-    options: Options
+    settings: Settings
     fingerprint: str
     side_files: tuple[Source, ...]
 
 
-def read_settings(settings: Settings, robot: str | None = None) -> Converter:
-    """Read model, effects and side files.
-
-    Args:
-        robot: the arm that the controller's configuration names, for settings that name neither arm nor model.
+def read_converter(settings: Settings, model: Model) -> Converter:
+    """Read effects, templates and side files.
 
     Raises:
         PostprocError: what is wrong with one of the files.
     """
-    chosen = settings.model is not None or settings.robot is not None
-    name = settings.robot or (robot if not chosen else None)
-    if settings.model is None:
-        model = default_model(name or DEFAULT_ROBOT)
-    else:
-        model = read_model(settings.model, effect_library(settings.effects))
-        if name is not None:
-            model = replace(model, robot=load_robot(name), robot_name=name)
     code = [_read(path) for path in settings.effects]
     folder = settings.options.template_dir
     environment(folder)  # says whether the folder is there
     templates = {p.name: _read(p) for p in sorted(folder.glob("*.j2"))} if folder is not None else {}
     sides = tuple(Source(str(path), _read(path), lent=True) for path in settings.side_files)
     stated = (_software(), _stated(model), replace(settings.options, template_dir=None), code, templates)
-    return Converter(pickle.dumps(model), model.robot.name, chosen, settings.options, _digest(stated), sides)
+    return Converter(pickle.dumps(model), model.robot.name, settings, _digest(stated), sides)
 
 
 def _software() -> tuple[Any, ...]:
@@ -98,12 +84,12 @@ def read_job(root: Path, task: Task, converter: Converter) -> Job:
     """
     own = [Source(name, _read(root / name)) for name in task.files]
     shared = [Source(name, _read(root / name), lent=True) for name in task.shared]
-    given = {(root / name).resolve() for name in (*task.files, *task.shared)}
-    shared += [s for s in converter.side_files if Path(s.path).resolve() not in given]
+    given = {real(root / name) for name in (*task.files, *task.shared)}
+    shared += [s for s in converter.side_files if real(Path(s.path)) not in given]
     shared += lent_values([*own, *shared], lambda: (Source(name, read_quietly(root / name)) for name in task.beside))
     content = [(s.path, s.data) for s in own], [(s.path, s.data) for s in shared]
-    key = _digest((converter.fingerprint, content, task.base))
-    return Job(task.name, key, (*own, *shared), converter.model, replace(converter.options, base=task.base))
+    key = _digest((converter.fingerprint, content))
+    return Job(task.name, key, (*own, *shared), converter.model, converter.settings.options)
 
 
 def _read(path: Path) -> bytes:

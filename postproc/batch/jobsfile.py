@@ -2,45 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import Field
 
-from postproc.batch.discover import discover
-from postproc.batch.values import Inventory, Plan, Settings, Task
+from postproc.batch.discover import OUTSIDE, discover, in_output, with_arm
+from postproc.batch.values import Inventory, Plan, Task
+from postproc.choices import Choices, with_choices
 from postproc.diagnostics import PostprocError, Source
+from postproc.files import real, stays_inside
 from postproc.rapid.program.program import ENDINGS
+from postproc.settings import Settings
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
-Vec3 = tuple[float, float, float]
 MOST_NAMES = 10  # that a finding lists
+SettingsAt = Callable[[Path], Settings]
+"""What holds for the programs of a folder: ``postproc.toml`` found from there, and the command line."""
 
 
-class _Choices(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
-    model: str | None = None
-    robot: str | None = None
+class _Choices(Choices):
     effects: list[str] | None = None
-    side_files: Annotated[list[str] | None, Field(alias="with")] = None
-    force: Vec3 | None = None
-    moment: Vec3 | None = None
-    force_on: Literal["all", "arc"] | None = None
-    inertia: bool | None = None
-    tolerance_mm: Annotated[float, Field(gt=0)] | None = None
-    template: str | None = None
-    constant: list[str] | None = None
-    channel: dict[str, FiniteFloat] | None = None
-    free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
     entry: str | None = None
 
 
 class _Job(_Choices):
     folder: str | None = None
-    only: list[str] = ["*"]
-    files: list[str] = []
+    only: tuple[str, ...] = ("*",)
+    files: tuple[str, ...] = ()
     name: str | None = None
 
 
@@ -48,24 +41,26 @@ class _File(_Choices):
     job: Annotated[list[_Job], Field(min_length=1)]
 
 
-def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
+def read_plan(folder_or_jobs: Path, settings_at: SettingsAt, output: Path) -> Plan:
     """What a batch does with a folder, a list of modules (.pgf) or a jobs file, whose choices win over the settings.
 
     Raises:
         PostprocError: BAT001 there is nothing to convert, BAT009 something is wrong in the jobs file.
     """
+    settings_at = cache(settings_at)
     if folder_or_jobs.is_dir():
         found = discover(folder_or_jobs, output)
-        plan = Plan(found.root, tuple((task, settings) for task in found.tasks), found.copies)
+        plan = Plan(found.root, tuple((t, _settled(t, found.root, settings_at)) for t in found.tasks), found.copies)
     elif folder_or_jobs.suffix.lower() == ".pgf" and folder_or_jobs.is_file():
         found = discover(folder_or_jobs.parent, output)
-        listed = tuple((task, settings) for task in found.tasks if task.name == folder_or_jobs.name)
-        plan = Plan(found.root, listed, (folder_or_jobs.name,))
+        listed = [task for task in found.tasks if task.name == folder_or_jobs.name]
+        tasks = tuple((task, _settled(task, found.root, settings_at)) for task in listed)
+        plan = Plan(found.root, tasks, (folder_or_jobs.name,))
     elif folder_or_jobs.suffix.lower() in ENDINGS:
         text, help_ = f"`{folder_or_jobs}` is one program", "use `postproc compensate`, or name its folder"
         raise PostprocError.of("BAT001", text, help=help_)
     else:
-        plan = _planned(read_source(folder_or_jobs, "BAT001"), settings, output)
+        plan = _planned(read_source(folder_or_jobs, "BAT001"), settings_at, output)
     if not plan.tasks:
         text = f"there is no RAPID module in `{folder_or_jobs}`"
         help_ = "name a folder with .mod, .prg, .sys, .modx or .sysx files, or a jobs file"
@@ -73,28 +68,28 @@ def read_plan(folder_or_jobs: Path, settings: Settings, output: Path) -> Plan:
     return plan
 
 
-def _planned(source: Source, settings: Settings, output: Path) -> Plan:
+def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
     content = parse_toml(source, "BAT009")
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
         raise PostprocError.of("BAT009", text, source, None, help_)
     file = check(_File, content, source, "BAT009")
     root = Path(source.path).parent
-    base = _chosen(settings, file, root)
     tasks: dict[str, tuple[Task, Settings]] = {}
     owner: dict[str, str] = {}
     copies: set[str] = set()
     for index, job in enumerate(file.job):
-        chosen = _chosen(base, job, root)
         found = _found(source, root, index, job, output)
         _named(source, index, job, found)
         for task in found.tasks:
+            if job.files and task.name in tasks:
+                raise _wrong(source, index, f"there is a task `{task.name}` already", "give another `name`")
             if task.name in tasks or not any(fnmatchcase(task.name, pattern) for pattern in _patterns(job)):
                 continue
             twice = next((f for f in task.files if f in owner), None)
             if twice is not None:
                 raise _wrong(source, index, f"`{twice}` belongs to `{owner[twice]}` too", "name each file in one job")
-            tasks[task.name] = (task, chosen)
+            tasks[task.name] = (task, _settled(task, root, settings_at, *((source, c) for c in (file, job))))
             owner.update(dict.fromkeys(task.files, task.name))
         copies.update(found.copies)
     return Plan(root, tuple(tasks[name] for name in sorted(tasks)), tuple(sorted(copies - owner.keys())))
@@ -120,13 +115,24 @@ def _found(source: Source, root: Path, index: int, job: _Job, output: Path) -> I
         raise _wrong(source, index, "a job needs `folder` or `files`", "give one of them")
     if job.folder is not None:
         folder = root / job.folder
-        if not folder.is_dir() or not folder.resolve().is_relative_to(root.resolve()):
+        inside = stays_inside(job.folder) and real(folder).is_relative_to(real(root))
+        if not (folder.is_dir() and (inside or Path(job.folder) == Path())):
             text = f"`{job.folder}` is not a folder beside or below the jobs file"
             raise _wrong(source, index, text, "the tree of outputs mirrors what stands below the jobs file", "folder")
         return _below(discover(folder, output), root, Path(job.folder))
     names: list[str] = []
     for pattern in job.files:
-        matched = sorted(p.relative_to(root).as_posix() for p in root.glob(pattern) if p.is_file())
+        if not stays_inside(pattern):
+            help_ = "name files beside or below the jobs file; lend others with `with`"
+            raise _wrong(source, index, f"`{pattern}` leads out of the folder of the jobs file", help_, "files")
+        try:
+            there = [p for p in root.glob(pattern) if p.is_file() and not in_output(p, output)]
+        except (ValueError, OSError, NotImplementedError) as error:
+            raise _wrong(
+                source, index, f"`{pattern}` is no pattern of files: {error}", "write *.mod", "files"
+            ) from error
+        below = (p.relative_to(root) for p in there)
+        matched = sorted(name.as_posix() for name in below if not OUTSIDE & {*name.parts})
         if not matched:
             raise _wrong(source, index, f"no file matches `{pattern}`", "paths start at the jobs file", "files")
         names += [name for name in matched if name not in names]
@@ -140,29 +146,33 @@ def _below(found: Inventory, root: Path, folder: Path) -> Inventory:
         return tuple((folder / name).as_posix() for name in names)
 
     tasks = tuple(
-        replace(t, name=(folder / t.name).as_posix(), files=moved(t.files), shared=moved(t.shared)) for t in found.tasks
+        replace(
+            t,
+            name=(folder / t.name).as_posix(),
+            files=moved(t.files),
+            shared=moved(t.shared),
+            beside=moved(t.beside),
+        )
+        for t in found.tasks
     )
     return Inventory(root, tasks, moved(found.copies))
 
 
-def _chosen(settings: Settings, choices: _Choices, root: Path) -> Settings:
-    given: dict[str, Any] = {
-        "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
-        "template_dir": None if choices.template is None else root / choices.template,
-        "constants": None if choices.constant is None else tuple(choices.constant),
-        "channels": None if choices.channel is None else tuple(choices.channel.items()),
-        **{name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "free_axes", "entry")},
-    }
-    options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
-    chosen = replace(settings, options=options)
-    if choices.model is not None:
-        chosen = replace(chosen, model=root / choices.model, robot=None)
-    if choices.robot is not None:
-        chosen = replace(chosen, robot=choices.robot)
+def _settled(task: Task, root: Path, settings_at: SettingsAt, *layers: tuple[Source, _Choices]) -> Settings:
+    """The settings of a task: those of its folder, then those of a jobs file and a job, then the arm it drives."""
+    settings = settings_at((root / task.files[0]).parent if task.files else root)
+    for source, choices in layers:
+        settings = _chosen(settings, choices, source)
+    return with_arm(settings, task)
+
+
+def _chosen(settings: Settings, choices: _Choices, source: Source) -> Settings:
+    root = Path(source.path).parent
+    chosen = with_choices(settings, choices, root, source.path)
     if choices.effects is not None:
         chosen = replace(chosen, effects=tuple(root / path for path in choices.effects))
-    if choices.side_files is not None:
-        chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
+    if choices.entry is not None:
+        chosen = replace(chosen, options=replace(chosen.options, entry=choices.entry))
     return chosen
 
 

@@ -6,8 +6,6 @@ next run. A line of the journal follows the files it speaks of: a run that was k
 
 from __future__ import annotations
 
-import json
-import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
@@ -16,19 +14,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
 from itertools import chain
-from pathlib import Path
-from typing import IO, Any
+from pathlib import Path, PurePosixPath
+from typing import IO
 
+from postproc.batch.lines import COPY, STATE, Line, Subject, encoded, read_lines, subject
 from postproc.batch.values import Result
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.files import real, why, write_whole
 from postproc.grouping import grouped
 
-STATE = ".postproc"
 EDITED = "edited"  # in it: files of the tree that somebody changed
-Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
-KINDS = {"name": str, "key": str, "status": str, "outputs": dict}
-Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
-COPY = "copy"  # key of files that are not converted
 
 
 @dataclass
@@ -37,13 +32,16 @@ class Journal:
 
     Args:
         root: the output folder; part: which run writes here, ``all`` or the shard's name.
-        before: lines of earlier runs, the newest last; now: those of this run.
+        before: lines of earlier runs, the newest last; now: those of this run; held: what is kept though not seen now.
+        findings: about the journal itself.
     """
 
     root: Path
     part: str
     before: dict[Subject, list[Line]]
     log: IO[bytes]
+    findings: list[Diagnostic]
+    held: set[Subject] = field(default_factory=set)
     now: dict[Subject, Line] = field(default_factory=dict)
 
     @cached_property
@@ -63,21 +61,24 @@ class Journal:
         return None
 
     def holds(self, path: str, hash_: str) -> bool:
-        try:
-            return sha256((self.root / path).read_bytes()).hexdigest() == hash_
-        except OSError:
-            return False
+        return self._inside(path) and _hash(self.root / path) == hash_
+
+    def _inside(self, path: str) -> bool:
+        """Whether a file of the tree is in it: a folder of it may have become a link."""
+        return real((self.root / path).parent).is_relative_to(real(self.root))
 
     def keep(self, line: Line) -> Line:
         """Take over a line of an earlier run."""
-        self.now[_subject(line)] = line
+        self.now[subject(line)] = line
         return line
+
+    def hold(self, name: str, copied: bool = False) -> None:
+        """Keep what earlier runs made of an input that cannot be read now: it is not gone."""
+        self.held.add((copied, name))
 
     def add(self, result: Result) -> Line:
         """Write the files of a result, then its line; the line as it is told, with what was edited by hand since."""
-        edited = [d.as_json() for path, data in result.outputs.items() for d in self.spare(path, data)]
-        for path, data in result.outputs.items():
-            self.write(path, data)
+        edited = [d.as_json() for path, data in result.outputs.items() for d in self.put(path, data)]
         line = self.note(
             {
                 "name": result.name,
@@ -90,51 +91,61 @@ class Journal:
         )
         return {**line, "findings": [*line["findings"], *edited]}
 
-    def spare(self, path: str, data: bytes) -> Iterator[Diagnostic]:
-        """Put a file aside that is about to be written anew and is not as a batch wrote it."""
-        try:
-            there = (self.root / path).read_bytes()
-        except OSError:
-            return
-        hash_ = sha256(there).hexdigest()
-        if there != data and hash_ not in self.written.get(path, set()):
-            kept = f"{STATE}/{EDITED}/{path}.{hash_[:8]}"  # each edit by itself
-            self.write(kept, there)
-            text = f"`{path}` was edited since a batch wrote it, and is written anew"
-            help_ = f"the edited file is kept as `{self.root / kept}`: make such changes in the input"
-            yield Diagnostic("BAT016", "warning", text, help=help_)
-
-    def copy(self, path: str, data: bytes) -> None:
-        """Put a file into the tree as it is."""
+    def copy(self, path: str, data: bytes) -> list[Diagnostic]:
+        """Put a file into the tree as it is; what was edited by hand since."""
         hash_ = sha256(data).hexdigest()
         line = {"name": path, "key": COPY, "status": COPY, "outputs": {path: hash_}, "figures": {}, "findings": []}
-        if not self.holds(path, hash_):
-            self.write(path, data)
+        edited = [] if self.holds(path, hash_) else self.put(path, data)
         if line in self.before.get((True, path), []):
             self.keep(line)
         else:
             self.note(line)
+        return edited
 
     def note(self, line: Line) -> Line:
-        self.now[_subject(line)] = line
+        self.now[subject(line)] = line
         if line["key"]:
-            self.log.write(_encoded(line))
+            self.log.write(encoded(line))
             self.log.flush()
         return line
 
-    def write(self, path: str, data: bytes) -> None:
-        """A file of the tree: written apart, forced to the disk, renamed."""
+    def put(self, path: str, data: bytes) -> list[Diagnostic]:
+        """Write a file of the tree; what is in its way and not as a batch wrote it is put aside."""
+        above = [name for parent in PurePosixPath(path).parents if (name := str(parent)) != "."]
+        way = [name for name in above if _is_file(self.root / name)]
         target = self.root / path
-        unfinished = _unfinished(self.root, self.part) / target.name
+        if target.is_dir() and not target.is_symlink():
+            below = sorted(p for p in target.rglob("*") if _is_file(p))
+            way += [p.relative_to(self.root).as_posix() for p in below]
+        elif _hash(target) not in (None, sha256(data).hexdigest()):
+            way.append(path)
+        edited = [d for name in way for d in self.spare(name)]
         try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with open(unfinished, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(unfinished, target)
+            for name in way:
+                (self.root / name).unlink()
+            if target.is_dir() and not target.is_symlink():
+                shutil.rmtree(target)  # empty folders
         except OSError as error:
             raise _not_written(target, error) from error
+        self.write(path, data)
+        return edited
+
+    def spare(self, path: str) -> Iterator[Diagnostic]:
+        """Put a file aside that makes way, unless it is as a batch wrote it."""
+        hash_ = _hash(self.root / path)
+        if hash_ is not None and hash_ not in self.written.get(path, set()):
+            kept = f"{STATE}/{EDITED}/{hash_[:8]}/{path}"  # each edit by itself
+            self.write(kept, (self.root / path).read_bytes())
+            text = f"`{path}` was edited since a batch wrote it, and is written anew"
+            help_ = f"the edited file is kept as `{self.root / kept}`: make such changes in the input"
+            yield Diagnostic("BAT016", "warning", text, help=help_)
+
+    def write(self, path: str, data: bytes) -> None:
+        """A file of the tree: written apart, forced to the disk, renamed."""
+        try:
+            write_whole(self.root / path, data, _unfinished(self.root, self.part))
+        except OSError as error:
+            raise _not_written(self.root / path, error) from error
 
     def remove(self, outputs: Mapping[str, str]) -> None:
         """Take files out of the tree, but only as this program wrote them; emptied folders go too."""
@@ -142,9 +153,8 @@ class Journal:
             if self.holds(path, hash_):
                 (self.root / path).unlink()
                 for folder in (self.root / path).parents:
-                    if folder == self.root or any(folder.iterdir()):
+                    if folder == self.root or not _removed(folder):
                         break
-                    folder.rmdir()
 
     def close(self, owns: Callable[[str], bool], foreign: AbstractSet[str]) -> None:
         """Take out what no input stands behind any more; write the journal anew, sorted, without what is past.
@@ -152,13 +162,14 @@ class Journal:
         Args:
             owns: whether a task or file is this run's business; foreign: files that other runs put into the tree.
         """
-        current = {path for line in self.now.values() for path in line["outputs"]} | foreign
+        held = [self.before[one][-1] for one in self.held if one in self.before]
+        lines = [line for line in self.now.values() if line["key"]] + held
+        current = {path for line in lines for path in line["outputs"]} | foreign
         for line in chain.from_iterable(self.before.values()):
             if owns(line["name"]):
                 self.remove({p: h for p, h in line["outputs"].items() if p not in current})
         self.log.close()
-        lines = sorted((line for line in self.now.values() if line["key"]), key=_subject)
-        self.write(f"{STATE}/{self.part}.jsonl", b"".join(map(_encoded, lines)))
+        self.write(f"{STATE}/{self.part}.jsonl", b"".join(map(encoded, sorted(lines, key=subject))))
 
 
 @contextmanager
@@ -171,49 +182,57 @@ def open_journal(root: Path, part: str) -> Iterator[Journal]:
     state = root / STATE
     try:
         _unfinished(root, part).mkdir(parents=True, exist_ok=True)
-        lock = (state / f"{part}.lock").open("wb")
+        lock = (state / f"{part}.lock").open("ab")
     except OSError as error:
         raise _not_written(root, error) from error
     with lock:
         if not _locked(lock):
             text = f"another batch is writing in `{root}`"
             raise PostprocError.of("BAT003", text, help="wait for it, or give each run its own -o")
-        for unfinished in _unfinished(root, part).iterdir():
-            unfinished.unlink()
+        shutil.rmtree(_unfinished(root, part), ignore_errors=True)
+        _unfinished(root, part).mkdir(exist_ok=True)
         journals = sorted(state.glob("*.jsonl"), key=lambda p: p.stem == part)
-        before = grouped((_subject(line), line) for path in journals for line in _lines(path))
-        with open(state / f"{part}.jsonl", "ab") as log:
+        findings: list[Diagnostic] = []
+        try:
+            before = grouped((subject(line), line) for path in journals for line in read_lines(path, findings))
+            log = open(state / f"{part}.jsonl", "ab")  # noqa: SIM115
+        except OSError as error:
+            raise _not_written(state, error) from error
+        with log:
             if log.tell():
                 log.write(b"\n")  # what was killed in the middle of a line must not join the next one
-            yield Journal(root, part, before, log)
+            yield Journal(root, part, before, log, findings)
         shutil.rmtree(_unfinished(root, part), ignore_errors=True)
 
 
 def _not_written(path: Path, error: OSError) -> PostprocError:
-    text = f"cannot write `{path}`: {error.strerror}"
-    return PostprocError.of("BAT004", text, help="check the folder, its rights and the space on the disk")
+    reason, help_ = why(error)
+    return PostprocError.of("BAT004", f"cannot write `{path}`: {reason}", help=help_)
 
 
 def _unfinished(root: Path, part: str) -> Path:
     return root / STATE / f"{part}.unfinished"
 
 
-def _encoded(line: Mapping[str, Any]) -> bytes:
-    return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+def _removed(folder: Path) -> bool:
+    """Take out a folder, if it is empty."""
+    try:
+        folder.rmdir()
+    except OSError:
+        return False
+    return True
 
 
-def _subject(line: Line) -> Subject:
-    return line["key"] == COPY, str(line["name"])
+def _is_file(path: Path) -> bool:
+    return path.is_symlink() or (path.exists() and not path.is_dir())
 
 
-def _lines(path: Path) -> Iterator[Line]:
-    for text in path.read_bytes().split(b"\n"):
-        try:
-            line = json.loads(text)
-        except ValueError:
-            continue  # empty, or torn by a kill
-        if isinstance(line, dict) and all(isinstance(line.get(name), kind) for name, kind in KINDS.items()):
-            yield {"figures": {}, "findings": [], **line}
+def _hash(path: Path) -> str | None:
+    """Hash of a file; None where there is none that can be read."""
+    try:
+        return sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
 
 
 def _locked(file: IO[bytes]) -> bool:

@@ -4,53 +4,117 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
-from dataclasses import replace
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from postproc.batch.discover import CONTROLLER, other_arm
 from postproc.batch.executors import Pool
-from postproc.batch.jobs import Converter, read_job, read_settings
-from postproc.batch.journal import Journal, open_journal
+from postproc.batch.jobs import Converter, read_converter, read_job
+from postproc.batch.journal import EDITED, Journal, open_journal
+from postproc.batch.lines import STATE
 from postproc.batch.nearby import LACKING, help_nearby
-from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Settings, Shard, Task, failed
+from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Shard, Task, failed
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
+from postproc.files import check_tree
+from postproc.settings import Settings, read_arm
 
 AHEAD = 3  # jobs per worker that are read and waiting: workers never starve, memory stays bounded
 
 
-def run_batch(plan: Plan, out: Path, pool: Pool, shard: Shard, tell: Callable[[Outcome], None]) -> Batch:
-    """Convert every task of a plan into a mirrored tree.
+@dataclass(frozen=True)
+class Ready:
+    """The tasks of one shard with what each is converted with, or why it cannot be, by name; and the whole plan.
+
+    Args:
+        out: the folder of the tree; nothing that will be written there is an input.
+    """
+
+    plan: Plan
+    shard: Shard
+    out: Path
+    tasks: tuple[Task, ...]
+    converters: Mapping[str, Converter | PostprocError]
+
+
+def get_ready(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> Ready:
+    """Read models, effects and side files, and check what will be written.
 
     Args:
         out: the folder of the tree; a run that was stopped goes on where it was.
+        beside: files that are written besides the tree.
+
+    Raises:
+        PostprocError: one of the files cannot be used, no arm is named for any task, or an output is an input or leads
+            out of its folder. What is wrong with an arm that a controller's configuration names fails its tasks.
+    """
+    _check_paths(plan, shard, out, *beside)
+    tasks = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
+    read: dict[Settings, Converter] = {}
+    converters: dict[str, Converter | PostprocError] = {}
+    for task, settings in tasks:
+        try:
+            if settings not in read:
+                read[settings] = read_converter(settings, read_arm(settings, task.name, task.unknown))
+            converters[task.name] = read[settings]
+        except PostprocError as error:
+            if settings.names_arm and settings.robot_from != CONTROLLER:
+                raise
+            converters[task.name] = error
+    errors = [found for found in converters.values() if isinstance(found, PostprocError)]
+    if errors and len(errors) == len(converters) and not any(settings.names_arm for _, settings in tasks):
+        raise PostprocError([d for error in errors for d in error.diagnostics])
+    return Ready(plan, shard, out, tuple(task for task, _ in tasks), converters)
+
+
+def _check_paths(plan: Plan, shard: Shard, out: Path, *beside: Path | None) -> None:
+    """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
+    part = shard.part
+    mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
+    lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
+    stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
+    state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]
+    reads = dict.fromkeys([*(plan.root / name for name in (*mirrored, *lent)), *stated])
+    check_tree(out, mirrored, state, reads, *beside)
+
+
+def run_batch(ready: Ready, pool: Pool, tell: Callable[[Outcome], None]) -> Batch:
+    """Convert the tasks of a plan into a mirrored tree.
+
+    Args:
         tell: called with every outcome as it is known.
 
     Raises:
-        PostprocError: settings that cannot be read, an output folder that cannot be written (BAT003, BAT004).
+        PostprocError: an output folder that cannot be written (BAT003, BAT004).
     """
-    mine = [(task, settings) for task, settings in plan.tasks if shard.owns(task.name)]
+    plan, shard, converters = ready.plan, ready.shard, ready.converters
     copies = [path for path in plan.copies if shard.owns(path)]
     foreign = {f for t, _ in plan.tasks if not shard.owns(t.name) for f in t.files}
     foreign |= {path for path in plan.copies if not shard.owns(path)}
-    converters = {settings: read_settings(settings) for settings in {s for _, s in mine}}
-    with open_journal(out, shard.part) as journal:
-        findings = [f for path in copies for f in _copy(plan.root, path, journal)]
+    with open_journal(ready.out, shard.part) as journal:
+        findings = [d.as_json() for path in copies for d in _copy(plan.root, path, journal)]
+        findings += [d.as_json() for d in journal.findings]
         outcomes: list[Outcome] = []
-        stated = {task.name: (task, _stated(task, converters[settings])) for task, settings in mine}
+        tasks = {task.name: task for task in ready.tasks}
 
         def note(line: Mapping[str, Any], cached: bool) -> None:
-            task, first = stated[line["name"]]
-            told = (*first, *(_named(plan.root, finding) for finding in line["findings"]))
-            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told))
+            task = tasks[line["name"]]
+            found = converters[task.name]
+            first = [*task.findings, *(other_arm(task, found.robot) if isinstance(found, Converter) else ())]
+            told = (*(d.as_json() for d in first), *(_named(plan.root, finding) for finding in line["findings"]))
+            arm = found.settings.document(found.robot) if isinstance(found, Converter) else {}
+            outcomes.append(Outcome(task, line["status"], cached, line["figures"], told, arm))
             tell(outcomes[-1])
 
         def todo() -> Iterator[Job]:
-            for task, settings in mine:
-                job = _prepare(plan.root, task, settings, converters[settings])
+            for task in ready.tasks:
+                job = _prepare(plan.root, task, converters[task.name])
                 line = journal.find(job.name, job.key) if isinstance(job, Job) else None
                 if isinstance(job, Result):
+                    if any(finding["code"] == "BAT002" for finding in job.findings):
+                        journal.hold(job.name)
                     note(journal.add(job), cached=False)
                 elif line is not None:
                     note(journal.keep(line), cached=True)
@@ -61,33 +125,20 @@ def run_batch(plan: Plan, out: Path, pool: Pool, shard: Shard, tell: Callable[[O
             note(journal.add(result), cached=False)
         journal.close(shard.owns, foreign)
     outcomes.sort(key=lambda o: o.task.name)
-    return Batch(tuple(outcomes), len(copies) - len(findings), tuple(findings))
+    missing = sum(finding["severity"] == "error" for finding in findings)
+    return Batch(tuple(outcomes), len(copies) - missing, tuple(findings))
 
 
-def _prepare(root: Path, task: Task, settings: Settings, converter: Converter) -> Job | Result:
+def _prepare(root: Path, task: Task, converter: Converter | PostprocError) -> Job | Result:
     """The job of a task, or why there is none."""
     if has_errors(task.findings):
         return failed(task.name, "", final=False)
-    if task.unknown is not None and not converter.chosen:
-        return failed(task.name, "", task.unknown, final=False)
     try:
-        if task.robot is not None and task.robot != converter.robot and not converter.chosen:
-            converter = read_settings(settings, task.robot)
+        if isinstance(converter, PostprocError):
+            raise converter
         return read_job(root, task, converter)
     except PostprocError as error:
         return failed(task.name, "", *error.diagnostics, final=False)
-
-
-def _stated(task: Task, converter: Converter) -> tuple[Mapping[str, Any], ...]:
-    """What is to be said about a task before it is converted."""
-    found = list(task.findings)
-    if converter.chosen and task.robot is not None and task.robot != converter.robot:
-        text = f"the controller drives `{task.robot}` with this task, the model is of `{converter.robot}`"
-        help_ = "give each arm's model to its tasks in a jobs file"
-        found.append(Diagnostic("BAT012", "warning", text, help=help_))
-    if converter.chosen and task.unknown is not None:
-        found.append(replace(task.unknown, severity="info", help="the arm or model that was named is used"))
-    return tuple(d.as_json() for d in found)
 
 
 def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -98,14 +149,13 @@ def _named(root: Path, finding: Mapping[str, Any]) -> Mapping[str, Any]:
     return finding if told is None else {**finding, "help": told}
 
 
-def _copy(root: Path, path: str, journal: Journal) -> Iterator[Mapping[str, Any]]:
+def _copy(root: Path, path: str, journal: Journal) -> list[Diagnostic]:
     try:
         data = (root / path).read_bytes()
     except OSError as error:
-        text = f"cannot copy `{path}`: {error.strerror}"
-        yield Diagnostic("BAT002", "error", text, help="check its rights").as_json()
-        return
-    journal.copy(path, data)
+        journal.hold(path, copied=True)
+        return [Diagnostic("BAT002", "error", f"cannot copy `{path}`: {error.strerror}", help="check its rights")]
+    return journal.copy(path, data)
 
 
 def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
@@ -116,6 +166,7 @@ def work_through(jobs: Iterable[Job], pool: Pool) -> Iterator[Result]:
     waiting, before = iter(jobs), set[str]()
     while lost := (yield from _until_broken(waiting, pool)):
         if not pool.repeats:
+            pool.make(pool.workers)  # the whole cluster may be gone: no task is to blame
             yield from map(_killer, lost)
             continue
         for job in lost:

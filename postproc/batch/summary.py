@@ -7,6 +7,7 @@ from typing import Any
 
 from postproc.batch.values import Batch, Outcome
 from postproc.batch.work import MEASURED
+from postproc.diagnostics import one_line
 
 HEAD = ("task", "result", "before mm", "after mm", "added", "left", "unproved", "warnings")
 MOST_ROWS = 40
@@ -18,14 +19,14 @@ def result_line(outcome: Outcome) -> str:
     if f := outcome.figures:
         fell = " -> ".join(f"{length} mm" for length in _lengths(f) if length) or "no line or arc could be measured"
         text = f"{fell}, {f['added_targets']} targets added"
-    return f"{outcome.task.name}: {text}{' (done before)' if outcome.cached else ''}"
+    return f"{one_line(outcome.task.name)}: {text}{' (done before)' if outcome.cached else ''}"
 
 
 def finding_line(found: Mapping[str, Any]) -> str:
     """A finding on one line, as compilers write them."""
     place = ":".join(str(found[key]) for key in ("path", "line", "column") if found[key] is not None)
     help_ = f" ({found['help']})" if found["help"] else ""
-    return f"{place + ': ' if place else ''}{found['severity']}[{found['code']}]: {found['message']}{help_}"
+    return one_line(f"{place + ': ' if place else ''}{found['severity']}[{found['code']}]: {found['message']}{help_}")
 
 
 def table_lines(batch: Batch) -> Iterator[str]:
@@ -61,7 +62,7 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
     warnings = sum(found["severity"] == "warning" for found in outcome.findings)
     reason = next((f": {found['code']}" for found in outcome.findings if found["severity"] == "error"), "")
     result = outcome.status + (reason if outcome.status == "failed" else "") + (", as before" if outcome.cached else "")
-    return (outcome.task.name, result, *figures, str(warnings or ""))
+    return (one_line(outcome.task.name), result, *figures, str(warnings or ""))
 
 
 def sum_line(batch: Batch, seconds: float) -> str:

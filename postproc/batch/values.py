@@ -12,6 +12,7 @@ from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.program.records import Pose
+from postproc.settings import Settings
 
 Status = Literal["compensated", "unchanged", "failed"]
 
@@ -48,24 +49,6 @@ class Inventory:
     root: Path
     tasks: tuple[Task, ...] = ()
     copies: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How tasks are converted.
-
-    Args:
-        model: model file, None for the shipped model of the arm.
-        robot: arm of the library, in place of the model's and of what the controller's configuration says.
-        effects: Python files with effects.
-        side_files: modules with tools and frames that are read along with every task and never written.
-    """
-
-    model: Path | None = None
-    robot: str | None = None
-    effects: tuple[Path, ...] = ()
-    side_files: tuple[Path, ...] = ()
-    options: Options = field(default_factory=Options)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +118,18 @@ class Shard:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a task: done now, or taken over from an earlier run (``cached``)."""
+    """What became of a task: done now, or taken over from an earlier run (``cached``).
+
+    Args:
+        arm: keys of the document about the arm and what is corrected.
+    """
 
     task: Task
     status: Status
     cached: bool
     figures: Mapping[str, Any]
     findings: tuple[Mapping[str, Any], ...]
+    arm: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -149,6 +137,7 @@ class Outcome:
             "status": self.status,
             "cached": self.cached,
             "files": list(self.task.files),
+            **self.arm,
             **self.figures,
             "diagnostics": list(self.findings),
         }
@@ -156,7 +145,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """All outcomes by name, how many files were copied, and what could not be copied."""
+    """All outcomes by name, how many files were copied, and what was found about copies and the output folder."""
 
     outcomes: tuple[Outcome, ...]
     copied: int
@@ -164,7 +153,7 @@ class Batch:
 
     @property
     def failed(self) -> bool:
-        return bool(self.findings) or any(o.status == "failed" for o in self.outcomes)
+        return any(f["severity"] == "error" for f in self.findings) or any(o.status == "failed" for o in self.outcomes)
 
     @property
     def counts(self) -> dict[str, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
 from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile
 from postproc.cli.output import check_outputs, write, write_model
-from postproc.cli.report import print_json, say, say_next, show
+from postproc.cli.report import print_json, put, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
@@ -44,11 +44,11 @@ def run(
     found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
-        write(report, addition_page(short_names(model, *keys, *data), found).encode())
+        write(report, addition_page(short_names(model, *keys, *data), found))
     if json:
         print_json(found.as_json())
     else:
-        (say if output is None else print)(found.text())
+        (say if output is None else put)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:
             say_next("says whether more is missing", "diagnose", output, *data, *table.words(effects))
             words = ("compensate", "PROGRAM", "-m", output, *effect_words(effects), "-o", "OUT")

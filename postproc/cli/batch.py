@@ -10,15 +10,16 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from postproc.batch.values import Settings, Shard
+from postproc.batch.values import Shard
 from postproc.cli.conversion import ConvertOptions
-from postproc.cli.options import Flag, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, ReportFile
 from postproc.cli.output import check_outputs, write
-from postproc.cli.progress import reporting
+from postproc.cli.progress import arm_lines, reporting
 from postproc.cli.report import print_json, say, unmeasured
 from postproc.diagnostics import PostprocError
+from postproc.files import real
 
-Workers = Annotated[int | None, Parameter(validator=Number(gte=1))]
+Workers = Annotated[int | None, AS_WRITTEN, Parameter(validator=Number(gte=1))]
 
 
 def run(
@@ -40,38 +41,44 @@ def run(
     Args:
         folder_or_jobs: folder with programs, or a jobs file (TOML).
         output: folder for the outputs.
-        workers: processes on this machine. Default: one for each core.
+        workers: processes on this machine. Default: what ``[batch]`` of postproc.toml says, else one for each core.
         scheduler: address of a Dask scheduler whose workers are used in place of processes on this machine.
         shard: part of the work that this run does, I/N; all N parts together make the whole tree.
         json: print the postproc/batch/1 document.
     """
     from postproc.batch.executors import open_pool
     from postproc.batch.jobsfile import read_plan
-    from postproc.batch.run import run_batch
+    from postproc.batch.run import get_ready, run_batch
+    from postproc.choices import find_settings
     from postproc.report.batch import batch_page
     from postproc.report.document import plain
+    from postproc.settings import told
 
-    settings = Settings(convert.model, convert.robot, convert.effects, convert.side_files, convert.options())
     part = _shard(shard)
     _check_folders(folder_or_jobs, output)
-    check_outputs((folder_or_jobs, *convert.inputs), report)
-    plan = read_plan(folder_or_jobs, settings, output)
-    count = sum(part.owns(task.name) for task, _ in plan.tasks)
+    place = folder_or_jobs if folder_or_jobs.is_dir() else folder_or_jobs.parent
+    own = convert.settings_at(place)
+    check_outputs((folder_or_jobs, *own.inputs), report)
+    ready = get_ready(read_plan(folder_or_jobs, convert.settings_at, output), part, output, report)
+    for line in arm_lines(ready):
+        say(line)
+    if workers is None and scheduler is None and (stated := find_settings(place)) is not None:
+        workers, scheduler = stated[1].batch.workers, stated[1].batch.scheduler
     # Python's own helper process cleans up after a stopped run; it need not talk about it.
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker")))
     try:
-        with open_pool(workers, scheduler) as pool, reporting(count) as shown:
-            batch = run_batch(plan, output, pool, part, shown.outcome)
+        with open_pool(workers, scheduler) as pool, reporting(len(ready.tasks)) as shown:
+            batch = run_batch(ready, pool, shown.outcome)
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here")
         # Nothing is half written, and workers end with this process: waiting for them would gain nothing.
         os._exit(1)
     shown.summary(batch)
-    if convert.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
+    if own.model is None and folder_or_jobs.is_dir() and batch.counts["compensated"]:
         say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:
-        write(report, batch_page(folder_or_jobs.name, document, convert.told()).encode())
+        write(report, batch_page(folder_or_jobs.name, document, told(own)))
     if json:
         print_json(document)
     return int(batch.failed)
@@ -91,6 +98,6 @@ def _check_folders(source: Path, output: Path) -> None:
         text = f"there is no file or folder `{source}`"
         raise PostprocError.of("CLI002", text, help="check the spelling and the folder")
     folder = source if source.is_dir() else source.parent
-    if folder.resolve().is_relative_to(output.resolve()):
+    if real(folder).is_relative_to(real(output)):
         text = f"the input `{folder}` stands in the output folder `{output}`"
         raise PostprocError.of("BAT015", text, help="give another folder with -o")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from postproc.cli.inputs import load_model, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say_next, show
+from postproc.cli.report import print_json, put, say_next, show
 
 
 def run(
@@ -31,10 +31,10 @@ def run(
     found = compare(arm, measured, noise=table.sigma)
     show(found.moved)
     if report is not None:
-        write(report, comparison_page(short_names(model, *data), found).encode())
+        write(report, comparison_page(short_names(model, *data), found))
     if json:
         print_json(found.as_json())
     else:
-        print(found.text())
+        put(found.text())
         say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))
     return 0

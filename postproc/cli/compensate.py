@@ -8,7 +8,8 @@ from postproc.cli.conversion import ConvertOptions
 from postproc.cli.finish import finish
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
-from postproc.cli.programs import named_files, read_lent, read_program_file
+from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
+from postproc.cli.progress import working
 from postproc.cli.report import STDIN, print_json, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
@@ -37,6 +38,7 @@ def run(
     """
     from postproc.convert import compensate_program
     from postproc.report.compensation import compensation_page
+    from postproc.settings import told
 
     if in_place and program == STDIN:
         text = "`--in-place` writes over a file, and the program comes from stdin"
@@ -45,22 +47,27 @@ def run(
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
-    check_outputs((program, *convert.inputs), output, report)
+    settings = convert.settings_at(Path(program).parent)
+    check_outputs((program, *settings.inputs), output, report)
     target = Path(program) if in_place else output
-    options = convert.options()
-    result = compensate_program([source, *read_lent(convert.side_files, program)], convert.arm(), options)
+    settings, arm = settled(settings, program)
+    sources = [source, *read_lent(settings.side_files, program)]
+    with working(f"correcting `{source.path}`"):
+        result = compensate_program(sources, arm, settings.options)
     show(named_files(result.diagnostics))
     if report is not None:
-        write(report, compensation_page(Path(source.path).name, result, convert.told()).encode())
+        write(report, compensation_page(Path(source.path).name, result, told(settings)))
     code = max(1, result.exit_code)
     if result.output is not None:
         say(result.summary)
         if result.plan is not None and result.report["expected_accuracy"] is None:
             say(unmeasured(result.diagnostics))
         names = (source.path, str(target or "compensated"))
+        if in_place and not (check or diff):
+            still_there(source)
         code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
     else:
         say("no program was written")
     if json:  # files first: who reads stdout may go away
-        print_json(result.report)
+        print_json({**result.report, **settings.document(arm.robot.name)})
     return code

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from postproc.cli.inputs import load_model
-from postproc.cli.options import EffectFiles, FreeAxes, ModelFile, Names, SideFiles, Tolerance
-from postproc.compensate.options import Options
+from postproc.cli.options import EffectFiles, Flag, FreeAxes, ModelFile, Names, SideFiles, Tolerance
 from postproc.diagnostics import PostprocError
+from postproc.numbers import read_number
 
 if TYPE_CHECKING:
-    from postproc.model.arm import Model
+    from postproc.settings import Settings
 
 Vector = tuple[float, float, float]
 VectorText = Annotated[str, Parameter(allow_leading_hyphen=True)]  # a component may be negative
@@ -28,7 +27,7 @@ def parse_vector(option: str, text: str, such_as: str = "200,-200,-200") -> Vect
         PostprocError: anything else (CLI006).
     """
     try:
-        x, y, z = (float(part) for part in text.split(","))
+        x, y, z = (read_number(part) for part in text.split(","))
     except ValueError:
         x = y = z = math.nan
     if not all(map(math.isfinite, (x, y, z))):
@@ -45,7 +44,7 @@ def parse_channel(text: str) -> tuple[str, float]:
     """
     name, _, value = text.rpartition("=")
     try:
-        number = float(value)
+        number = read_number(value)
     except ValueError:
         number = math.nan
     if not (name.strip() and math.isfinite(number)):
@@ -57,11 +56,11 @@ def parse_channel(text: str) -> tuple[str, float]:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class ProgramOptions:
-    """The real arm, and how a program is read.
+    """The real arm, and how a program is read. What is not given here stands in ``postproc.toml``, or has a default.
 
     Attributes:
         model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
-        robot: arm of the library, in place of the model's.
+        robot: arm of the library, in place of the model's. Default: that of the controller's backup.
         side_files: RAPID module that is read along for what it declares, never changed. May be repeated.
         constant: name of data that keeps the value in its file, whatever the program writes to it. May be repeated.
         free_axes: letters of external axes, a to f, that carry neither the robot nor its work and may move.
@@ -74,9 +73,26 @@ class ProgramOptions:
     constant: Names = ()
     free_axes: FreeAxes = ""
 
-    def arm(self) -> Model:
-        """The model, with another arm where one is named."""
-        return load_model(self.model, self.robot, self.effects)
+    def _stated(self) -> dict[str, Any]:
+        """What is given, by the keys of ``postproc.toml``."""
+        return {
+            "model": self.model and str(self.model),
+            "robot": self.robot,
+            "side_files": list(map(str, self.side_files)) or None,
+            "constant": list(self.constant) or None,
+            "free_axes": self.free_axes.lower() or None,
+        }
+
+    def settings_at(self, place: Path, entry: str | None = None) -> Settings:
+        """What holds for the programs of a folder: its ``postproc.toml``, and on top of it what is given here.
+
+        Args:
+            entry: routine that runs first.
+        """
+        from postproc.choices import Choices, settings_at, with_choices
+
+        chosen = with_choices(settings_at(place), Choices.model_construct(None, **self._stated()), Path())
+        return replace(chosen, effects=self.effects, options=replace(chosen.options, entry=entry))
 
 
 @Parameter(name="*")
@@ -85,54 +101,40 @@ class ConvertOptions(ProgramOptions):
     """What acts on the arm, and how near it has to come.
 
     Attributes:
-        force: force on the TCP in base axes [N], FX,FY,FZ.
-        moment: moment on the TCP in base axes [N m], MX,MY,MZ.
-        force_on: where the force acts: along the whole program, or while the arc burns.
-        inertia: compensate the deflection under sustained acceleration.
-        tolerance: largest distance from the programmed path [mm].
+        force: force on the TCP in base axes [N], FX,FY,FZ. Default: none.
+        moment: moment on the TCP in base axes [N m], MX,MY,MZ. Default: none.
+        force_on: where the force acts: along the whole program (default), or while the arc burns.
+        inertia: compensate the deflection under sustained acceleration. Default: on.
+        tolerance: largest distance from the programmed path [mm]. Default: 0.01.
+        air_tolerance: the same where nothing welds [mm]. Default: 0.2.
+        scope: correct all motions (default), or those that weld.
+        allow_partial: write the program although a weld statement stays uncorrected between corrected ones.
         template: folder of Jinja templates in place of the shipped ones.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """
 
-    force: VectorText = "0,0,0"
-    moment: VectorText = "0,0,0"
-    force_on: Literal["all", "arc"] = "all"
-    inertia: Literal["on", "off"] = "on"
-    tolerance: Tolerance = 0.01
+    force: VectorText | None = None
+    moment: VectorText | None = None
+    force_on: Literal["all", "arc"] | None = None
+    inertia: Literal["on", "off"] | None = None
+    tolerance: Tolerance | None = None
+    air_tolerance: Tolerance | None = None
+    scope: Literal["all", "welds"] | None = None
+    allow_partial: Flag = False
     template: Path | None = None
     channel: Names = ()
 
-    @property
-    def inputs(self) -> tuple[str | Path | None, ...]:
-        """Files that are read."""
-        return (self.model, self.robot, *self.effects, *self.side_files)
-
-    def told(self) -> dict[str, str]:
-        """What a page says about how its result was made."""
-        shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
-        beside = {"effects": self.effects, "read along": self.side_files, "constant": self.constant}
-        beside["channels"] = self.channel
+    def _stated(self) -> dict[str, Any]:
         return {
-            "model": str(self.model) if self.model else shipped,
-            "force on the TCP [N]": self.force,
-            "moment on the TCP [N m]": self.moment,
-            "they act": "along the whole program" if self.force_on == "all" else "while the arc burns",
-            "inertia": self.inertia,
-            "tolerance [mm]": f"{self.tolerance:g}",
-            **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
+            **super()._stated(),
+            "force": None if self.force is None else parse_vector("--force", self.force),
+            "moment": None if self.moment is None else parse_vector("--moment", self.moment),
+            "force_on": self.force_on,
+            "inertia": self.inertia and self.inertia == "on",
+            "tolerance_mm": self.tolerance,
+            "air_tolerance_mm": self.air_tolerance,
+            "scope": self.scope,
+            "allow_partial": self.allow_partial or None,
+            "template": self.template and str(self.template),
+            "channel": dict(map(parse_channel, self.channel)) or None,
         }
-
-    def options(self, entry: str | None = None) -> Options:
-        """What the conversion is asked for; ``entry`` is the routine that runs first."""
-        return Options(
-            tolerance_m=self.tolerance * 1e-3,
-            force=parse_vector("--force", self.force),
-            moment=parse_vector("--moment", self.moment),
-            force_on=self.force_on,
-            inertia=self.inertia == "on",
-            template_dir=self.template,
-            free_axes=self.free_axes.lower(),
-            constants=self.constant,
-            channels=tuple(map(parse_channel, self.channel)),
-            entry=entry,
-        )

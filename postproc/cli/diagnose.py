@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
 from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, say_next, show
+from postproc.cli.report import print_json, put, say_next, show
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis
@@ -44,16 +44,16 @@ def run(
     found = diagnose(arm, measured, own_effects(effects), noise=table.sigma)
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
-        write(report, diagnosis_page(short_names(model, *data), found).encode())
+        write(report, diagnosis_page(short_names(model, *data), found))
     name, text = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
     if draft is not None and text is not None:
-        write(draft, text.encode())
+        write(draft, text)
     elif draft is not None:
         show([nothing_to_draft(found)])
     if json:
         print_json(found.as_json())
     else:
-        print(found.text())
+        put(found.text())
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))

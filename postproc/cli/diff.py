@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag
-from postproc.cli.report import print_json, show
+from postproc.cli.report import print_json, put, show
 from postproc.diagnostics import PostprocError, has_errors
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def run(a: str, b: str, /, *, tolerance: Distance = 0.001, angle_tolerance: Dist
     if json:
         print_json(found.as_json())
     else:
-        print(found.render())
+        put(found.render())
     return int(not found.equal)
 
 

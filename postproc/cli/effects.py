@@ -9,7 +9,7 @@ import numpy as np
 
 from postproc.cli import report
 from postproc.cli.options import EffectFiles, Flag
-from postproc.cli.report import print_json
+from postproc.cli.report import print_json, put
 from postproc.diagnostics import has_errors
 from postproc.effects.base import Effect
 from postproc.effects.conformance import check_effect
@@ -30,7 +30,7 @@ def list_(*, effects: EffectFiles = (), json: Flag = False) -> int:
         print_json({"schema": "postproc/effects/1", "effects": [_document(cls) for cls in library.values()]})
         return 0
     for key, cls in library.items():
-        print(f"{key:22} {cls.title}")
+        put(f"{key:22} {cls.title}")
     return 0
 
 
@@ -45,20 +45,20 @@ def show(key: str, /, *, effects: EffectFiles = (), json: Flag = False) -> int:
     if json:
         print_json({"schema": "postproc/effect/1", **_document(cls)})
         return 0
-    print(f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}\n")
-    print("parameters")
+    put(f"{cls.key}: {inspect.cleandoc(cls.__doc__ or '')}\n")
+    put("parameters")
     for name, meta in cls.parameters().items():
         shape = " x ".join(map(str, meta.shape)) or "1"
         limits = f"from {meta.low} to {meta.high}, " if np.isfinite((meta.low, meta.high)).any() else ""
         without = f"vanishes at {meta.null}" if meta.amplitude else f"only forms it, {meta.null} unless said"
-        print(f"  {name} [{meta.unit}], {shape}: {limits}ordinary size {meta.typical}, {without}")
+        put(f"  {name} [{meta.unit}], {shape}: {limits}ordinary size {meta.typical}, {without}")
     for name in cls.structures():
-        print(f"  {name}, chosen by search")
-    print(f"reads {', '.join(cls.reads)}")
+        put(f"  {name}, chosen by search")
+    put(f"reads {', '.join(cls.reads)}")
     if cls.confused_with:
-        print("is confused with")
+        put("is confused with")
         for other, remedy in cls.confused_with.items():
-            print(f"  {other}; to tell them apart: {remedy}")
+            put(f"  {other}; to tell them apart: {remedy}")
     return 0
 
 
@@ -79,7 +79,7 @@ def check(file: Path, /, *, json: Flag = False) -> int:
         print_json({"schema": "postproc/effects-check/1", "effects": keys, "diagnostics": findings})
     elif not has_errors(found):
         doubt = ", if what is told above is meant so" if found else ""
-        print("\n".join(f"{cls.key}: fit for every command{doubt}" for cls in classes))
+        put("\n".join(f"{cls.key}: fit for every command{doubt}" for cls in classes))
     return int(has_errors(found))
 
 

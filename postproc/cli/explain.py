@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from postproc.cli.report import put
 from postproc.diagnostics import PostprocError, did_you_mean
 from postproc.resources import resource
 
@@ -27,5 +28,5 @@ def run(code: str, /) -> int:
     if wanted not in known:
         help_ = did_you_mean(wanted, known, 3, 0.5) or "codes look like `RAP012`"
         raise PostprocError.of("CLI009", f"there is no diagnostic `{code}`", help=help_)
-    print(known[wanted].removeprefix("## "))
+    put(known[wanted].removeprefix("## "))
     return 0

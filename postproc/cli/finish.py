@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from pathlib import Path
 
 from postproc.cli.output import write
@@ -38,8 +39,8 @@ def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str)
         difflib.unified_diff,
         _lines(before),
         _lines(after),
-        name_before.encode(),
-        name_after.encode(),
+        os.fsencode(name_before),
+        os.fsencode(name_after),
     )
     return b"".join(line if line.endswith(b"\n") else line + b"\n\\ No newline at end of file\n" for line in lines)
 

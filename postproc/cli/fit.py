@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Set
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -10,10 +11,11 @@ from cyclopts import Parameter
 from postproc.cli.conversion import VectorText, parse_vector
 from postproc.cli.options import Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write_model
-from postproc.cli.report import print_json, say, say_next, show
+from postproc.cli.report import print_json, put, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
+    from postproc.choices import FitChoices
     from postproc.effects.base import Effect
     from postproc.fit.fitted import Fit
 
@@ -25,9 +27,9 @@ NO_FRAME = 1e-3
 
 def run(
     *data: Tables,
-    robot: str,
-    effects: Annotated[str, Parameter(name="--effects")] = BASE,
-    mounting: VectorText = "0,0,0",
+    robot: str | None = None,
+    effects: Annotated[str | None, Parameter(name="--effects")] = None,
+    mounting: VectorText | None = None,
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -35,9 +37,10 @@ def run(
     """Fit the model of an arm to measured poses.
 
     Args:
-        robot: library name, or a robot TOML or URDF file.
+        robot: library name, or a robot TOML or URDF file. Default: that of ``postproc.toml``.
         effects: effects to fit, KEY,KEY,..; FILE.py among them stands for the effects it defines, its code is run.
-        mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry.
+            Default: instrument_frame,tool_frame,joint_offset,joint_compliance.
+        mounting: roll, pitch, yaw of the base in the world [deg], R,P,Y: 180,0,0 hangs from a gantry. Default: 0,0,0.
         output: model file to write. Default: stdout, and nowhere with --json.
         json: print the postproc/fit/1 document.
     """
@@ -51,6 +54,8 @@ def run(
     from postproc.robot.catalogue import doubts, load_robot
     from postproc.robot.pose import rpy
 
+    robot, stated = _stated(data[0], robot)
+    effects = effects if effects is not None else ",".join(stated.effects or ()) or BASE
     check_outputs((*data, *table.inputs, robot), output)
     arm = load_robot(robot)
     show(doubts(arm))
@@ -63,7 +68,8 @@ def run(
         classes += load_effect_file(word) if word.endswith(".py") else [find_effect(word, effect_library())]
     measured = table.read(data, arm)
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
-    R_world_base = rpy(np.radians(parse_vector("--mounting", mounting, "180,0,0")))
+    turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
+    R_world_base = rpy(np.radians(turned))
     fit = fit_model(Model(arm, R_world_base=R_world_base, robot_name=robot), measured, plain, noise=table.sigma)
     for cls in dict.fromkeys(classes):
         if cls.structures():
@@ -73,11 +79,24 @@ def run(
     if json:
         print_json(fit.as_json())
     else:
-        (say if output is None else print)(fit.text())
+        (say if output is None else put)(fit.text())
         if output is not None:
             own = table.words([word for word in words if word.endswith(".py")])
             say_next("says whether an effect is missing", "diagnose", output, *data, *own)
     return 0
+
+
+def _stated(data: str, robot: str | None) -> tuple[str, FitChoices]:
+    """The arm, by the option or by the ``postproc.toml`` that is nearest to the table, and its table ``[fit]``."""
+    from postproc.choices import FitChoices, find_settings, in_folder
+
+    path, choices = find_settings(Path(data).parent) or (Path(), None)
+    if robot is None and choices is not None and choices.robot is not None:
+        robot = in_folder(path.parent, choices.robot)
+    if robot is None:
+        help_ = "add `--robot NAME`; `postproc robots list` has the names"
+        raise PostprocError.of("CLI013", "nothing says which arm was measured", help=help_)
+    return robot, choices.fit if choices else FitChoices()
 
 
 def _check_frames(fit: Fit, keys: Set[str]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,25 +33,20 @@ def read_source(name: str, lent: bool = False) -> Source:
     return source
 
 
-def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Path] = ()) -> Model:
-    """The model in a file, or the shipped one; with another arm where one is named.
+def load_model(path: Path, effects: Sequence[Path] = ()) -> Model:
+    """The model in a file.
 
     Args:
-        path: model file, None for the shipped model.
-        robot: library name or file of the arm that takes the place of the model's.
         effects: Python files with effects that the model may use.
 
     Raises:
         PostprocError: what is wrong with one of the files.
     """
     from postproc.effects.registry import effect_library
-    from postproc.model.file import DEFAULT_ROBOT, default_model, parse_model
+    from postproc.model.file import parse_model
     from postproc.rapid.program.program import ENDINGS
-    from postproc.robot.catalogue import load_robot
 
     library = effect_library(effects)
-    if path is None:
-        return default_model(robot or DEFAULT_ROBOT)
     if path.suffix.lower() == ".csv":
         raise PostprocError.of(
             "CLI012", f"`{path}` is a table, not a model", help="the model comes first, then the table"
@@ -61,8 +55,7 @@ def load_model(path: Path | None, robot: str | None = None, effects: Sequence[Pa
         raise PostprocError.of(
             "CLI012", f"`{path}` is a program, not a model", help="name the TOML file that `postproc fit` wrote"
         )
-    model = parse_model(read_source(str(path)), library)
-    return model if robot is None else replace(model, robot=load_robot(robot), robot_name=robot)
+    return parse_model(read_source(str(path)), library)
 
 
 def short_names(*files: str | Path) -> str:

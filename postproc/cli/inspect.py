@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from postproc.cli.conversion import ProgramOptions
 from postproc.cli.options import Flag
-from postproc.cli.programs import named_files, read_lent, read_program_file
-from postproc.cli.report import print_json, say, show
+from postproc.cli.programs import named_files, read_lent, read_program_file, settled
+from postproc.cli.progress import working
+from postproc.cli.report import print_json, put, say, show
 from postproc.cli.run import BAD_INPUT
-from postproc.compensate.options import Options
 from postproc.diagnostics import has_errors
 
 if TYPE_CHECKING:
     from postproc.compensate.values import Place
-    from postproc.model.arm import Model
     from postproc.report.inspection import Row
 
 EDITED: Mapping[Place | None, str] = {
@@ -33,7 +33,7 @@ HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9} 
 def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag = False) -> int:
     """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
 
-    What would be edited is decided as ``compensate`` does without a force.
+    What would be edited is decided as ``compensate`` does with what ``postproc.toml`` says, and no more.
 
     Args:
         program: RAPID module; - reads stdin.
@@ -42,36 +42,26 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag
     from postproc.convert import UNREADABLE, compensate_program
     from postproc.report.inspection import inspect_program
 
-    sources = [read_program_file(program), *read_lent(given.side_files, program)]
-    arm = _arm(given)
-    options = Options(constants=given.constant, free_axes=given.free_axes.lower())
-    found = inspect_program(sources, arm.robot, options)
-    if not has_errors(found.diagnostics):
-        found = found.decided(compensate_program(sources, arm, options).outcomes)
+    own = read_program_file(program)
+    settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
+    sources, options = [own, *read_lent(settings.side_files, program)], settings.options
+    with working(f"reading `{own.path}`"):
+        found = inspect_program(sources, arm.robot, options)
+        if not has_errors(found.diagnostics):
+            found = found.decided(compensate_program(sources, arm, options).outcomes)
     show(named_files(found.diagnostics))
     if json:
         findings = [d.as_json() for d in found.diagnostics]
         statements = [_document(row) for row in found.rows]
-        print_json(
-            {"schema": "postproc/inspect/1", "robot": arm.robot.name, "statements": statements, "diagnostics": findings}
-        )
+        stated = settings.document(arm.robot.name)
+        print_json({"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings})
     elif found.rows:
-        print("\n".join([HEAD, *(_text(row) for row in found.rows)]))
+        put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
     elif not has_errors(found.diagnostics):
         say("no motion statements")
     if any(d.code in UNREADABLE for d in found.diagnostics):
         return BAD_INPUT
     return int(has_errors(found.diagnostics))
-
-
-def _arm(given: ProgramOptions) -> Model:
-    """The model that decides; an arm whose stiffness nobody knows is looked at as it is."""
-    from postproc.model.arm import Model
-    from postproc.robot.catalogue import load_robot
-
-    if given.model is None and given.robot is not None and (bare := load_robot(given.robot)).joint_compliance is None:
-        return Model(bare, robot_name=given.robot)
-    return given.arm()
 
 
 def _text(row: Row) -> str:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from postproc.cli.inputs import effect_words, read_source
 from postproc.cli.report import show
+from postproc.numbers import read_number
 
 if TYPE_CHECKING:
     from postproc.measure.measurements import Measurements
@@ -33,8 +34,19 @@ def _axes(_: object, value: str) -> None:
         raise ValueError("Must be letters a to f.")
 
 
-Tolerance = Annotated[float, Parameter(validator=_positive)]
-Distance = Annotated[float, Parameter(validator=_distance)]
+def _number(kind: type[float] | type[int], tokens: Sequence[Token]) -> float:
+    text = tokens[0].value
+    try:
+        value = read_number(text)
+        return int(text) if kind is int else value
+    except ValueError:
+        raise ValueError(f'unable to convert "{text}" into {kind.__name__}.') from None
+
+
+AS_WRITTEN = Parameter(converter=_number)
+"""A number that Python alone would understand, ``1_0``, is none."""
+Tolerance = Annotated[float, AS_WRITTEN, Parameter(validator=_positive)]
+Distance = Annotated[float, AS_WRITTEN, Parameter(validator=_distance)]
 ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Flag = Annotated[bool, Parameter(show_default=False)]
@@ -112,7 +124,7 @@ class MeasuredOptions(TableOptions):
         noise: standard deviation of the instrument per axis [mm]. Default: from repeated poses.
     """
 
-    noise: Annotated[float | None, Parameter(validator=_positive)] = None
+    noise: Annotated[float | None, AS_WRITTEN, Parameter(validator=_positive)] = None
 
     @property
     def sigma(self) -> float | None:

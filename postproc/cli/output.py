@@ -1,79 +1,61 @@
-"""Writing results: whole files or nothing, and never over the input."""
+"""Writing results: whole files or nothing, and never over what is read."""
 
 from __future__ import annotations
 
-import errno
-import os
 import sys
-import tempfile
+import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from postproc.cli.run import SPACE
-from postproc.diagnostics import PostprocError
+from postproc.diagnostics import PostprocError, visible
+from postproc.files import check_writes, real, why, write_whole
 
 if TYPE_CHECKING:
     from postproc.model.arm import Model
 
 
 def check_outputs(inputs: Iterable[str | Path | None], *outputs: Path | None) -> None:
-    """Refuse outputs before anything is done.
-
-    Args:
-        inputs: names of the files that are read; None and stdin are none.
-        outputs: files that will be written; None is none.
+    """Refuse outputs before anything is done; a model reads the file of its arm, too.
 
     Raises:
-        PostprocError: an output is an input or another output (CLI007), or cannot be written (CLI008).
+        PostprocError: as `check_writes`.
     """
-    taken = {Path(name).resolve(): f"the input `{name}`" for name in inputs if name is not None}
-    for output in outputs:
-        if output is None:
-            continue
-        if output.is_dir():
-            raise PostprocError.of("CLI008", f"cannot write `{output}`: it is a folder", help="name a file")
-        there = next(folder for folder in output.absolute().parents if folder.exists())
-        if not there.is_dir():
-            raise PostprocError.of(
-                "CLI008", f"cannot write `{output}`: `{there}` is no folder", help="name another folder"
-            )
-        if output.resolve() in taken:
-            text = f"the output `{output}` is {taken[output.resolve()]}"
-            raise PostprocError.of("CLI007", text, help="choose another name")
-        taken[output.resolve()] = "another output too"
+    named = [Path(name) for name in inputs if name is not None]
+    check_writes([*named, *(found for path in named if (found := _arm_file(path)) is not None)], *outputs)
 
 
-def write(path: Path | None, data: bytes) -> None:
-    """Write under a temporary name in the same folder, then rename: readers see the old file or the whole new one.
+def _arm_file(model: Path) -> Path | None:
+    """The file beside a model that it takes for its arm; what is wrong with the model is told when it is read."""
+    try:
+        robot = tomllib.loads(model.read_bytes().decode("utf-8-sig")).get("robot") if model.suffix == ".toml" else None
+        return model.parent / robot if isinstance(robot, str) and (model.parent / robot).is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return None
 
-    Folders that are not there are made.
+
+def write(path: Path | None, data: bytes | str) -> None:
+    """Write a whole file or nothing, or to stdout, whose terminal is shown no control characters.
 
     Raises:
         PostprocError: the file cannot be written (CLI008).
     """
+    # A file name that is not Unicode is no reason to lose the page that tells of it.
+    data = data.encode("utf-8", "replace") if isinstance(data, str) else data
     if path is None:
         sys.stdout.flush()
-        sys.stdout.buffer.write(data)
+        shown = visible(data.decode("utf-8", "replace")).encode() if sys.stdout.isatty() else data
+        sys.stdout.buffer.write(shown)
         sys.stdout.buffer.flush()
         return
-    target = path.resolve()  # a link stays a link
-    temporary = ""
     try:
         if path.exists() and not path.is_file():  # a device, a pipe: nothing may take its place
             path.write_bytes(data)
-            return
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.chmod(temporary, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
-        os.replace(temporary, target)
+        else:
+            write_whole(real(path), data)  # a link stays a link
     except OSError as error:
-        if temporary:
-            Path(temporary).unlink(missing_ok=True)
-        help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
-        raise PostprocError.of("CLI008", f"cannot write `{path}`: {error.strerror}", help=help_) from None
+        reason, help_ = why(error)
+        raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:
@@ -93,10 +75,4 @@ def write_model(target: Path | None, model: Model, like: Path | None = None, sil
         source = read_source(origin, "MOD001")
         parse_toml(source, "MOD001")
         before = source.data.decode("utf-8-sig")
-    write(target, render_model(model, before).encode())
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    write(target, render_model(model, before))

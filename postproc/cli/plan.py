@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.cli.inputs import load_model, own_effects
-from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
+from postproc.cli.options import AS_WRITTEN, ArmFile, EffectFiles, Flag, MeasuredOptions, Output, Tables
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import PostprocError
@@ -20,7 +20,7 @@ def run(
     /,
     *data: Tables,
     between: str | None = None,
-    count: Annotated[int, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
+    count: Annotated[int, AS_WRITTEN, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
     output: Output = None,
     rapid: Path | None = None,
     effects: EffectFiles = (),
@@ -51,7 +51,7 @@ def run(
         state = plan.state
         write(rapid, measuring_module(arm.robot, state.q, state.approach, labels, name, state.payload_mass))
     if output is not None or not json:
-        write(output, text.encode())
+        write(output, text)
     if json:
         print_json(plan.as_json())
     elif output is not None:

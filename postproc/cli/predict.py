@@ -32,7 +32,7 @@ def run(
     arm = load_model(model, effects=effects)
     found = predict_rows(arm, table.read([data], arm.robot, measured=False))
     show(found.diagnostics)
-    write(output, found.as_csv().encode())
+    write(output, found.as_csv())
     if output is not None:
         known = found.sigma[np.isfinite(found.sigma)]
         sure = f"; standard deviation {1e3 * known.max():.3f} mm per axis at most" if len(known) else ""

@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from postproc.batch.discover import other_arm, task_around, with_arm
 from postproc.batch.nearby import LACKING, help_nearby
 from postproc.cli.inputs import read_source
+from postproc.cli.report import say, show
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.files import real
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
+    from postproc.settings import Settings
 
 
 def read_program_file(name: str) -> Source:
@@ -27,7 +35,18 @@ def read_program_file(name: str) -> Source:
 
 def read_lent(files: Iterable[Path], program: str = "-") -> list[Source]:
     """Modules that are read along with a program and never changed; the program itself is none of them."""
-    return [read_source(str(path), lent=True) for path in files if path.resolve() != Path(program).resolve()]
+    return [read_source(str(path), lent=True) for path in files if real(path) != real(Path(program))]
+
+
+def still_there(source: Source) -> None:
+    """Refuse to write over a program that somebody changed while it was converted.
+
+    Raises:
+        PostprocError: CLI015.
+    """
+    if read_source(source.path).data != source.data:
+        text = f"`{source.path}` was changed while it was converted: it is left as it is now"
+        raise PostprocError.of("CLI015", text, help="run the command again", exit_code=1)
 
 
 def named_files(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -40,3 +59,28 @@ def _named(finding: Diagnostic) -> Diagnostic:
         return finding
     told = help_nearby(finding.message, Path(finding.source.path))
     return finding if told is None else replace(finding, help=told)
+
+
+def settled(settings: Settings, program: str, bare: bool = False) -> tuple[Settings, Model]:
+    """The settings of a program and its arm, which may be that of the backup it stands in; the first line for people.
+
+    Args:
+        program: file name; stdin stands in the current folder.
+        bare: an arm whose stiffness nobody knows is taken as it is.
+    """
+    from postproc.model.arm import Model
+    from postproc.robot.catalogue import load_robot
+    from postproc.settings import read_arm
+
+    task = task_around(Path(program))
+    if task.findings:
+        raise PostprocError(task.findings)
+    settings = with_arm(settings, task)
+    named = load_robot(settings.robot) if bare and settings.model is None and settings.robot is not None else None
+    if named is not None and named.joint_compliance is None:
+        arm = Model(named, robot_name=str(settings.robot))
+    else:
+        arm = read_arm(settings, program, task.unknown)
+    say(settings.headline(arm.robot.name))
+    show(other_arm(task, arm.robot.name))
+    return settings, arm

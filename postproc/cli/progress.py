@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -13,9 +14,12 @@ from typing import TYPE_CHECKING, Any
 from postproc.batch.summary import finding_line, result_line, sum_line, table_lines
 from postproc.batch.values import Batch, Outcome
 from postproc.cli.report import SHOWN, say
+from postproc.diagnostics import PostprocError, visible
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
+
+    from postproc.batch.run import Ready
 
 EDITED = "BAT016"
 """Somebody's own work was put aside: that is told whatever became of the program."""
@@ -53,7 +57,7 @@ class Reporter:
         if self.bar is None:
             say(text)
         else:
-            self.bar[0].console.print(text, markup=False, highlight=False, soft_wrap=True)
+            self.bar[0].console.print(visible(text), markup=False, highlight=False, soft_wrap=True)
 
     def summary(self, batch: Batch) -> None:
         for line in table_lines(batch):
@@ -61,6 +65,38 @@ class Reporter:
         for found in batch.findings:
             say(finding_line(found))
         say(sum_line(batch, time.monotonic() - self.started))
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Say every now and then that work goes on: each second in one line of a terminal, elsewhere ever more rarely."""
+    terminal, done, started = sys.stderr.isatty(), threading.Event(), time.monotonic()
+
+    def tell() -> None:
+        pause = 1.0 if terminal else 10.0
+        while not done.wait(pause):
+            line = visible(f"{what}: {time.monotonic() - started:.0f} s")
+            print(f"\r{line}" if terminal else line, end="" if terminal else "\n", file=sys.stderr, flush=True)
+            pause *= 1 if terminal else 2
+        if terminal and time.monotonic() - started > 1:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
+
+
+def arm_lines(ready: Ready) -> Iterator[str]:
+    """Which arm each task is converted for, what says so, how near: a line for all tasks that are alike."""
+    lines: Counter[str] = Counter()
+    for found in ready.converters.values():
+        lines["no arm" if isinstance(found, PostprocError) else found.settings.headline(found.robot)] += 1
+    for line, count in lines.items():
+        yield line if len(lines) == 1 else f"{count} task{'s' * (count > 1)}: {line}"
 
 
 @contextmanager

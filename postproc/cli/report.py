@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from postproc import __version__
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, visible
 from postproc.report.document import to_json
 
 COLORS = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "info": "\x1b[1;36m"}
@@ -37,19 +37,24 @@ def show(diagnostics: Iterable[Diagnostic]) -> None:
         places.add(place)
         if len(places) > SHOWN:
             continue
-        text = diagnostic.render()
+        text = diagnostic.render()  # which is fit for a terminal
         if colored:
             head, rest = text[: len(diagnostic.severity)], text[len(diagnostic.severity) :]
             text = f"{COLORS[diagnostic.severity]}{head}{RESET}{rest}"
-        say(text)
+        print(text, file=sys.stderr)
     for (code, _), places in seen.items():
         if len(places) > SHOWN:
             say(f"{code}: {len(places) - SHOWN} more places")
 
 
 def say(text: str) -> None:
-    """A line for people, on stderr, which escapes what the terminal cannot show."""
-    print(text, file=sys.stderr)
+    """Text for people, on stderr, which escapes what the terminal cannot show."""
+    print(visible(text), file=sys.stderr)
+
+
+def put(text: str) -> None:
+    """Text that is the result, on stdout."""
+    print(visible(text))
 
 
 def say_next(what: str, *words: object, lead: str = "next") -> None:

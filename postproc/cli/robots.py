@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from postproc.cli.options import Flag
-from postproc.cli.report import print_json
+from postproc.cli.report import print_json, put
 from postproc.cli.report import show as show_findings
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def list_(*, json: Flag = False) -> int:
         print_json({"schema": "postproc/robots/1", "robots": [_summary(robot) for robot in robots]})
         return 0
     for robot in robots:
-        print(f"{robot.name:22} {STIFFNESS[robot.stiffness_source]:20} {_use(robot)}")
+        put(f"{robot.name:22} {STIFFNESS[robot.stiffness_source]:20} {_use(robot)}")
     return 0
 
 
@@ -47,11 +47,11 @@ def show(name: str, /, *, json: Flag = False) -> int:
         rows = [{"quantity": q, "status": s, "source": t} for q, _, s, t in _rows(robot)]
         print_json({"schema": "postproc/robot/1", **_summary(robot), "known": rows, "sources": dict(robot.sources)})
         return 0
-    print(f"{robot.name}: {'; mounting: '.join(filter(None, (_use(robot), ', '.join(robot.mounting))))}")
+    put(f"{robot.name}: {'; mounting: '.join(filter(None, (_use(robot), ', '.join(robot.mounting))))}")
     for quantity, values, status, source in _rows(robot):
-        print(f"  {quantity:26} {status:10} {values}")
+        put(f"  {quantity:26} {status:10} {values}")
         if source:
-            print(f"  {'':26} {'':10} {source}")
+            put(f"  {'':26} {'':10} {source}")
     return 0
 
 

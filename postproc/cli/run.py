@@ -11,8 +11,9 @@ import traceback
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from postproc.cli.report import STDIN, print_json, show
+from postproc.cli.report import STDIN, print_json, say, show
 from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.files import SPACE
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -25,7 +26,6 @@ MISTAKES = {
 """What is commonly meant by words that no command takes."""
 OUTPUTS = ("-o", "--output", "--report", "--draft", "--rapid")
 """Options that name a file to write: ``-`` is none."""
-SPACE = "make space, or write elsewhere"
 OK, FINDINGS, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 70, 130
 
 
@@ -44,9 +44,12 @@ def run(app: App, arguments: Sequence[str]) -> int:
         _close_stdout()
         return FINDINGS
     except KeyboardInterrupt:
-        print("stopped; nothing was written", file=sys.stderr)
+        say("stopped; nothing was written")
         return INTERRUPTED
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is not None:  # no file of ours: the user named it
+            text = f"cannot use `{os.fsdecode(error.filename)}`: {error.strerror}"
+            return _fail(arguments, PostprocError.of("CLI004", text, help="check the name and the rights"))
         if not (isinstance(error, OSError) and error.errno == errno.ENOSPC):
             return internal_error(error)
         _close_stdout()
@@ -85,7 +88,7 @@ def internal_error(error: Exception) -> int:
     ) as file:
         file.write("".join(traceback.format_exception(error)))
     what = f"{type(error).__name__}: {error}".splitlines()[0]
-    print(f"postproc: internal error ({what}); nothing was written; details in {file.name}", file=sys.stderr)
+    say(f"postproc: internal error ({what}); nothing was written; details in {file.name}")
     return INTERNAL
 
 

@@ -12,7 +12,8 @@ from postproc.cli.conversion import ConvertOptions
 from postproc.cli.inputs import read_source
 from postproc.cli.options import Distance, Flag, Tolerance
 from postproc.cli.output import check_outputs, write
-from postproc.cli.programs import read_lent
+from postproc.cli.programs import read_lent, settled
+from postproc.cli.progress import working
 from postproc.cli.report import print_json, say, show, unmeasured
 
 
@@ -50,20 +51,22 @@ def run(
     from postproc.render.seam import SeamOptions, seam_module
     from postproc.render.seampoints import read_seam_points
 
-    check_outputs((points, *convert.inputs), output)
-    table = read_seam_points(read_source(points))
+    settings = convert.settings_at(Path(points).parent, entry=routine)
+    check_outputs((points, *settings.inputs), output)
+    source = read_source(points)
+    settings, arm = settled(settings, points)
+    table = read_seam_points(source)
     doubts = table.doubts()
     show(doubts)
-    arm = convert.arm()
-    sides = read_lent(convert.side_files)
+    sides = read_lent(settings.side_files)
     name = (re.sub(r"\W", "_", output.stem, flags=re.ASCII).lstrip("_0123456789") or "Seam")[:32]
     said = SeamOptions(name, routine, tool, wobj, seam_data, weld_data, speed, clearance)
-    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, convert.template)
+    text, notes = seam_module(table, arm.robot, arm.T_flange_tcp, said, sides, settings.options.template_dir)
     for note in notes:
         say(f"by default, {note}")
-    options = convert.options(entry=routine)
     module = Source(str(output), text)
-    result = compensate_program([module, *sides], arm, options)
+    with working(f"correcting `{output}`"):
+        result = compensate_program([module, *sides], arm, settings.options)
     show(result.diagnostics)
     if result.outputs:
         write(output, result.outputs[module.path])
@@ -72,5 +75,5 @@ def run(
             say(unmeasured(result.diagnostics))
     if json:
         found = [d.as_json() for d in doubts] + result.report["diagnostics"]
-        print_json({**result.report, "diagnostics": found})
+        print_json({**result.report, **settings.document(arm.robot.name), "diagnostics": found})
     return 0 if result.outputs else max(1, result.exit_code)

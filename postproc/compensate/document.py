@@ -10,7 +10,8 @@ from postproc.compensate.accuracy import Accuracy
 from postproc.compensate.figures import Figures
 from postproc.compensate.outcomes import unmeasured, unproved
 from postproc.compensate.plan import Plan
-from postproc.compensate.values import UNCHANGED_MM, Outcome
+from postproc.compensate.seams import Seam
+from postproc.compensate.values import Outcome
 from postproc.diagnostics import Diagnostic
 from postproc.motion.limits import LimitReport
 from postproc.rapid.program.events import MotionEvent
@@ -23,6 +24,7 @@ def document(
     robot: str,
     events: Sequence[MotionEvent],
     outcomes: Sequence[Outcome],
+    seams: Sequence[Seam],
     figures: Figures,
     accuracy: Accuracy | None,
     limits: LimitReport,
@@ -37,11 +39,15 @@ def document(
         "statements": [o.as_json() for o in outcomes],
         "max_error_before_mm": _mm(figures.before),
         "max_error_after_mm": _mm(figures.after),
+        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
         "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
         "max_transition_mm": _mm(figures.transition),
         "max_transient_mm": _mm(figures.transient),
         "max_joint_move_mm": _mm(figures.joint_move),
         "tolerance_mm": _mm(plan.motion.options.tolerance_m),
+        "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
+        "scope": plan.motion.options.scope,
+        "welds": [seam.as_json() for seam in seams],
         "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
         "unproved_statements": unproved(outcomes, events, plan),
         "unmeasured_statements": unseen,
@@ -73,13 +79,11 @@ def summary(r: Mapping[str, Any]) -> str:
         unseen = f", {r['unmeasured_statements']} {what} in no figure: where they begin or end is not known"
     fall = "no line or arc could be measured"
     if r["measured_statements"]:
-        before, after = r["max_error_before_mm"], r["max_error_after_mm"]
-        burning = f" ({arc} mm while the arc burns)" if (arc := arc_alone(r)) else ""
-        fall = f"{before:.3f} mm -> {after:.3f} mm along lines and arcs{burning}{passing}"
+        fall = f"{_fall(r)}{passing}"
     count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
     statements = "statement" if count["compensated"] == 1 else "statements"
     return (
-        f"{fall} (tolerance {r['tolerance_mm']:g} mm){unseen}; {count['compensated']} {statements} compensated{doubt},"
+        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},"
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
         f" cycle time {r['cycle_time_s']:.1f} s{expected}{'; ' if r['expected_remaining_fraction'] else ''}"
         f"{estimated_stiffness(r)}"
@@ -104,11 +108,13 @@ def elsewhere(document: Mapping[str, Any]) -> list[str]:
     return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
 
 
-def arc_alone(document: Mapping[str, Any]) -> str:
-    """The deviation while the arc burns [mm], where ways without it are farther off than they may be; else empty."""
-    after, arc = document["max_error_after_mm"], document["max_arc_error_after_mm"]
-    told = arc is not None and after > max(document["tolerance_mm"], arc + UNCHANGED_MM)
-    return f"{arc:.3f}" if told else ""
+def _fall(r: Mapping[str, Any]) -> str:
+    """The largest deviation over everything that welds, before and after, and that of other lines and arcs."""
+    whole = f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm"
+    if r["max_arc_error_after_mm"] is None:
+        return f"{whole} along lines and arcs (tolerance {r['tolerance_mm']:g} mm)"
+    welds = f"{r['max_arc_error_before_mm']:.3f} mm -> {r['max_arc_error_after_mm']:.3f} mm while the arc burns"
+    return f"{welds} (tolerance {r['tolerance_mm']:g} mm), {whole} with moves in the air ({r['air_tolerance_mm']:g} mm)"
 
 
 def _mm(value: float) -> float:

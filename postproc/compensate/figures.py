@@ -18,12 +18,13 @@ class Figures:
 
     Args:
         before, after: along lines and arcs, at steady speed; transient: while the speed changes.
-        arc: after, of those along which the arc burns; None where it never does.
+        arc_before, arc: of those along which the arc burns, before and after; None where it never does.
         transition: where the correction jumps; joint_move: of joint moves.
     """
 
     before: float
     after: float
+    arc_before: float | None
     arc: float | None
     transient: float
     transition: float
@@ -36,10 +37,12 @@ def figures_of(plan: Plan, before: Deviation, after: Deviation) -> Figures:
     mine = own[after.owner]
     passing = in_transition(plan, after)
     settled = _counted(after.space & mine & ~passing, after.steady)
-    burning = np.array([move.welding for move in plan.motion.moves])[after.owner] & after.space & mine
+    welding = np.array([move.welding for move in plan.motion.moves]) & own
+    burning, lit = welding[after.owner] & after.space, welding[before.owner]
     return Figures(
         before.largest(_counted(before.space & own[before.owner], before.steady)),
         after.largest(settled),
+        before.largest(_counted(lit & before.space, before.steady)) if burning.any() else None,
         after.largest(burning & settled) if burning.any() else None,
         after.largest(after.space & mine & ~after.steady & ~passing),
         after.largest(passing & mine),

@@ -23,6 +23,7 @@ _TURN_ONLY = 1e-3  # [m]: a shorter way is a reorientation
 ASTRAY = "it also runs on ways that are not followed, which begin elsewhere"
 
 _NO_CODE = re.compile(rb'"[^"\n]*"|![^\n]*')
+_COMMA = re.compile(rb"(?:\s|![^\n]*)*,(?:\s|![^\n]*)*")
 _OPENS = re.compile(
     rb"(?i)[;:]$|\b(THEN|ELSE|DO|ENDIF|ENDFOR|ENDWHILE|ENDTEST|ERROR|UNDO|BACKWARD)$|^(LOCAL\s+)?(PROC|TRAP)\b"
 )
@@ -66,9 +67,6 @@ def why_indivisible(event: MotionEvent, length: float) -> str | None:
         return "`\\T` gives the time of the whole move"
     if statement.argument("\\corr") is not None:
         return "`\\Corr` follows a sensor"
-    tuned = event.target_origin.tuned
-    if tuned is not None and (not tuned.terms or event.via is not None):
-        return "PERS data that is set by hand displaces its target"
     if not _stands_alone(statement.source.data, statement.span[0]):
         return "it stands in a one-line IF"
     return None
@@ -99,6 +97,18 @@ def _way(events: Sequence[MotionEvent], row: int) -> tuple[object, ...]:
     place = (start.target, event.target, event.via)
     frames = ((e.wobj, e.displacement, e.tool) for e in (start, event))
     return (event.statement.key, *place, *frames) if known else (row,)
+
+
+def neighbouring_element(text: str, before: MotionEvent, event: MotionEvent) -> str | None:
+    """What the target before is called if it is the next element of the same array, where an index runs over it."""
+    there, here = before.target_origin, event.target_origin
+    if not text.endswith("}") or here.kind != "element" or here.declaration != there.declaration:
+        return None
+    if here.spans is None or there.spans is None:
+        return None
+    (_, first), (second, _) = sorted([there.spans.whole, here.spans.whole])
+    step = "-1" if second == here.spans.whole[0] else "+1"
+    return f"{text[:-1]}{step}}}" if _COMMA.fullmatch(here.spans.source.data, first, second) else None
 
 
 def _stands_alone(data: bytes, offset: int) -> bool:

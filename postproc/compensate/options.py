@@ -15,6 +15,9 @@ class Options:
 
     Args:
         tolerance_m: largest deviation of the TCP from a programmed line or arc [m]; the source paper reaches 0.01 mm.
+        air_tolerance_m: the same on motions that do not weld, in a program that welds [m].
+        scope: ``welds`` corrects what welds alone.
+        allow_partial: a program is written although a weld stays uncorrected between corrected ones.
         force, moment: external wrench on the TCP, base axes [N], [N m].
         force_on: ``all`` along the whole program, ``arc`` while the arc burns.
         inertia: compensate the deflection under sustained acceleration.
@@ -28,6 +31,9 @@ class Options:
     """
 
     tolerance_m: float = 1e-5
+    air_tolerance_m: float = 2e-4
+    scope: Literal["all", "welds"] = "all"
+    allow_partial: bool = False
     force: Vec3 = (0.0, 0.0, 0.0)
     moment: Vec3 = (0.0, 0.0, 0.0)
     force_on: Literal["all", "arc"] = "all"

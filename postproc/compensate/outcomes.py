@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.decisions import FOLLOWS
 from postproc.compensate.plan import Plan
 from postproc.compensate.proof import Deviation
+from postproc.compensate.tolerances import goal_tolerances
 from postproc.compensate.transitions import (
     finding,
     for_the_next,
@@ -19,7 +19,7 @@ from postproc.compensate.transitions import (
     transient_finding,
     transition_findings,
 )
-from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome
+from postproc.compensate.values import OUT_OF_REACH, UNCHANGED_MM, UNCHANGED_RAD, Outcome, Status
 from postproc.diagnostics import Diagnostic
 from postproc.grouping import grouped
 from postproc.motion.values import Move
@@ -40,6 +40,7 @@ LENT_START = (
 )
 STAYING_START = "the arm comes from a target that stays as it is: see the finding there"
 BESIDE = "what is corrected beside it begins or ends here: check the path around this statement"
+FOLLOWS = "it follows the target that it is derived from"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
 
@@ -51,7 +52,7 @@ def judge_statements(
 
     Statements of lent files have no outcome, being left as they are; what stays off on the program's targets is told.
     """
-    tolerance = plan.motion.options.tolerance_m
+    path, goal = plan.path_tolerance, goal_tolerances(plan.motion.moves, plan.motion.options)
     moves = {move.row: i for i, move in enumerate(plan.motion.moves)}
     runs = executions_of(events)
     worst, shifts = _worst_of_moves(plan, after), _shifts(plan)
@@ -68,16 +69,17 @@ def judge_statements(
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
                     text = f"left as it is: {outcome.reason}"
-                    findings.append(
-                        finding("CMP005", "warning", statement, text, set_first(outcome.reason or "") or BESIDE)
-                    )
+                    first = next((set_first(events[i].unknowns) for i in indices if events[i].reason), None)
+                    findings.append(finding("CMP005", "warning", statement, text, first or BESIDE))
                 continue
-        way, end = (max((d[i] for i in rows), default=0.0) for d in (worst, at_goal))
-        if max(way, end) > tolerance:
-            what = "the path to this target" if way > end else "this target itself"
-            text = f"{what} stays {MM * max(way, end):.3f} mm off, tolerance {MM * tolerance:g} mm"
-            farthest = max(rows, key=lambda i: max(worst[i], at_goal[i]))
-            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, way > end)))
+        over = [i for i in rows if worst[i] > path[i] or at_goal[i] > goal[i]]
+        if over:
+            farthest = max(over, key=lambda i: max(worst[i], at_goal[i]))
+            on_the_way = worst[farthest] > path[farthest] and worst[farthest] > at_goal[farthest]
+            what = "the path to this target" if on_the_way else "this target itself"
+            off, most = (worst, path) if on_the_way else (at_goal, goal)
+            text = f"{what} stays {MM * off[farthest]:.3f} mm off, tolerance {MM * most[farthest]:g} mm"
+            findings.append(finding("CMP006", "warning", statement, text, _why(plan, rows, farthest, on_the_way)))
     unseen, lines = unmeasured(outcomes, events, plan)
     if 0 < unseen == lines:
         text = "no line or arc could be measured: where they begin or end, or the load, is known only at run time"
@@ -94,14 +96,14 @@ def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> st
     """
     moves = plan.motion.moves
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
-    if moves[farthest].event.statement.key in plan.decisions.following:
+    if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return FOLLOWS
-    if not on_the_way and any(i in plan.shared for i in rows):
+    if not on_the_way and any(i in plan.relaxed for i in rows):
         return SHARED
     key = start.event.statement.key
-    if on_the_way and start.event.statement.source.lent and key not in plan.decisions.edited:
+    if on_the_way and start.event.statement.source.lent and key not in plan.places:
         return LENT_START
-    if on_the_way and key in plan.decisions.refused:
+    if on_the_way and key in plan.left:
         return STAYING_START
     divided = next((f"no target was added: {plan.indivisible[i]}" for i in rows if i in plan.indivisible), None)
     return divided or (f"{MORE}; {INERTIA}" if plan.motion.options.inertia else MORE)
@@ -125,18 +127,19 @@ def _outcome(
     residual = MM * max(float(after.goal_distance[i]) for i in rows)
     if statement.interpolation == "absjoint":
         return Outcome(statement, "skipped", JOINT_TARGET, 0.0, round(residual, 5))
-    refused = plan.decisions.refused.get(statement.key)
+    refused = plan.left.get(statement.key)
     if refused is not None:
-        return Outcome(statement, "skipped", refused, 0.0, round(residual, 5))
+        status: Status = "unchanged" if statement.key in plan.unasked else "skipped"
+        return Outcome(statement, status, refused, 0.0, round(residual, 5))
     shift, angle = MM * max(float(shifts[i, 0]) for i in rows), max(float(shifts[i, 1]) for i in rows)
     if shift < UNCHANGED_MM and angle < UNCHANGED_RAD:
         why = "the correction is below the last decimal"
         return Outcome(statement, "unchanged", why, round(shift, 5), round(residual, 5))
-    edited = plan.decisions.edited.get(statement.key)
+    edited = plan.places.get(statement.key)
     begun = [_begins_anywhere(plan.motion.moves[i]) for i in rows]
     if any(begun):
         reason = reason or (UNKNOWN_START if all(begun) else SOMETIMES)
-    if any(i in plan.shared for i in rows):
+    if any(i in plan.relaxed for i in rows):
         reason = SHARED
     reason = FOLLOWS if edited == "derived" else reason
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
@@ -166,6 +169,26 @@ def unmeasured(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan:
 
 def _measured(plan: Plan) -> set[StatementKey]:
     return {move.event.statement.key for move in plan.motion.moves if not move.first}
+
+
+ALIKE = 0.1  # share of the largest correction by which one that follows run-time data may differ from what it is here
+
+
+def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey, float]:
+    """How far [mm] each statement may be corrected, whatever its data is when the program runs.
+
+    Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
+    statement that stays as it is may follow what it is derived from.
+    """
+    largest = max((o.shift_mm or 0.0 for o in outcomes), default=0.0)
+    goal = goal_tolerances(plan.motion.moves, plan.motion.options)
+    slack: dict[StatementKey, float] = {}
+    for move, tolerance in zip(plan.motion.moves, goal, strict=True):
+        key = move.event.statement.key
+        slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
+    return {
+        o.statement.key: (o.shift_mm or largest) + slack.get(o.statement.key, 0.0) + ALIKE * largest for o in outcomes
+    }
 
 
 def _shifts(plan: Plan) -> Array:

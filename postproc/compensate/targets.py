@@ -41,7 +41,7 @@ PiecesKey = tuple[int, bool, bytes]  # a move, whether it may be divided, and wh
 def divide_moves(
     samples: Samples,
     T_commanded: Array,
-    tolerance: float,
+    tolerance: Array,
     divisible: Sequence[bool],
     settled: Flags,
     known: dict[PiecesKey, Pieces],
@@ -50,7 +50,7 @@ def divide_moves(
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
-        tolerance: [m]; divisible: (m,) whether statements may be added before the move's statement.
+        tolerance: (m,) [m]; divisible: (m,) whether statements may be added before the move's statement.
         settled: (n,) where the load of inertia does not change; known: pieces found before, more for the next time.
     """
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
@@ -62,11 +62,13 @@ def divide_moves(
     for i in np.flatnonzero(samples.goal > samples.start).tolist():
         begin = int(samples.start[i])
         rows = slice(begin, int(samples.goal[i]) + 1)
-        if not curves.arc[i] and (curves.joint[i] or worst[i] <= limit):
+        if not curves.arc[i] and (curves.joint[i] or worst[i] <= limit[i]):
             continue
         key = i, divisible[i], T_commanded[rows, :3, 3].tobytes()
         if key not in known:
-            known[key] = (_arcs if curves.arc[i] else _vertices)(samples, i, T_commanded, limit, divisible[i], weight)
+            known[key] = (_arcs if curves.arc[i] else _vertices)(
+                samples, i, T_commanded, float(limit[i]), divisible[i], weight
+            )
         result.append(known[key])
     return result
 

@@ -19,7 +19,7 @@ def own_moves(plan: Plan) -> Flags:
     """(m,) moves of the files that may change, and those of other files from and to targets that are written."""
     moves = plan.motion.moves
     mine = np.array([not move.event.statement.source.lent for move in moves])
-    known = mine | [move.event.statement.key in plan.decisions.edited for move in moves]
+    known = mine | [move.event.statement.key in plan.places for move in moves]
     first = np.array([move.first for move in moves])
     return mine | (known & np.append(False, known[:-1]) & ~first)
 

@@ -2,73 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
 
+from postproc.compensate.laws import OffsetLaw
 from postproc.diagnostics import Source, Span
-from postproc.motion.values import Move
 from postproc.rapid.program.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.program.pose import subtract
 from postproc.rapid.program.records import Ax6, Pose, RobTarget, Vec3
-from postproc.rapid.syntax.spans import TargetSpans
 
 Status = Literal["compensated", "unchanged", "skipped"]
 Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
-"""Where the new target of a statement is written: the numbers of a declaration, of an array element, of the aggregate
-that is the argument; another argument; the argument of the call that hands it to a routine; or nowhere, because it
-moves with the target that it is derived from."""
+"""Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the aggregate
+that is the argument; in an offset around the argument; in the argument of the call that hands it to a routine; or
+nowhere, because it moves with the target that it is derived from."""
 
 OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
+Conf = tuple[int, int, int, int]
 UNCHANGED_MM = 0.0005  # below the last decimal that is written
 UNCHANGED_RAD = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
-class Displacement:
-    """A displacement that goes straight with numbers: the constant and, by name of the number, what each unit adds."""
+class ArcPoint:
+    """The point after a share of the circle through three targets, as the program calls them.
 
-    constant: Vec3
-    slopes: tuple[tuple[str, Vec3], ...] = ()
+    Args:
+        function: name of the routine that works it out on the controller.
+    """
 
-    def at(self, numbers: Mapping[str, float]) -> Vec3:
-        """What it is where the numbers have these values."""
-        x, y, z = self.constant
-        for name, (dx, dy, dz) in self.slopes:
-            x, y, z = x + numbers[name] * dx, y + numbers[name] * dy, z + numbers[name] * dz
-        return x, y, z
+    function: str
+    start: str
+    via: str
+    goal: str
+    share: float
 
 
 @dataclass(frozen=True, slots=True)
 class TargetValue:
-    """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it from run to run.
+    """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it beyond that.
 
     Args:
-        way: of the pose [mm], None where it stays.
+        law: of the position [mm], None where the pose is all; arc: what the law displaces, where it is on a circle.
     """
 
     pose: Pose
-    robconf: tuple[int, int, int, int]
+    robconf: Conf
     extax: Ax6
-    way: Displacement | None = None
+    law: OffsetLaw | None = None
+    arc: ArcPoint | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """The corrected value that one move asks for, in one argument of its statement (``to`` or ``via``).
+class TargetRequest:
+    """Where one execution of a statement wants the target of one of its arguments.
 
     Args:
-        apart: the argument is replaced, whatever serves for the target that it names now.
+        move: index of the move; event: the execution; role: of the argument, ``to`` or ``via``.
+        value: the corrected target; turn: rotation vector [rad] from the programmed to the corrected orientation.
+        within_mm: how far from it the target may be written.
     """
 
-    move: Move
+    move: int
+    event: MotionEvent
     role: str
     value: TargetValue
-    apart: bool = False
-
-    @property
-    def event(self) -> MotionEvent:
-        return self.move.event
+    turn: Vec3
+    within_mm: float
 
     @property
     def target(self) -> RobTarget:
@@ -79,15 +80,20 @@ class Wish:
 
     @property
     def origin(self) -> Origin:
+        """Where that comes from."""
         origin = self.event.target_origin if self.role == "to" else self.event.via_origin
         assert origin is not None
         return origin
 
     @property
-    def names(self) -> set[str]:
-        """Keys of the declaration and the parameters that the target comes from."""
-        handed, declaration = self.origin.handed, self.origin.declaration
-        return {*(handed.parameters if handed is not None else ()), *([declaration] if declaration is not None else [])}
+    def shift(self) -> Vec3:
+        """From the programmed to the corrected position [mm], object axes."""
+        return subtract(self.value.pose.trans, self.target.trans)
+
+
+Form = Literal["numbers", "amounts", "offset", "components"]
+"""How a correction is written: literal numbers in the place of literal numbers; what ``Offs`` or ``RelTool`` displaces by
+changed; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration data."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,19 +101,17 @@ class Change:
     """One target to rewrite.
 
     Args:
-        source, span: the text that holds the target: an aggregate, or an argument that leads to one.
-        value: the corrected target.
-        spans: literal numbers that are replaced in place; None replaces the whole text.
-        displacement: of whatever target the text leads to [mm], object frame; None writes an aggregate.
-        inner: part of a displaced text that leads to one target in all runs and is replaced by ``value``.
+        source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
+        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on an
+            arc it stands instead of the text.
+        law: what is added to the position [mm]: along the axes of the object frame, of the tool where ``RelTool`` has it.
     """
 
     source: Source
     span: Span
+    form: Form
     value: TargetValue
-    spans: TargetSpans | None = None
-    displacement: Displacement | None = None
-    inner: Span | None = None
+    law: OffsetLaw = OffsetLaw()
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
+import os
 import sys
 from collections.abc import Iterable
 from contextlib import redirect_stdout
@@ -24,14 +25,14 @@ def load_effect_file(path: str | Path, check: bool = True) -> tuple[type[Effect]
         PostprocError: the file does not run (EFF001), has no effect (EFF008) or two classes of one name (EFF007), or an
             effect fails a check.
     """
-    path = Path(path).resolve()
+    path = Path(os.path.realpath(path))
     try:
         data = path.read_bytes()
     except OSError as error:
         message, help_ = f"the effect file cannot be read: {error.strerror}", "check the spelling and the folder"
         raise PostprocError.of("EFF001", message, Source(str(path), b""), help=help_) from error
     # The name changes with the content, so that an edited file is loaded afresh and an unchanged one is not.
-    name = f"effects_in_{path.stem}_{hashlib.sha256(str(path).encode() + data).hexdigest()[:12]}"
+    name = f"effects_in_{path.stem}_{hashlib.sha256(os.fsencode(path) + data).hexdigest()[:12]}"
     if name not in sys.modules:
         _run(name, path, data)
     classes = tuple(effects_of(sys.modules[name]))

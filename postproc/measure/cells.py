@@ -15,6 +15,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.measure.layout import ColumnMap
 from postproc.measure.numbers import EMPTY, as_number, find_decimal, holds_numbers
 from postproc.measure.units import is_unit, stated_unit
+from postproc.numbers import read_number
 
 LARGEST = 1e100  # larger numbers count as not measured: their squares could not be formed
 NINES = re.compile(r"[-+]?9{3,}(?:[.,][90]*)?")
@@ -72,12 +73,12 @@ class Cells:
         cells = [as_number(cell, self.decimal) for cell in cells]
         wrong: list[int] = []
         try:
-            values = np.array([float(cell) if cell else np.nan for cell in cells])
+            values = np.array([read_number(cell) if cell else np.nan for cell in cells])
         except ValueError:
             values = np.full(len(cells), np.nan)
             for i, cell in enumerate(cells):
                 try:
-                    values[i] = float("nan" if cell.lower() in EMPTY else cell)
+                    values[i] = read_number("nan" if cell.lower() in EMPTY else cell)
                 except ValueError:
                     wrong.append(i)
         huge = np.abs(values) > LARGEST
@@ -140,12 +141,12 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
             cells = cells[:-1]
         if len(cells) != len(header):
             message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
-            help_ = "check for a missing separator or a decimal comma; until then the row is left out"
+            help_ = "check for a missing separator or a decimal comma; until then the row counts as empty"
             diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
-            continue
+            cells = [""] * len(header)
         rows.append(tuple(cells))
         lines.append(number)
-    if not rows:
+    if all(not any(row) for row in rows):
         size = Counter(len(cells) for _, cells in body).most_common(1)
         found = f"rows have {size[0][0]}" if size else "there is no other row"
         help_ = "check the separator and the decimal sign, and that every column has a name"

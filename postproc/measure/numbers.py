@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from postproc.numbers import read_number
+
 GROUPED = {
     ".": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:[.]\\d*)?|[-+]?\\d{1,3}(?:,\\d{3})+[.]\\d*"),
     ",": re.compile("[-+]?\\d{1,3}(?:['\u2019 \u00a0]\\d{3})+(?:,\\d*)?|[-+]?\\d{1,3}(?:[.]\\d{3})+,\\d*"),
@@ -25,7 +27,7 @@ def as_number(cell: str, decimal: str) -> str:
 def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is a number."""
     try:
-        float(as_number(cell, decimal))
+        read_number(as_number(cell, decimal))
     except ValueError:
         return False
     return True

@@ -1,7 +1,13 @@
-"""Values that the text alone does not give."""
+"""Values that the text alone does not give, why they are not known, and values that are only assumed.
+
+Knowledge of data has three levels: a value; an assumed value (the last one seen in the text, with the causes why it is
+not certain); an ``Unknown``.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from postproc.diagnostics import Span
@@ -9,19 +15,126 @@ from postproc.diagnostics import Span
 Data = Any  # float, bool, str or a tuple of Data
 
 
+class Kind(Enum):
+    """Why something is not known, with its words for people: a phrase that completes "left alone: ...".
+
+    Here and nowhere else these texts are made; nothing reads them.
+    """
+
+    # Data and state: the subject is a name in backticks or what an instruction sets.
+    UNSET = "{subject} is written by the program and has no certain value here"
+    MAY_BE_WRITTEN = "{subject} may be written by {cause}"
+    WRITTEN_BY_FUNCTION = "{subject} is written by a function"
+    WRITTEN_AT_ANY_TIME = "{subject} is written by a trap routine or an error handler"
+    UNCERTAIN = "{subject} is not certain here"
+    UNDECIDED = "{subject} depends on a condition that is not known"
+    CHANGED_IN_LOOP = "{subject} is changed in a loop"
+    CHANGED_TOO_DEEPLY = "{subject} is changed in blocks that are nested too deeply"
+    CHANGED_UNFOLLOWED = "{subject} is changed in a routine that is not followed here"
+    CHANGED_BEFORE_JUMP = "{subject} may have changed before the jump to here"
+    FOUND_BY_SEARCH = "{subject} is found by a search"
+    STATE_UNKNOWN = "{subject} is not known here"
+    COUNTER = "a counter has no certain value here"
+    # Names.
+    NOT_DECLARED = "`{subject}` is not declared in these files"
+    NO_VALUE = "`{subject}` has no value in this file"
+    CIRCULAR = "the value of `{subject}` depends on itself"
+    TOO_LARGE = "`{subject}` is too large to follow"
+    NO_ELEMENT = "`{subject}` has no element {cause}"
+    NO_SUCH_ELEMENT = "the array has no element {subject}"
+    PARAMETER = "the parameter `{subject}` is not known"
+    LOOP_INDEX = "the loop index `{subject}` is not known"
+    WRONG_TYPE = "`{subject}` is {cause}"
+    NO_NUMBER = "`{subject}` is no number"
+    # Routines.
+    NOT_FOLLOWED = "`{subject}` is not followed here"
+    GIVES_NOTHING = "`{subject}` gives no known value"
+    RESULT_UNDECIDED = "the result depends on a condition that is not known"
+    ACTS = "`{subject}` does more than calculate: assign what it gives before the move"
+    # Calculation.
+    RUN_TIME_FUNCTION = "`{subject}` is known only at run time"
+    UNKNOWN_FUNCTION = "`{subject}` is a function this version does not know"
+    CONTROLLER_FUNCTION = (
+        "`{subject}` is worked out by the controller: a place and the joint angles there are not turned into one"
+        " another here"
+    )
+    UNDEFINED = "`{subject}` has no value for these arguments"
+    UNDEFINED_OPERATOR = "`{subject}` has no value for these operands"
+    NEEDS_NUMBER = "`{subject}` needs a number"
+    NEEDS_TRUTH = "NOT needs a truth value"
+    TYPES = "the types of the expression do not fit each other"
+    NESTED = "the calculation is nested too deeply"
+    NOT_WHOLE = "an array index is not a whole number"
+    NO_COMPONENT = "`.{subject}` is not a known component"
+    NO_PART = "the part that is written does not exist"
+    NOT_ASSIGNABLE = "this cannot be assigned to"
+    UNREADABLE = "{subject} cannot be read: {cause}"
+    UNREADABLE_ARGUMENTS = "the arguments of `{subject}` cannot be read"
+    # Data that is no target, no tool ...
+    STAR = "the position is stored without a name (`*`) and not visible in the text"
+    NUMBER_TOO_LARGE = "a number in the data is too large"
+    NUMBER_EXPECTED = "a number is expected in the data"
+    NUMBERS_EXPECTED = "{subject} numbers are expected in the data"
+    NOT_A = "the value is not a {subject}"
+    CONFIGURATION = "a number in the configuration data is too large"
+    NEVER_TAUGHT = "the orientation is [0,0,0,0]: the position was never taught"
+    NO_FRAME = "the orientation is [0,0,0,0], which no frame has"
+    NOT_UNIT = "the orientation is no unit quaternion: its length is {subject}, not 1"
+    # Motion statements.
+    NO_TARGET = "it names no target"
+    ARGUMENTS = "its arguments cannot be read"
+    UNSUPPORTED = "{subject}"
+    PAYLOAD = "the payload is not known: {cause}"
+    DISPLACEMENT = "the program displacement is not known: {cause}"
+    DISPLACED_FROM_HERE = "the displacement depends on where the arm stands at PDispOn"
+    EXTERNAL_OFFSET = "an offset of the external axes may be active"
+    MOVED_OBJECT = "the work object `{subject}` is moved by `{cause}`"
+    MOVED_BY_NOBODY = (
+        "the work object `{subject}` is moved by a mechanical unit that it does not name: ufprog of a fixed frame is"
+        " TRUE"
+    )
+
+
 class Unknown(Exception):
     """A value that the text alone does not give.
 
     Args:
-        reason: a phrase that completes "left alone: ...".
+        kind: why; subject: of what, in the words that ``kind`` has a place for.
+        cause: what stands behind it: another reason, or words for the place that ``kind`` has for it.
         missing: name that is declared nowhere, with the span where it is used.
+        key: of the data or state (as ``WriteEffects`` names it).
     """
 
-    def __init__(self, reason: str, missing: str | None = None, span: Span | None = None) -> None:
-        super().__init__(reason)
-        self.reason = reason
+    def __init__(
+        self,
+        kind: Kind,
+        subject: str = "",
+        cause: Unknown | str = "",
+        missing: str | None = None,
+        span: Span | None = None,
+        key: str = "",
+    ) -> None:
+        super().__init__(kind, subject, cause, missing, span, key)
+        self.kind = kind
+        self.subject = subject
+        self.cause = cause
         self.missing = missing
         self.span = span
+        self.key = key
+
+    @property
+    def reason(self) -> str:
+        """Its words for people."""
+        cause = self.cause.reason if isinstance(self.cause, Unknown) else self.cause
+        return self.kind.value.format(subject=self.subject, cause=cause)
+
+    @property
+    def root(self) -> Unknown:
+        """The reason behind all others."""
+        return self.cause.root if isinstance(self.cause, Unknown) else self
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 class Invalid(Unknown):
@@ -29,11 +142,55 @@ class Invalid(Unknown):
 
 
 class PartlyUnknown(Unknown):
-    """A record or an array of which some parts are known; ``data`` has a Unknown in the place of every other."""
+    """A record or an array of which some parts are known; ``data`` has an Unknown in the place of every other.
 
-    def __init__(self, unknown: Unknown, data: Data) -> None:
-        super().__init__(unknown.reason, unknown.missing, unknown.span)
+    Args:
+        assumed: why the known parts are not certain.
+    """
+
+    def __init__(self, unknown: Unknown, data: Data, assumed: Causes = ()) -> None:
+        super().__init__(unknown.kind, unknown.subject, unknown.cause, unknown.missing, unknown.span, unknown.key)
         self.data = data
+        self.assumed = assumed
+
+
+Causes = tuple[Unknown, ...]
+MOST_CAUSES = 4  # that are kept of one value
+
+
+@dataclass(frozen=True, slots=True)
+class Assumed:
+    """The last value seen in the text of data that something may have changed since."""
+
+    data: Data
+    causes: Causes
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the value is the same and uncertain, too, for whatever causes."""
+        return isinstance(other, Assumed) and self.data == other.data
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def joined_causes(*causes: Causes) -> Causes:
+    """Causes of a value that is made of several, each once."""
+    found = {(cause.kind, cause.subject, str(cause.cause)): cause for part in causes for cause in part}
+    return tuple(found.values())[:MOST_CAUSES]
+
+
+def assumed_for(data: Data, causes: Causes) -> Data:
+    """Data (known, assumed or not known) that is no more certain than its causes allow."""
+    if not causes or (isinstance(data, Unknown) and not isinstance(data, PartlyUnknown)):
+        return data
+    if isinstance(data, PartlyUnknown):
+        return PartlyUnknown(data, data.data, joined_causes(data.assumed, causes))
+    data, before = without_causes(data)
+    return Assumed(data, joined_causes(before, causes))
+
+
+def without_causes(data: Data) -> tuple[Data, Causes]:
+    """The value, assumed or not, and why it is not certain."""
+    return (data.data, data.causes) if isinstance(data, Assumed) else (data, ())
 
 
 def unknown_part(data: Data) -> Unknown | None:

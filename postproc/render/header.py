@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from postproc.compensate.document import arc_alone, estimated_stiffness
+from postproc.compensate.document import estimated_stiffness
 from postproc.compensate.options import Options
 from postproc.model.arm import Model
 
@@ -23,7 +23,8 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "wrench": _wrench_text(options),
         "before_mm": f"{document['max_error_before_mm']:.3f}",
         "after_mm": f"{document['max_error_after_mm']:.3f}",
-        "arc_mm": arc_alone(document),
+        "arc_before_mm": _mm(document["max_arc_error_before_mm"]),
+        "arc_mm": _mm(document["max_arc_error_after_mm"]),
         **beyond,
         "stiffness": estimated_stiffness(document),
         "added": document["added_targets"],
@@ -32,6 +33,10 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "unmeasured": document["unmeasured_statements"],
         "unproved": document["unproved_statements"],
     }
+
+
+def _mm(value: float | None) -> str:
+    return "" if value is None else f"{value:.3f}"
 
 
 def _wrench_text(options: Options) -> str:

@@ -5,16 +5,24 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.values import Change, Displacement, Insertion, TargetValue
-from postproc.diagnostics import Source, Span
+from postproc.compensate.expressions import amounts_of
+from postproc.compensate.laws import OffsetLaw
+from postproc.compensate.values import Change, Insertion, TargetValue
+from postproc.diagnostics import Source
 from postproc.grouping import grouped
 from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import Vec3
 from postproc.rapid.syntax.edits import Edit, edited
-from postproc.rapid.syntax.tokens import number_text, tokenize
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.syntax.tokens import number_text
+from postproc.rapid.syntax.trees import Number
 from postproc.render.lines import broken
 from postproc.render.numbers import MM_DECIMALS, QUATERNION_DECIMALS, number_like, rapid_number
 from postproc.render.templates import fill, load_template
@@ -28,72 +36,110 @@ _DECIMALS = (MM_DECIMALS,) * 3 + (QUATERNION_DECIMALS,) * 4 + (0,) * 4  # of a t
 
 
 def change_edits(env: SandboxedEnvironment, changes: Iterable[Change]) -> Iterator[tuple[Source, Edit]]:
-    """Edits that write corrected targets: numbers in place, or an aggregate or an ``Offs`` for a whole argument."""
-    target, displaced = load_template(env, "target.j2"), load_template(env, "displaced.j2")
+    """Edits that write corrected targets: numbers in the place of numbers, or an offset around what stands there."""
     for change in changes:
-        if change.spans is not None:
+        if change.form == "numbers":
             edit = _number_edit(change)
             if edit is not None:
                 yield change.source, edit
-            continue
-        replaced = change.inner or change.span
-        text = fill(target, {"target": change.value}) + _comments(change.source.data, replaced)
-        if change.displacement is not None:
-            begin, end = change.inner or (change.span[0], change.span[0])
-            before, after = change.source.data[change.span[0] : begin], change.source.data[end : change.span[1]]
-            written = before.decode("latin-1") + (text if change.inner else "") + after.decode("latin-1")
-            text = fill(displaced, {"text": written, "displacement": _sums(change.displacement, written)})
-            lead, newline = line_style(change.source.data, change.span[0])
-            text = broken(text, lead.decode("latin-1"), newline.decode())
-        yield change.source, Edit(*change.span, text.encode("latin-1", "replace"))
+        elif change.form == "amounts":
+            for edit in _amount_edits(change):
+                yield change.source, edit
+        else:
+            yield change.source, _around(env, change)
 
 
-def _comments(data: bytes, span: Span) -> str:
-    """The comments of a text that is replaced, each to the end of its line."""
-    if b"!" not in data[slice(*span)]:
-        return ""
-    return "".join(
-        f" {data[slice(*at)].decode('latin-1')}\n" for kind, at in tokenize(data, *span) if kind == "comment"
-    )
+def _around(env: SandboxedEnvironment, change: Change) -> Edit:
+    """``Offs`` around an expression, or an aggregate of the components of a name with other configuration data."""
+    source, span = change.source, change.span
+    written = source.data[slice(*span)].decode("latin-1")
+    sums = _sums(change.law, written)
+    if change.value.arc is not None:
+        text = fill(load_template(env, "arc_target.j2"), {"target": change.value, "displacement": sums})
+    elif change.form == "offset":
+        text = fill(load_template(env, "displaced.j2"), {"text": written, "displacement": sums})
+    else:
+        values = {"name": written, "displacement": sums, "robconf": change.value.robconf}
+        text = fill(load_template(env, "components.j2"), values)
+    lead, newline = line_style(source.data, span[0])
+    text = broken(text, lead.decode("latin-1"), newline.decode())
+    glued = source.data[span[0] - 1 : span[0]].isalnum() and text[:1].isalpha()
+    return Edit(*span, (" " * glued + text).encode("latin-1", "replace"))
 
 
-def _sums(displacement: Displacement, text: str) -> list[str]:
-    """The displacement along x, y, z as RAPID writes it, with names as they are spelled in the text."""
+def _amount_edits(change: Change) -> Iterator[Edit]:
+    """New amounts by which ``Offs`` or ``RelTool`` displaces: a number for a number, a sum for anything else."""
+    data = change.source.data
+    tree = read_whole_expression(data, *change.span)
+    written = data[slice(*change.span)].decode("latin-1")
+    for axis, part in enumerate(amounts_of(tree)):
+        law = OffsetLaw(
+            _only(axis, change.law.constant), tuple((n, _only(axis, d)) for n, d in change.law.coefficients)
+        )
+        text = data[slice(*part.span)].decode("latin-1")
+        if isinstance(part, Number) and _plain(text):
+            amount = number_like(text.replace(" ", ""), part.value + law.constant[axis], MM_DECIMALS)
+            rest = _sums(replace(law, constant=(0.0, 0.0, 0.0)), written)[axis]
+            text = amount if rest == "0" else f"{amount}+{rest}".replace("+-", "-")
+        else:
+            rest = _sums(law, written)[axis]
+            text = text if rest == "0" else f"{text}+{rest}".replace("+-", "-")
+        if text.encode("latin-1") != data[slice(*part.span)]:
+            yield Edit(*part.span, text.encode("latin-1", "replace"))
+
+
+def _only(axis: int, values: Vec3) -> Vec3:
+    """One component of a vector, the others zero."""
+    x, y, z = (value if k == axis else 0.0 for k, value in enumerate(values))
+    return x, y, z
+
+
+def _plain(text: str) -> bool:
+    """Whether a number is written in decimals."""
+    try:
+        float(text.replace(" ", ""))
+    except ValueError:
+        return False
+    return True
+
+
+def _sums(law: OffsetLaw, text: str) -> list[str]:
+    """An offset along x, y, z as RAPID writes it, with names as they are spelled in the text."""
     found = []
     for axis in range(3):
-        parts = [rapid_number(displacement.constant[axis], MM_DECIMALS)]
-        for name, slope in displacement.slopes:
-            spelled = re.search(rf"\b{re.escape(name)}\b", text, re.IGNORECASE)
+        parts = [rapid_number(law.constant[axis], MM_DECIMALS)]
+        for name, slope in law.coefficients:
+            spelled = re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text, re.IGNORECASE)
             number = rapid_number(slope[axis], SLOPE_DECIMALS)
-            parts += [f"{number}*{spelled[0] if spelled else name}"] if number != "0" else []
-        told = [part for part in parts if part != "0"] or ["0"]
-        found.append("+".join(told).replace("+-", "-"))
+            factor = "" if number == "1" else "-" if number == "-1" else f"{number}*"
+            parts += [f"{factor}{spelled[0] if spelled else name}"] if number != "0" else []
+        shown = [part for part in parts if part != "0"] or ["0"]
+        found.append("+".join(shown).replace("+-", "-"))
     return found
 
 
 def _number_edit(change: Change) -> Edit | None:
     """From the first number that changes to the last: programs have many targets, so one edit for each."""
-    assert change.spans is not None
-    value, data, places = change.value, change.source.data, change.spans.numbers
+    value, data, places = change.value, change.source.data, TargetSpans(change.source, change.span).numbers
+    before = [number_text(data, place) for place in places]
+    kept = _same_rotation(before[3:7], value.pose.rot)
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
-    kept = places[3:7] if _same_rotation(data, places[3:7], value.pose.rot) else ()
     text, begin, end = [], -1, 0
-    for place, number, decimals in zip(places, numbers, _DECIMALS, strict=True):
-        before = number_text(data, place)
-        after = number_like(before, number, decimals)
-        if after != before and place not in kept:
+    for i, (place, old, number, decimals) in enumerate(zip(places, before, numbers, _DECIMALS, strict=True)):
+        after = old if kept and 3 <= i < 7 else number_like(old, number, decimals)
+        if after != old:
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
             text += [data[end : place[0]], after.encode("latin-1")]
             end = place[1]
     return Edit(begin, end, b"".join(text)) if text else None
 
 
-def _same_rotation(data: bytes, places: Sequence[Span], rot: Sequence[float]) -> bool:
+def _same_rotation(before: Sequence[str], rot: Sequence[float]) -> bool:
     """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    before = [float(number_text(data, place)) for place in places]
-    size = math.hypot(*before)
+    numbers = [*map(float, before)]
+    size = math.hypot(*numbers)
     return size > 0 and all(
-        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(before, rot, strict=True)
+        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(numbers, rot, strict=True)
     )
 
 
@@ -103,11 +149,14 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
     template = load_template(env, "statement.j2")
 
     def aggregate(value: TargetValue, statement: MotionStatement, base: str | None = None) -> str:
+        if value.arc is not None and value.law is not None:
+            sums = _sums(value.law, statement.source.data[slice(*statement.span)].decode("latin-1"))
+            return fill(load_template(env, "arc_target.j2"), {"target": value, "displacement": sums})
         text = base or fill(target, {"target": value})
-        if value.way is None:
+        if value.law is None:
             return text
         names = statement.source.data[slice(*statement.span)].decode("latin-1")
-        return fill(displaced, {"text": text, "displacement": _sums(value.way, names)})
+        return fill(displaced, {"text": text, "displacement": _sums(value.law, names)})
 
     edits = []
     for group in grouped((insertion.statement.key, insertion) for insertion in insertions).values():
@@ -122,12 +171,30 @@ def insertion_edits(env: SandboxedEnvironment, insertions: Iterable[Insertion]) 
                 replaced["\\t"] = _with_time(statement, insertion.duration)
             values = {"instruction": insertion.instruction, "arguments": _arguments(insertion, replaced)}
             text = fill(template, {"statement": values})
-            if insertion.to.way is not None:
+            if insertion.to.law is not None:
                 text = broken(text, lead.decode("latin-1"), newline.decode())
             lines.append(text.encode("latin-1", "replace") + newline + lead)
         edits.append((statement.source, Edit(statement.span[0], statement.span[0], b"".join(lines))))
         edits += _time_left(statement, group)
     return edits
+
+
+def function_edits(
+    env: SandboxedEnvironment, program: Program, insertions: Iterable[Insertion]
+) -> Iterator[tuple[Source, Edit]]:
+    """Edits that add the function which works out points on arcs to the modules that call it."""
+    names = {(i.statement.source.path, i.statement.module.lower()): i.to.arc.function for i in insertions if i.to.arc}
+    for module in program.modules:
+        name = names.get((module.source.path, module.name.lower()))
+        if name is None:
+            continue
+        data = module.source.data
+        end = module.span[1] - len("ENDMODULE")
+        _, newline = line_style(data, max(0, end - 1))
+        start = data.rfind(b"\n", 0, end) + 1
+        at = start if not data[start:end].strip() else end
+        text = fill(load_template(env, "arc_point.j2"), {"name": name}).replace("\n", newline.decode())
+        yield module.source, Edit(at, at, text.encode("latin-1") + (newline if not text.endswith("\n") else b""))
 
 
 def _with_time(statement: MotionStatement, duration: Decimal) -> str:

@@ -14,6 +14,7 @@ from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, Sp
 from postproc.measure.cells import Cells, read_cells
 from postproc.measure.layout import ColumnMap
 from postproc.measure.numbers import as_number
+from postproc.numbers import read_number
 
 PLACE = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -82,7 +83,7 @@ class _Table:
     def _number(self, row: int, at: int) -> float:
         text = self.cells.rows[row][at]
         try:
-            value = float(as_number(text, self.cells.decimal))
+            value = read_number(as_number(text, self.cells.decimal))
         except ValueError:
             value = math.nan
         if not abs(value) < LARGEST:
@@ -182,6 +183,8 @@ def _split(source: Source) -> _Table:
         raise PostprocError([replace(d, code="SEA001") for d in error.diagnostics]) from None
     help_ = "check for a missing separator or a decimal comma"
     findings = [replace(d, code="SEA001", severity="error", help=help_) for d in found if d.severity != "info"]
+    if any(d.code == "DAT004" and d.severity != "info" for d in found):
+        raise PostprocError(findings)
     header = [name.strip('"').lower() for name in cells.header]
     for i, name in enumerate(header):
         if name in (*PLACE, *QUATERNION, *TANGENT, *NORMAL, SPEED) and name in header[:i]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from postproc.arrays import Array
-from postproc.compensate.document import arc_alone, elsewhere
+from postproc.compensate.document import elsewhere
 from postproc.compensate.proof import Deviation
 from postproc.convert import Conversion
 from postproc.report.charts import course
@@ -57,8 +57,10 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "The program is not safe to compensate; no program was written."
     if not any(row["status"] == "compensated" for row in document["statements"]):
         return "Nothing was corrected."
-    burning = f" ({arc} mm while the arc burns)" if (arc := arc_alone(document)) else ""
-    fell = f"{document['max_error_before_mm']:.3f} mm to {document['max_error_after_mm']:.3f} mm{burning}"
+    fell = f"{document['max_error_before_mm']:.3f} mm to {document['max_error_after_mm']:.3f} mm"
+    if document["max_arc_error_after_mm"] is not None:
+        arc = f"{document['max_arc_error_before_mm']:.3f} mm to {document['max_arc_error_after_mm']:.3f} mm"
+        fell = f"{arc} while the arc burns, and with moves in the air from {fell}"
     beside = elsewhere(document)
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."

@@ -48,8 +48,8 @@ def render_page(
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    # "</" would end the script element.
-    embedded = json.dumps(document, allow_nan=False).replace("</", "<\\/")
+    # "</script" would end the element, "<!--<script" keep it from ending.
+    embedded = json.dumps(document, allow_nan=False).replace("<", "\\u003c")
     shown = [Section(s.title, Markup(s.html), prose(s.note)) for s in sections]
     return environment.get_template("report.html.j2").render(
         title=title,

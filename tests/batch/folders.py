@@ -5,18 +5,38 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 from postproc.batch.executors import Pool
 from postproc.batch.jobsfile import read_plan
-from postproc.batch.run import run_batch
-from postproc.batch.values import Batch, Outcome, Settings, Shard
+from postproc.batch.run import Ready, get_ready, run_batch
+from postproc.batch.values import Batch, Outcome, Plan, Shard
 from postproc.compensate.options import Options
+from postproc.settings import Settings
 
 HERE = Pool(lambda count: ThreadPoolExecutor(1), 1)  # no processes: quick
 AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 TOOL = "PERS tooldata tTorch:=[TRUE,[[0,0,350],[1,0,0,0]],[5,[0,0,120],[1,0,0,0],0,0,0]];"
-ROUGH = Settings(options=Options(tolerance_m=1e-4))
+ARM = "irb4600_60_205"
+ROUGH = Settings(robot=ARM, options=Options(tolerance_m=1e-4))
+UNNAMED = replace(ROUGH, robot=None)
+
+EFFECT = """
+import numpy as np
+from postproc.effects.base import Effect, param
+
+
+class Sag(Effect, reads=("q",)):
+    \"\"\"Joint 2 sags by an angle.\"\"\"
+
+    offset_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
+
+    def displacement(self, state):
+        dq = np.zeros((len(state), 6))
+        dq[:, 1] = self.offset_rad
+        return dq
+"""
 
 
 def target(x: float, y: float = 0.0) -> str:
@@ -53,8 +73,15 @@ def convert(
 ) -> tuple[Batch, list[Outcome]]:
     """Run a batch; its result, and the outcomes in the order in which they were told."""
     told: list[Outcome] = []
-    batch = run_batch(read_plan(folder, settings, out), out, pool, shard, told.append)
-    return batch, told
+    return run_batch(ready(folder, out, settings, shard), pool, told.append), told
+
+
+def planned(folder: Path, out: Path, settings: Settings = ROUGH) -> Plan:
+    return read_plan(folder, lambda place: settings, out)
+
+
+def ready(folder: Path, out: Path, settings: Settings = ROUGH, shard: Shard = Shard()) -> Ready:
+    return get_ready(planned(folder, out, settings), shard, out)
 
 
 def statuses(batch: Batch) -> dict[str, str]:

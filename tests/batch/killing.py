@@ -14,7 +14,20 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def start(source: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "postproc", "batch", str(source), "-o", str(out), "--tolerance", "0.1", *options]
+    command = [
+        sys.executable,
+        "-m",
+        "postproc",
+        "batch",
+        str(source),
+        "-o",
+        str(out),
+        "--tolerance",
+        "0.1",
+        "--robot",
+        "irb4600_60_205",
+        *options,
+    ]
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
         command,

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from postproc.batch.jobsfile import read_plan
 from postproc.batch.journal import open_journal
 from postproc.batch.values import Settings, Shard
 from postproc.diagnostics import PostprocError
 
-from .folders import ROUGH, TOOL, cached, convert, program, programs, statuses, tree, write
+from .folders import EFFECT, ROUGH, TOOL, cached, convert, planned, program, programs, statuses, tree, write
 
 NAMES = {f"line{i % 3}/Seam{i}.mod" for i in range(4)}
 
@@ -55,7 +54,7 @@ def test_what_somebody_edited_is_put_aside_before_it_is_written_anew(tmp_path: P
     again, _ = convert(source, out)
     told = {o.task.name: [f["code"] for f in o.findings] for o in again.outcomes}
     assert told == {"line0/Seam0.mod": ["BAT016"], "line1/Seam1.mod": []}
-    assert [p.read_bytes() for p in (out / ".postproc/edited/line0").glob("Seam0.mod.*")] == [by_hand]
+    assert [p.read_bytes() for p in (out / ".postproc/edited").glob("*/line0/Seam0.mod")] == [by_hand]
     quiet, _ = convert(source, out)
     assert cached(quiet) == {"line0/Seam0.mod", "line1/Seam1.mod"} and not any(o.findings for o in quiet.outcomes)
 
@@ -78,11 +77,11 @@ def test_another_model_or_option_does_all_again(tmp_path: Path, settings: Settin
 @pytest.mark.parametrize("name", ["user.sys", "mine.py"])
 def test_code_of_effects_and_files_read_along_count(tmp_path: Path, name: str) -> None:
     source = write(tmp_path / "in", {"One.mod": program("One", tool="")})
-    files = write(tmp_path, {"user.sys": f"MODULE user\n{TOOL}\nENDMODULE\n", "mine.py": "import numpy\n"})
+    files = write(tmp_path, {"user.sys": f"MODULE user\n{TOOL}\nENDMODULE\n", "mine.py": EFFECT})
     settings = replace(ROUGH, side_files=(files / "user.sys",), effects=(files / "mine.py",))
     first, _ = convert(source, tmp_path / "out", settings)
     assert not first.failed and cached(convert(source, tmp_path / "out", settings)[0]) == {"One.mod"}
-    other = {"user.sys": f"MODULE user\n{TOOL.replace('[5,', '[6,')}\nENDMODULE\n", "mine.py": "import scipy\n"}
+    other = {"user.sys": f"MODULE user\n{TOOL.replace('[5,', '[6,')}\nENDMODULE\n", "mine.py": f"{EFFECT}# a note\n"}
     write(tmp_path, {name: other[name]})
     assert not cached(convert(source, tmp_path / "out", settings)[0])
 
@@ -90,7 +89,7 @@ def test_code_of_effects_and_files_read_along_count(tmp_path: Path, name: str) -
 def test_a_model_file_counts_by_what_it_says(tmp_path: Path) -> None:
     text = 'robot = "irb4600_60_205"\n[effects.joint_compliance]\ncompliance_rad_per_Nm = [4e-6, 3e-7, 3e-7, 2e-6, 2e-6, 2e-6]\n'
     source, model = programs(tmp_path / "in", 1), write(tmp_path, {"m.toml": text}) / "m.toml"
-    settings = replace(ROUGH, model=model)
+    settings = replace(ROUGH, model=model, robot=None)
     convert(source, tmp_path / "out", settings)
     model.write_text("# a note\n" + text)
     again, _ = convert(source, tmp_path / "out", settings)
@@ -200,5 +199,5 @@ def test_an_output_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> 
 def test_an_output_folder_inside_the_input_is_not_input(tmp_path: Path) -> None:
     source = programs(tmp_path / "in", 2)
     convert(source, source / "out")
-    plan = read_plan(source, ROUGH, source / "out")
+    plan = planned(source, source / "out")
     assert len(plan.tasks) == 2 and not plan.copies

@@ -29,5 +29,7 @@ def test_a_killed_run_goes_on(tmp_path: Path) -> None:
 def test_a_bar_on_a_terminal_and_lines_elsewhere(tmp_path: Path) -> None:
     source = write(tmp_path / "in", {"a[b].mod": program("A")})
     said = finish(start(source, tmp_path / "out", "--workers", "1"))
-    assert said.splitlines()[0].startswith("[1/1] a[b].mod: ")
+    first, second = said.splitlines()[:2]
+    assert first == "arm `irb4600_60_205` (from --robot); tolerance 0.1 mm, 0.2 mm in the air; scope all"
+    assert second.startswith("[1/1] a[b].mod: ")
     assert [line for line in said.splitlines() if line.startswith("1 task in ")]

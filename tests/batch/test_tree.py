@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,13 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from postproc.batch.discover import discover
-from postproc.batch.jobsfile import read_plan
 from postproc.batch.summary import result_line, table_lines
-from postproc.batch.values import Settings
 from postproc.diagnostics import PostprocError
 from postproc.resources import resource
+from postproc.settings import Settings
 
-from .folders import ROUGH, TOOL, codes, convert, program, statuses, target, tree, write
+from .folders import ARM, ROUGH, TOOL, UNNAMED, codes, convert, planned, program, statuses, target, tree, write
 
 ENCRYPTED = b"\xfe\x01\x02\x03secret\x00\x05"
 BACKINFO = ">>SYSTEM_ID:\nCell\n\n>>TASK1: (T_MAIN,,)\nPROGMOD/Main.mod @ \n\n>>TASK2: (T_BACK,,)\n\n>>EOF:\n"
@@ -114,9 +114,9 @@ def test_linked_folders_are_followed_but_not_in_circles(tmp_path: Path) -> None:
 
 def test_the_modules_of_a_backup_run_together(tmp_path: Path) -> None:
     source = backup(tmp_path / "in")
-    batch, _ = convert(source, tmp_path / "out")
+    batch, _ = convert(source, tmp_path / "out", UNNAMED)
     assert statuses(batch) == {"RAPID/TASK1": "compensated"}, batch.outcomes
-    assert batch.outcomes[0].task.robot == "irb4600_60_205"
+    assert batch.outcomes[0].arm == {"robot": ARM, "robot_from": "the controller's configuration", "scope": "all"}
     before, after = tree(source), tree(tmp_path / "out", without=[".postproc"])
     assert set(before) == set(after)
     changed = {name for name in before if before[name] != after[name]}
@@ -127,16 +127,16 @@ def test_the_modules_of_a_backup_run_together(tmp_path: Path) -> None:
 def test_a_task_whose_arm_nobody_knows_needs_a_model(tmp_path: Path) -> None:
     source = backup(tmp_path / "in")
     (source / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob1" -MotionTask'))
-    batch, _ = convert(source, tmp_path / "out")
+    batch, _ = convert(source, tmp_path / "out", UNNAMED)
     assert codes(batch, "RAPID/TASK1") == ["KIN011"] and batch.failed
-    batch, _ = convert(source, tmp_path / "out", Settings(robot="irb4600_60_205", options=ROUGH.options))
+    batch, _ = convert(source, tmp_path / "out", ROUGH)
     assert statuses(batch) == {"RAPID/TASK1": "compensated"}
     first = next(f for o in batch.outcomes for f in o.findings)
     assert (first["code"], first["severity"]) == ("KIN011", "info")
 
 
 def test_the_model_of_another_arm_than_the_controllers_is_told(tmp_path: Path) -> None:
-    named = Settings(robot="irb4600_60_205_seed", options=ROUGH.options)
+    named = replace(ROUGH, robot="irb4600_60_205_seed")
     batch, _ = convert(backup(tmp_path / "in"), tmp_path / "out", named)
     assert codes(batch, "RAPID/TASK1")[0] == "BAT012"
 
@@ -225,7 +225,7 @@ def test_side_files_lend_their_data(tmp_path: Path) -> None:
     side = write(tmp_path, {"tools.sys": f"MODULE tools\n  {TOOL}\nENDMODULE\n"}) / "tools.sys"
     alone, _ = convert(source, tmp_path / "alone")
     assert alone.failed
-    batch, _ = convert(source, tmp_path / "out", Settings(side_files=(side,), options=ROUGH.options))
+    batch, _ = convert(source, tmp_path / "out", replace(ROUGH, side_files=(side,)))
     assert statuses(batch) == {"a.mod": "compensated"}
     assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
 
@@ -242,7 +242,7 @@ def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> 
     own = f"MODULE A\n  {TOOL}\n  PROC main()\n    MoveJ {target(1200)},v500,fine,tTorch;\n    MoveL pThere,v100,fine,tTorch;\n  ENDPROC\nENDMODULE\n"
     side = write(tmp_path, {"points.mod": f"MODULE points\n  CONST robtarget pThere:={target(1250)};\nENDMODULE\n"})
     source = write(tmp_path / "in", {"a.mod": own})
-    batch, _ = convert(source, tmp_path / "out", Settings(side_files=(side / "points.mod",), options=ROUGH.options))
+    batch, _ = convert(source, tmp_path / "out", replace(ROUGH, side_files=(side / "points.mod",)))
     assert statuses(batch) == {"a.mod": "compensated"} and codes(batch, "a.mod") == []
     assert "pThere" not in (tmp_path / "out/a.mod").read_text()
 
@@ -250,7 +250,7 @@ def test_targets_of_a_side_file_are_written_into_the_program(tmp_path: Path) -> 
 def test_a_program_folder_given_by_its_list(tmp_path: Path) -> None:
     listing = "<Program><Module>a.mod</Module><Module>b.mod</Module></Program>"
     write(tmp_path / "in", {"p.pgf": listing, "a.mod": program("A"), "b.mod": program("B"), "other.mod": "no program"})
-    plan = read_plan(tmp_path / "in" / "p.pgf", ROUGH, tmp_path / "out")
+    plan = planned(tmp_path / "in" / "p.pgf", tmp_path / "out")
     assert [(task.name, task.files) for task, _ in plan.tasks] == [("p.pgf", ("a.mod", "b.mod"))]
     assert plan.copies == ("p.pgf",)
 
@@ -327,7 +327,7 @@ name = "together"
             "loose/two.mod": program("Two", tool=""),
         },
     )
-    batch, _ = convert(tmp_path / "jobs.toml", tmp_path / "out", Settings())
+    batch, _ = convert(tmp_path / "jobs.toml", tmp_path / "out", Settings(robot=ARM))
     assert statuses(batch) == dict.fromkeys(("cell/a.mod", "cell/b.mod", "together"), "compensated")
     soft_mm, stiff_mm = (
         float(re.findall(r"pStart:=\[\[[\d.]+,[\d.]+,([\d.]+)\]", (tmp_path / "out/cell" / name).read_text())[0]) - 900
@@ -355,7 +355,7 @@ name = "together"
 def test_mistakes_in_a_jobs_file_are_named(tmp_path: Path, text: str, place: str) -> None:
     write(tmp_path, {"jobs.toml": text, "cell/a.mod": program("A")})
     with pytest.raises(PostprocError) as caught:
-        read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
+        planned(tmp_path / "jobs.toml", tmp_path / "out")
     found = caught.value.diagnostics[0]
     assert (found.code, found.place) == ("BAT009", f"{tmp_path}/jobs.toml:{place}")
 
@@ -364,7 +364,7 @@ def test_a_model_in_the_place_of_a_jobs_file_is_told(tmp_path: Path) -> None:
     path = tmp_path / "cell.toml"
     path.write_bytes(resource("samples", "models", "irb4600_60_205.toml").read_bytes())
     with pytest.raises(PostprocError) as caught:
-        read_plan(path, Settings(), tmp_path / "out")
+        planned(path, tmp_path / "out")
     (found,) = caught.value.diagnostics
     assert found.message == "this is a model, not a jobs file" and f"`-m {path}`" in found.help
 
@@ -372,11 +372,11 @@ def test_a_model_in_the_place_of_a_jobs_file_is_told(tmp_path: Path) -> None:
 def test_a_jobs_file_states_what_programs_do_not_tell(tmp_path: Path) -> None:
     jobs = 'channel = { temperature = 30, rail_m = 1.5 }\n[[job]]\nfolder = "cell"\n'
     write(tmp_path, {"jobs.toml": jobs, "cell/a.mod": program("A")})
-    ((_, chosen),) = read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out").tasks
+    ((_, chosen),) = planned(tmp_path / "jobs.toml", tmp_path / "out").tasks
     assert chosen.options.channels == (("temperature", 30.0), ("rail_m", 1.5))
     write(tmp_path, {"jobs.toml": jobs.replace("channel", "chanel")})
     with pytest.raises(PostprocError) as caught:
-        read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out")
+        planned(tmp_path / "jobs.toml", tmp_path / "out")
     assert "did you mean `channel`" in caught.value.diagnostics[0].help and "`with`" in caught.value.diagnostics[0].help
 
 
@@ -401,7 +401,7 @@ def test_any_text_around_programs_is_read_or_refused(tmp_path: Path, text: str, 
     write(tmp_path, files)
     assert discover(tmp_path).tasks
     try:
-        assert read_plan(tmp_path / "jobs.toml", Settings(), tmp_path / "out").tasks
+        assert planned(tmp_path / "jobs.toml", tmp_path / "out").tasks
     except PostprocError as error:
         assert {d.code for d in error.diagnostics} <= {"BAT001", "BAT009"}
 

@@ -18,30 +18,12 @@ from typing import Any
 import pytest
 
 from postproc.batch.executors import Pool, cluster_pool, local_pool, open_pool
-from postproc.batch.jobsfile import read_plan
 from postproc.batch.run import run_batch
 from postproc.batch.threads import THREADS
-from postproc.batch.values import Shard
 from postproc.batch.work import prepare_worker
 from postproc.diagnostics import PostprocError
 
-from .folders import ROUGH, codes, convert, programs, statuses, tree, write
-
-EFFECT = """
-import numpy as np
-from postproc.effects.base import Effect, param
-
-
-class Sag(Effect, reads=("q",)):
-    \"\"\"Joint 2 sags by an angle.\"\"\"
-
-    offset_rad: float = param(unit="rad", low=-0.01, high=0.01, typical=1e-4)
-
-    def displacement(self, state):
-        dq = np.zeros((len(state), 6))
-        dq[:, 1] = self.offset_rad
-        return dq
-"""
+from .folders import EFFECT, ROUGH, codes, convert, programs, ready, statuses, tree, write
 
 
 class Deadly(ProcessPoolExecutor):
@@ -103,7 +85,7 @@ def test_a_task_that_kills_its_workers_is_named_and_the_others_are_done(tmp_path
 def test_effects_of_the_user_reach_the_workers(tmp_path: Path) -> None:
     model = 'robot = "irb4600_60_205"\n[effects.sag]\noffset_rad = 2e-4\n'
     files = write(tmp_path, {"sag.py": EFFECT, "model.toml": model})
-    settings = replace(ROUGH, model=files / "model.toml", effects=(files / "sag.py",))
+    settings = replace(ROUGH, model=files / "model.toml", effects=(files / "sag.py",), robot=None)
     source = programs(tmp_path / "in", 1)
     batch, _ = convert(source, tmp_path / "out", settings, local_pool(1))
     assert not batch.failed, batch.outcomes
@@ -154,8 +136,8 @@ def test_a_cluster_loses_a_worker_in_mid_run(tmp_path: Path) -> None:
 
         shooter = threading.Thread(target=shoot)
         shooter.start()
-        plan = read_plan(source, ROUGH, tmp_path / "out")
-        batch = run_batch(plan, tmp_path / "out", workers, Shard(), lambda outcome: done.append(0.0))
+        work = ready(source, tmp_path / "out")
+        batch = run_batch(work, workers, lambda outcome: done.append(0.0))
         shooter.join()
     assert not batch.failed and len(batch.outcomes) == 8
     assert tree(tmp_path / "out") == tree(tmp_path / "here")

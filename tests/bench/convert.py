@@ -97,7 +97,7 @@ def main(argv: list[str] | None = None) -> None:
         report("compensate hull_seam.mod", run("compensate", str(SAMPLE), "-o", str(Path(folder, "hull.mod"))))
         path = Path(folder, "long.mod")
         path.write_bytes(program(n))
-        measured = run("compensate", str(path), "-o", str(Path(folder, "out.mod")))
+        measured = run("compensate", str(path), "--robot", "irb4600_60_205", "-o", str(Path(folder, "out.mod")))
         report(f"compensate {n:,} targets", measured)
         print(f"{'':32s} {n / measured[1]:8.0f} targets per CPU second; {measured[3].strip()}")
         source = Source(str(path), path.read_bytes())

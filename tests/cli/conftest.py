@@ -20,10 +20,23 @@ class Outcome:
 
 
 Call = Callable[..., Outcome]
+ARM = ("--robot", "irb4600_60_205")
+CONVERT = ("compensate", "inspect", "batch", "seam")
 
 
 @pytest.fixture
-def call(capsys: pytest.CaptureFixture[str]) -> Call:
+def call(call_as_written: Call) -> Call:
+    """Commands that read programs are for the arm of the samples where they name none."""
+
+    def calling(*arguments: str | Path) -> Outcome:
+        named = arguments[0] not in CONVERT or {"--robot", "-m", "--help"} & set(arguments)
+        return call_as_written(*arguments, *(() if named else ARM))
+
+    return calling
+
+
+@pytest.fixture
+def call_as_written(capsys: pytest.CaptureFixture[str]) -> Call:
     def calling(*arguments: str | Path) -> Outcome:
         code = run(build(), [str(argument) for argument in arguments])
         captured = capsys.readouterr()

@@ -23,7 +23,7 @@ from postproc.cli.report import print_json, say_next, show, unmeasured
 from postproc.cli.run import run
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 
-from .conftest import Call
+from .conftest import ARM, Call
 
 
 def test_unknown_option_is_bad_usage(call: Call) -> None:
@@ -376,7 +376,9 @@ def test_check_and_diff_write_nothing(tmp_path: Path, capfdbinary: pytest.Captur
     assert finishing(b"a\n", b"b\n", target, "check") == (0, b"")
 
 
-@pytest.mark.parametrize("words", (["inspect", "-"], ["compensate", "-", "--check"], ["diff", "{name}", "-"]))
+@pytest.mark.parametrize(
+    "words", (["inspect", "-", *ARM], ["compensate", "-", "--check", *ARM], ["diff", "{name}", "-"])
+)
 def test_a_hyphen_reads_stdin(words: list[str], samples: Path) -> None:
     program = samples / "paper_case.mod"
     command = [sys.executable, "-m", "postproc", *(word.format(name=program) for word in words)]

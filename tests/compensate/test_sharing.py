@@ -7,9 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.between import _bent
+from postproc.compensate.added_targets import _bent
+from postproc.compensate.laws import fit_affine
 from postproc.compensate.outcomes import SHARED
-from postproc.compensate.sharing import straight
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)
@@ -130,7 +130,7 @@ def test_what_is_derived_follows_in_all_of_its_runs_or_in_none() -> None:
         ("FOR nStep FROM 0 TO 8 DO\nMoveL Offs(a,0,nStep*25,0),v50,z1,tT;\nENDFOR", r"\*nStep", 0.01),
         ("FOR i FROM 0 TO 3 DO\nFOR j FROM 0 TO 2 DO\nMoveL RelTool(a,i*30,j*40,-i),v50,fine,tT;\nENDFOR\nENDFOR", r"\*i[-+].*\*j", 0.02),
         ("n:=0;\nWHILE n<120 DO\nMoveL Offs(a,0,n,0),v50,fine,tT;\nn:=n+40;\nENDWHILE", r"\*n", 0.01),
-        ("n:=3;\nFOR i FROM 1 TO 2 DO\nMoveL Offs(a,0,n*i,0),v50,fine,tT;\nENDFOR", r"^MoveL Offs\(\[\[", 0.01),
+        ("n:=3;\nFOR i FROM 1 TO 2 DO\nMoveL Offs(a,0,n*i,0),v50,fine,tT;\nENDFOR", r"^MoveL Offs\(a,0,n\*i,0\),", 0.01),
     ],
 )  # fmt: skip
 def test_displacements_go_straight_with_the_numbers_that_a_statement_names(
@@ -150,21 +150,21 @@ def test_displacements_go_straight_with_the_numbers_that_a_statement_names(
 def test_a_straight_displacement_is_the_plane_through_what_the_runs_ask_for() -> None:
     numbers = [{"i": i, "j": j, "same": 7.0, "idle": i * j} for i in (1.0, 2.0, 4.0) for j in (0.0, 10.0)]
     asked = np.array([(0.1 + 0.5 * n["i"], -0.02 * n["j"], 3.0 + 0.001 * n["i"]) for n in numbers])
-    way = straight(numbers, asked, 0.01)
-    assert [name for name, _ in way.slopes] == ["i", "j"]
+    way = fit_affine(numbers, asked, 0.01)
+    assert [name for name, _ in way.coefficients] == ["i", "j"]
     assert [way.at(n) for n in numbers] == [pytest.approx(row, abs=1e-9) for row in asked]
-    assert straight(numbers[:2], asked[:2], 1.0).slopes == ()
+    assert fit_affine(numbers[:2], asked[:2], 1.0).coefficients == ()
 
 
 def test_a_coordinate_that_is_a_rounded_multiple_of_an_index_is_not_told_from_it() -> None:
     """It goes with the index but for its rounding; weighed against each other they would tell chance, hugely."""
     numbers = [{"k": k, "p.trans.y": y} for k, y in ((1.0, -73.17), (2.0, -12.2), (3.0, 48.78))]
     asked = np.array([(0.1, -0.2, 0.0), (0.4, -0.1, 0.1), (0.2, 0.0, 0.1)])
-    way = straight(numbers, asked, 0.001)
+    way = fit_affine(numbers, asked, 0.001)
     touched_up = [{**n, "p.trans.y": n["p.trans.y"] + 1.0} for n in numbers]
     moved = [np.subtract(way.at(b), way.at(a)) for a, b in zip(numbers, touched_up, strict=True)]
     assert np.abs(moved).max() < 0.01
-    assert straight(numbers[:2], asked[:2], 1.0).constant == pytest.approx(asked[:2].mean(axis=0))
+    assert fit_affine(numbers[:2], asked[:2], 1.0).constant == pytest.approx(asked[:2].mean(axis=0))
 
 
 def test_numbers_that_go_nearly_together_are_not_set_against_each_other() -> None:
@@ -172,7 +172,7 @@ def test_numbers_that_go_nearly_together_are_not_set_against_each_other() -> Non
     jitter = np.array([1.0, -1.0, 0.0, 0.0, -1.0, 1.0])
     numbers = [{"i": float(i), "j": float(i + 0.2 * d)} for i, d in enumerate(jitter)]
     asked = np.outer(0.1 * np.arange(6.0) + 0.05 * jitter, [1.0, 0.0, 0.0])
-    ((name, slope),) = straight(numbers, asked, 0.001).slopes
+    ((name, slope),) = fit_affine(numbers, asked, 0.001).coefficients
     assert name == "j" and slope == pytest.approx((0.1, 0.0, 0.0), abs=0.01)
 
 
@@ -452,7 +452,7 @@ def test_numbers_that_cancel_each_other_are_not_used() -> None:
     numbers = [{"i": k + 1.0, "p.trans.x": x, "p.trans.y": y, "p.trans.z": z} for k, (x, y, z) in enumerate(places)]
     noise = [(0.004, -0.003, 0), (-0.003, 0.006, 0.002), (0, -0.004, 0.003), (0.002, 0, -0.004)]
     gradient = np.array([(0.0004, 0.0018, 0.001), (0, 0, 0), (0, 0.003, -0.0005)])
-    way = straight(numbers, (0.27, 0.65, 0.5) + places @ gradient + noise, 0.005)
+    way = fit_affine(numbers, (0.27, 0.65, 0.5) + places @ gradient + noise, 0.005)
     for axis in "xyz":
         taught = [{**n, f"p.trans.{axis}": n[f"p.trans.{axis}"] + 10.0} for n in numbers]
         moved = [np.subtract(way.at(b), way.at(a)) for a, b in zip(numbers, taught, strict=True)]
@@ -559,12 +559,12 @@ def test_seams_between_variables_share_targets_between_them(more: str) -> None:
 def test_what_bends_a_target_by_less_than_is_written_has_no_term() -> None:
     """0.2 mm a square metre along x stay, 0.0001 mm along z go; ways in two directions need a square of axes."""
     length, across = np.array([0.5, 1.0, 2.0, 1.5]), np.array([0.0, 1.0, 0.0, 1.5])
-    ((_, bend),), rest = _bent({"length": length}, np.outer(length, [0.2, 0.0, 0.0001]), 0.005)
-    assert bend == (0.2, 0.0, 0.0) and np.abs(rest).max() < 0.0005
-    bends, rest = _bent(
+    law, rest = _bent({"length": length}, np.outer(length, [0.2, 0.0, 0.0001]), 0.005)
+    assert law.coefficients == (("length", (0.2, 0.0, 0.0)),) and np.abs(rest).max() < 0.0005
+    law, rest = _bent(
         {"length": length, "across": across}, np.outer(length, [0.2, 0, 0]) - np.outer(across, [0, 1, 0]), 0.005
     )
-    np.testing.assert_allclose([bend for _, bend in bends], [[0.2, 0, 0], [0, -1, 0]])
+    np.testing.assert_allclose([bend for _, bend in law.coefficients], [[0.2, 0, 0], [0, -1, 0]])
     np.testing.assert_allclose(rest, 0, atol=1e-9)
 
 

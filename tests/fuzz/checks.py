@@ -127,7 +127,7 @@ def check_command(kind: str, data: bytes) -> bool:
         given, out = folder / "given", folder / "out"
         given.write_bytes(data)
         arguments = {
-            "program": ["compensate", str(given), "-o", str(out)],
+            "program": ["compensate", str(given), "--robot", "irb4600_60_205", "-o", str(out)],
             "model": ["compensate", str(SAMPLES / "paper_case.mod"), "-m", str(given), "-o", str(out)],
             "table": ["predict", str(SAMPLES / "models" / "hull_cell.toml"), str(given), "-o", str(out)],
         }[kind]

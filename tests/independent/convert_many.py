@@ -79,10 +79,7 @@ def run(
     source.write_bytes(text.encode("latin-1"))
     output.unlink(missing_ok=True)
     start = time.perf_counter()
-    options = ["--force", force, "--json"]
-    if geometry != "irb4600_60_205":
-        options += ["--robot", geometry]
-    code, out, err = convert(source, output, *options)
+    code, out, err = convert(source, output, "--force", force, "--json", "--robot", geometry)
     seconds = time.perf_counter() - start
     if not output.exists():
         return Outcome(seed, code, err.strip() or out.strip(), seconds, None)

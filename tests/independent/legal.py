@@ -44,12 +44,15 @@ def check_text(original: str, output: str) -> list[str]:
         extra += b[mark:k]
         k += 1
     extra += b[k:]
-    for s in extra:
+    outside, wrong = _without_functions(extra, original)
+    found += wrong
+    for s in outside:
         declared = R.DECLARATION.match(s.code)
         if not (R.MOVES.match(s.code) or (declared and declared[1].lower() == "robtarget")):
             found.append(f"output line {s.line}: added what is neither a move nor a target: {s.code[:90]!r}")
     names_a = [m[2] for s in a if (m := R.DECLARATION.match(s.code))]
-    names_b = [m[2] for s in b if (m := R.DECLARATION.match(s.code))]
+    local = {*extra} - {*outside}
+    names_b = [m[2] for s in b if s not in local and (m := R.DECLARATION.match(s.code))]
     fresh = list(names_b)
     for n in names_a:
         if n in fresh:
@@ -72,6 +75,30 @@ def check_text(original: str, output: str) -> list[str]:
         if crlf not in original and crlf in output:
             found.append("carriage returns in an LF file")
     return found
+
+
+def _without_functions(extra: list[R.Statement], original: str) -> tuple[list[R.Statement], list[str]]:
+    """The added statements outside of added functions; what is wrong with these: a name that is in use, a statement that
+    writes to anything but the function's own variables.
+    """
+    rest, wrong = [], []
+    own: set[str] | None = None
+    for s in extra:
+        if head := re.match(r"LOCAL\s+FUNC\s+\w+\s+(\w+)", s.code, re.I):
+            own = set()
+            if re.search(rf"(?i)\b{head[1]}\b", original) or len(head[1]) > 32:
+                wrong.append(f"output line {s.line}: an added function has a name that is in use: {head[1]}")
+        elif own is None:
+            rest.append(s)
+        elif re.match(r"ENDFUNC\b", s.code, re.I):
+            own = None
+        elif declared := R.DECLARATION.match(s.code):
+            own.add(declared[2].lower())
+        elif not s.block and not re.match(r"RETURN\b", s.code, re.I):
+            written = re.match(r"(\w+)\s*:=", s.code)
+            if written is None or written[1].lower() not in own:
+                wrong.append(f"output line {s.line}: an added function does more than compute: {s.code[:90]!r}")
+    return rest, wrong
 
 
 def check_added(old: list[R.Motion], new: list[R.Motion], match: list[int], arm: A.Arm) -> list[str]:

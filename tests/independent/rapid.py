@@ -11,6 +11,7 @@ import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -80,13 +81,14 @@ class Motion:
 
 @dataclass
 class Module:
-    """Read text: statements in file order, data by lower-case name, routines as statement ranges."""
+    """Read text: statements in file order, data by lower-case name, routines as statement ranges, parameters of functions."""
 
     text: str
     statements: list[Statement]
     data: dict[str, Any]
     kinds: dict[str, str]
     routines: dict[str, tuple[int, int]]
+    functions: dict[str, list[str]] = field(default_factory=dict)
 
 
 def read(text: str) -> Module:
@@ -100,6 +102,8 @@ def read(text: str) -> Module:
             m = re.match(r"(?:LOCAL\s+)?(?:PROC|TRAP|FUNC\s+\w+)\s+(\w+)", s.code, re.I)
             if m:
                 inside, start = m[1].lower(), i + 1
+                if re.match(r"(?:LOCAL\s+)?FUNC\b", s.code, re.I):
+                    module.functions[inside] = [p.lower() for p in _FORMAL.findall(s.code[s.code.find("(") :])]
             elif inside and re.match(r"END(PROC|TRAP|FUNC)", s.code, re.I):
                 module.routines[inside] = (start, i)
                 inside = None
@@ -124,8 +128,15 @@ def read(text: str) -> Module:
     return module
 
 
+_FORMAL = re.compile(r"(\w+)\s*(?:\{[^}]*\})?\s*(?=[,)|\\])")
+
+
 class _Return(Exception):
-    pass
+    """Leaves a routine, with the value of a function."""
+
+    def __init__(self, value: Any = None) -> None:
+        super().__init__()
+        self.value = value
 
 
 class Runner:
@@ -138,6 +149,8 @@ class Runner:
         self._displace(np.eye(4))
         self.grip: Any = None
         self.burning = False
+        for name in module.functions:
+            module.data[name] = partial(self._function, name)
 
     def run(self, routine: str | None = None) -> list[Motion]:
         routines = self.module.routines
@@ -165,6 +178,16 @@ class Runner:
             self._run(start, end, local)
         except _Return:
             return
+
+    def _function(self, name: str, *given: Any) -> Any:
+        """What a function of the program returns; its variables are its own."""
+        start, end = self.module.routines[name]
+        local = dict(zip(self.module.functions[name], copy.deepcopy(given), strict=True))
+        try:
+            self._run(start, end, local)
+        except _Return as found:
+            return found.value
+        raise Unreadable(f"`{name}` returns nothing")
 
     def _scope(self, local: dict[str, Any]) -> dict[str, Any]:
         return {**self.module.data, **local} if local else self.module.data
@@ -198,10 +221,12 @@ class Runner:
                 scope = self._scope(local)
                 a, b = evaluate(m[2], scope), evaluate(m[3], scope)
                 step = evaluate(m[4], scope) if m[4] else (1 if b >= a else -1)
-                k = a
+                counter, k = m[1].lower(), a
                 while (k <= b) if step > 0 else (k >= b):
-                    self._run(i + 1, stop, local := {**local, m[1].lower(): int(k)})
+                    local[counter] = int(k)
+                    self._run(i + 1, stop, local)
                     k += step
+                local.pop(counter, None)
                 i = stop + 1
             elif s.block and re.match(r"IF\b", upper):
                 marks = [i, *self._matching(i, end, "IF")]
@@ -228,11 +253,10 @@ class Runner:
         code = s.code.rstrip(";").strip()
         m = DECLARATION.match(s.code)
         if m:
-            if m[4]:
-                local[m[2].lower()] = evaluate(m[4], self._scope(local))
+            local[m[2].lower()] = evaluate(m[4], self._scope(local)) if m[4] else None
             return
         if re.match(r"RETURN\b", code, re.I):
-            raise _Return
+            raise _Return(evaluate(code[6:], self._scope(local)) if code[6:].strip() else None)
         move = MOVES.match(code)
         if move:
             try:
@@ -252,9 +276,7 @@ class Runner:
             self.grip = evaluate(rest, self._scope(local))
         elif name in self.module.routines and not rest.startswith(":="):
             header = self.module.statements[self.module.routines[name][0] - 1].code
-            formal = (
-                re.findall(r"(\w+)\s*(?:\{[^}]*\})?\s*(?=[,)|\\])", header[header.find("(") :]) if "(" in header else []
-            )
+            formal = _FORMAL.findall(header[header.find("(") :]) if "(" in header else []
             given, _ = split_arguments(rest) if rest else ([], {})
             scope = self._scope(local)
             self._routine(name, {f.lower(): evaluate(g, scope) for f, g in zip(formal, given, strict=False)})

@@ -20,7 +20,7 @@ PARTS = {
 
 
 class V(list):  # type: ignore[type-arg]
-    """A RAPID aggregate: named parts, elementwise sum."""
+    """A RAPID aggregate: named parts, elementwise sum, vector product."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -35,6 +35,8 @@ class V(list):  # type: ignore[type-arg]
         return V(a - b for a, b in zip(self, other, strict=True))
 
     def __mul__(self, k: Any) -> V:
+        if isinstance(k, V):  # of two vectors
+            return V(float(c) for c in np.cross(self, k))
         return V(a * k for a in self)
 
     __rmul__ = __mul__
@@ -105,6 +107,9 @@ FUNCTIONS: dict[str, Any] = {
     "abs": abs,
     "pow": math.pow,
     "distance": math.dist,
+    "dotprod": lambda a, b: float(np.dot(a, b)),
+    "vectmagn": lambda a: float(np.linalg.norm(a)),
+    "atan2": lambda y, x: math.degrees(math.atan2(y, x)),
     "sin": lambda d: math.sin(math.radians(d)),
     "cos": lambda d: math.cos(math.radians(d)),
     "V": V,

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 
 from postproc.diagnostics import PostprocError
-from postproc.rapid.evaluation.assign import undecided
 from postproc.rapid.execution import calls as execution
 from postproc.rapid.execution.path_splitting import Choices
 from postproc.rapid.execution.walk import walk, walk_program
@@ -15,6 +14,7 @@ from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.pose import pose_mult
 from postproc.rapid.program.records import JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.program.values import Data
+from postproc.rapid.unknown import Kind, Unknown
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
 P = f"CONST robtarget p:={target(0, 0, 0)};CONST robtarget q:={target(10, 0, 0)};"
@@ -306,14 +306,17 @@ def test_data_that_nobody_writes_is_as_good_as_constant(storage: str) -> None:
     ["a:=CRobT();", "a.trans.x:=CPos();", "GetPos a;", "SearchL di1,a,p,v5,tool0;", "teach a;", "outer a;"],
 )
 def test_data_that_the_program_writes_is_known_only_at_run_time(write: str) -> None:
+    """Before that it is taken as it stands in the file, which the last run of the program may have changed."""
     data = P + f"PERS robtarget a:={target(4, 0, 0)};"
     data += "PROC teach(INOUT robtarget r) r:=CRobT(); ENDPROC PROC outer(PERS robtarget r) teach r; ENDPROC"
     found = events(f"MoveL a,v5,z0,tool0; {write} MoveL a,v5,z0,tool0;", data)
-    for event in (found[0], found[-1]):
-        assert event.target is None
-        assert event.target_origin.kind == "runtime"
-        assert event.target_origin.declaration == "m..a"
-        assert "`a`" in (event.reason or "") or "known only at run time" in (event.reason or "")
+    assert places(found[:1]) == [(4, 0, 0)] and found[0].reason is None
+    assert [text.split(" ")[0] for text in found[0].assumed] == ["`a`"]
+    event = found[-1]
+    assert event.target is None
+    assert event.target_origin.kind == "runtime"
+    assert event.target_origin.declaration == "m..a"
+    assert "`a`" in (event.reason or "") or "known only at run time" in (event.reason or "")
 
 
 def test_a_value_assigned_on_the_way_is_known_from_there_on() -> None:
@@ -403,11 +406,11 @@ def test_a_branch_that_was_followed_apart_is_not_asked_for_again() -> None:
     """Whatever still lacks what it sets: the program would be followed for ever."""
     text = program(module("", "VAR num n;"))
     (n,) = {d.key for d in text.names.values()}
-    lacks = [SimpleNamespace(reason=undecided(n, text))]
+    lacks = [SimpleNamespace(unknowns=[Unknown(Kind.UNDECIDED, n, key=n)])]
     choices, place = Choices(), ("weld.mod", 5)
     choices.met(place, {0: {n: 1.0}, 1: {n: 2.0}}, {n}, [{n}, {n}], left=False)
-    assert choices.lacking(lacks, text) == {place: (0, 1)}
-    assert Choices({place: 0}, choices.found).lacking(lacks, text) == {}
+    assert choices.lacking(lacks) == {place: (0, 1)}
+    assert Choices({place: 0}, choices.found).lacking(lacks) == {}
 
 
 def test_choices_that_no_motion_needs_or_that_are_too_many_are_not_followed_apart() -> None:
@@ -440,16 +443,21 @@ def test_what_one_arm_alone_sets_may_be_of_the_choice_before() -> None:
 @pytest.mark.parametrize(
     ("end", "known"), [("TRYNEXT;", 0), ("RETRY;", 0), ("RETURN;", 0), ("RAISE;", 1), ("EXIT;", 1)]
 )
-def test_what_a_handler_writes_that_goes_on_is_not_known(end: str, known: int) -> None:
-    """Where it stands instead of a place that is known, a run after an error would go there all the same."""
-    data = P + f"CONST robtarget a:={target(4, 0, 0)}; VAR robtarget s;"
-    body = f"s:=a; work; MoveL s,v5,z0,tool0; ERROR IF ERRNO=ERR_X THEN s:=p; {end} ENDIF"
-    assert places(events(body, data)) == ([(4, 0, 0)] if known else [None])
+def test_what_a_handler_writes_that_goes_on_is_not_certain(end: str, known: int) -> None:
+    """A correction may be worked out for the place that the text gives; a run after an error goes elsewhere."""
+    data = P + f"CONST robtarget a:={target(4, 0, 0)}; LOCAL VAR robtarget s;"
+    body = f"s:=a; WaitTime 1; MoveL s,v5,z0,tool0; ERROR IF ERRNO=ERR_X THEN s:=p; {end} ENDIF"
+    (event,) = events(body, data)
+    assert places([event]) == [(4, 0, 0)]
+    assert event.assumed == (() if known else ("`s` is written by a trap routine or an error handler",))
 
 
-def test_what_a_trap_writes_is_never_known() -> None:
+def test_what_a_trap_writes_is_never_certain() -> None:
     data = P + "VAR num n;TRAP t n:=5; ENDTRAP"
-    assert x(f"n:=1; {move('n')}", data) == [None]
+    (event,) = events(f"n:=1; {move('n')}", data)
+    assert places([event]) == [(1, 0, 0)]
+    assert event.assumed == ("`n` is written by a trap routine or an error handler",)
+    assert x(f"n:=1; IF n=1 THEN {move('n')} ELSE {move('7')} ENDIF", data) == [1, 7]
 
 
 # -- state -----------------------------------------------------------------------------------------------------------
@@ -748,7 +756,7 @@ AT = "MoveL p,v5,z0,tool0\\WObj:=w;"
 @pytest.mark.parametrize(
     "body, known",
     [
-        (f"w.uframe:=[[7,0,0],[1,0,0,0]]; {AT} w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [None, (7, 9)]),
+        (f"w.uframe:=[[7,0,0],[1,0,0,0]]; {AT} w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [(7, 4), (7, 9)]),
         (f"w.uframe.trans:=[7,0,0]; w.uframe.rot:=[1,0,0,0]; w.oframe:=[[9,0,0],[1,0,0,0]]; {AT}", [(7, 9)]),
         (f"w.oframe.trans.x:=9; {AT}", [(1, 9)]),
         (f"w.oframe.trans.x:=CPos().x; {AT} w.oframe.trans.x:=8; {AT}", [None, (1, 8)]),

@@ -196,7 +196,18 @@ def test_points_out_of_reach_are_named() -> None:
 
 def test_the_command_writes_a_compensated_module(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "points.csv").write_bytes(table(*ROWS).data)
-    arguments = ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Hull_12.mod", "--tool", TOOL, "--wobj", WOBJ]
+    arguments = [
+        "seam",
+        f"{tmp_path}/points.csv",
+        "-o",
+        f"{tmp_path}/Hull_12.mod",
+        "--robot",
+        "irb4600_60_205",
+        "--tool",
+        TOOL,
+        "--wobj",
+        WOBJ,
+    ]
     assert run(build(), [*arguments, "--json"]) == 0
     said = capsys.readouterr()
     document = json.loads(said.out)
@@ -209,7 +220,9 @@ def test_the_command_writes_a_compensated_module(tmp_path: Path, capsys: pytest.
 
 def test_the_command_writes_nothing_if_a_row_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "points.csv").write_bytes(table(*ROWS[:2], "bad,0,0,0,1,0,0,0,1").data)
-    assert run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Seam.mod"]) == 2
+    assert (
+        run(build(), ["seam", f"{tmp_path}/points.csv", "-o", f"{tmp_path}/Seam.mod", "--robot", "irb4600_60_205"]) == 2
+    )
     assert "SEA002" in capsys.readouterr().err
     assert not (tmp_path / "Seam.mod").exists()
 

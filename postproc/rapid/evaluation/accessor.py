@@ -13,7 +13,7 @@ from postproc.rapid.program.values import Data
 from postproc.rapid.program.write_effects import argument_name
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import Expression
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Assumed, Kind, Unknown, assumed_for, joined_causes, without_causes
 
 MAX_TREES = 20_000  # expressions kept for the next time they are executed
 
@@ -39,7 +39,7 @@ class Accessor:
         return tree
 
     def value(self, span: Span, memory: Memory) -> Data:
-        """Value of the expression at a span.
+        """Value of the expression at a span, assumed or not.
 
         Raises:
             Unknown: the text alone does not give it.
@@ -47,10 +47,12 @@ class Accessor:
         return evaluate(self.tree(span, memory), memory).data
 
     def value_or_not(self, span: Span, memory: Memory) -> Data:
+        """Value of the expression at a span: known, ``Assumed`` or ``Unknown``."""
         try:
-            return self.value(span, memory)
+            value = evaluate(self.tree(span, memory), memory)
         except Unknown as error:
             return error
+        return Assumed(value.data, value.assumed) if value.assumed else value.data
 
     def assign(self, target: Span, data: Data, memory: Memory) -> None:
         try:
@@ -59,7 +61,7 @@ class Accessor:
             name = argument_name(memory.frame.routine.source.data, target)
             declaration = memory.find(name)
             keys = ["%" + name] if name in memory.frame.bindings else [declaration.key] if declaration else []
-            forget(memory, keys, "is not certain here")
+            forget(memory, keys, Kind.UNCERTAIN)
 
     def count(self, word: str, pieces: Sequence[Piece], memory: Memory) -> None:
         """Incr, Decr, Add and Clear."""
@@ -67,11 +69,12 @@ class Accessor:
             return
         now = self.value_or_not(pieces[0][1], memory)
         more = self.value_or_not(pieces[1][1], memory) if word == "add" and len(pieces) > 1 else 1.0
-        data: Data = Unknown("a counter has no certain value here")
+        (now, first), (more, second) = without_causes(now), without_causes(more)
+        data: Data = Unknown(Kind.COUNTER)
         if word == "clear":
             data = 0.0
         elif isinstance(now, float) and isinstance(more, float):
-            data = now - more if word == "decr" else now + more
+            data = assumed_for(now - more if word == "decr" else now + more, joined_causes(first, second))
         self.assign(pieces[0][1], data, memory)
 
     def by_name(self, word: str, pieces: Sequence[Piece], memory: Memory) -> bool:
@@ -84,7 +87,8 @@ class Accessor:
             return False
         if word == "getdataval":
             try:
-                self.assign(plain[1], memory.value(declaration).data, memory)
+                value = memory.value(declaration)
+                self.assign(plain[1], assumed_for(value.data, value.assumed), memory)
             except Unknown as error:
                 self.assign(plain[1], error, memory)
         elif declaration.storage != "CONST":

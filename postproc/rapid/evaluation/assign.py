@@ -1,4 +1,4 @@
-"""Writing to data while a program is walked, and forgetting what is no longer certain."""
+"""Writing to data while a program is followed, and what becomes of data that may have been written unseen."""
 
 from __future__ import annotations
 
@@ -7,13 +7,22 @@ from collections.abc import Iterable, Sequence
 from postproc.rapid.evaluation.evaluate import evaluate, whole
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value
-from postproc.rapid.program.write_effects import SETTERS
+from postproc.rapid.program.values import Data, Value, as_type
+from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Component, Expression, Index, Name
-from postproc.rapid.unknown import PartlyUnknown, Unknown, unknown_part
+from postproc.rapid.unknown import (
+    Causes,
+    Kind,
+    PartlyUnknown,
+    Unknown,
+    assumed_for,
+    joined_causes,
+    unknown_part,
+    without_causes,
+)
 
-Path = list[int | str]
+Path = tuple[int | str, ...]
 
 MEASURED_MM, MEASURED_TURN = 5.0, 0.01  # what is measured is nearer than that to what it was; numbers of a quaternion
 
@@ -28,31 +37,42 @@ def no_longer(now: Data, data: Data) -> bool:
 
 
 def store(tree: Expression, data: Data, memory: Memory) -> None:
-    """Write ``data`` (or, as Unknown, that it is not known) to a variable, an element or a component.
+    """Write data (known, assumed or, as Unknown, not known) to a variable, an element or a component.
 
     Raises:
         Unknown: which part is written is not known; nothing is written then.
     """
-    path, name = _path(tree, memory)
+    path, name, causes = _path(tree, memory)
+    data, own = without_causes(data)
+    causes = joined_causes(own, causes)
     bound = memory.frame.bindings.get(name)
     if isinstance(bound, Reference):
-        declaration, path = bound.declaration, [*bound.indices, *path]
+        declaration, path = bound.declaration, (*bound.path, *path)
+        causes = joined_causes(causes, bound.assumed)
     elif bound is not None:
-        memory.frame.bindings[name] = _rebound(bound, path, data, memory)
+        memory.frame.bindings[name] = _rebound(bound, path, assumed_for(data, causes), memory)
         return
     else:
         found = memory.find(name)
         if found is None or found.storage == "CONST":
             return
         declaration = found
+    memory.changed[declaration.key] = _written(declaration, path, data, causes, memory)
+
+
+def _written(declaration: Declaration, path: Path, data: Data, causes: Causes, memory: Memory) -> Data:
+    """What data is after a part of it has been written."""
     if path:
         try:
-            data = _replaced(_present(declaration, memory), path, data, memory)
+            value = _present(declaration, memory)
+            data, causes = _replaced(value, path, data, memory), joined_causes(value.assumed, causes)
         except Unknown as error:
             data = error
         unknown = unknown_part(data)
         data = data if unknown is None or unknown is data else PartlyUnknown(unknown, data)
-    memory.changed[declaration.key] = data
+    else:
+        data = as_type(data, declaration.type)
+    return assumed_for(data, causes)
 
 
 def _present(declaration: Declaration, memory: Memory) -> Value:
@@ -64,7 +84,7 @@ def _present(declaration: Declaration, memory: Memory) -> Value:
     try:
         return memory.value(declaration)
     except PartlyUnknown as partly:
-        return Value(partly.data, declaration.type, len(declaration.dims))
+        return Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
     except Unknown as error:
         value = memory.declared(declaration)
         for path in memory.changes.paths.get(declaration.key, {()}):
@@ -78,16 +98,37 @@ def _all_unknown(data: Data, rank: int, why: Unknown) -> Data:
     return tuple(_all_unknown(item, rank - 1, why) for item in data) if rank and isinstance(data, tuple) else why
 
 
-def forget(memory: Memory, keys: Iterable[str], reason: str) -> None:
-    """Data and state of these keys (as ``WriteEffects`` names them) may have any value from here on."""
+def forget(memory: Memory, keys: Iterable[str], kind: Kind, cause: str = "") -> None:
+    """Data and state of these keys (as ``WriteEffects`` names them) may have any value from here on.
+
+    What code in none of the files may write (``UNSEEN``) is assumed to be as it was.
+    """
     for key in keys:
-        bound = memory.frame.bindings.get(key[1:]) if key.startswith("%") else None
-        if isinstance(bound, Reference):
-            memory.changed[bound.declaration.key] = Unknown(f"`{bound.declaration.name}` {reason}")
+        bound = memory.frame.bindings.get(key[1:]) if key[0] == "%" else None
+        if key == UNSEEN:
+            assume(memory, memory.changes.exposed, cause)
+        elif isinstance(bound, Reference):
+            name = f"`{bound.declaration.name}`"
+            memory.changed[bound.declaration.key] = Unknown(kind, name, cause, key=bound.declaration.key)
         elif bound is not None:
-            memory.frame.bindings[key[1:]] = Unknown(f"`{key[1:]}` {reason}")
-        elif key[0] not in "%" and key != "@moves":
-            memory.changed[key] = Unknown(f"{shown(key, memory.program)} {reason}")
+            memory.frame.bindings[key[1:]] = Unknown(kind, f"`{key[1:]}`", cause, key=key)
+        elif key[0] != "%" and key != "@moves":
+            memory.changed[key] = Unknown(kind, shown(key, memory.program), cause, key=key)
+
+
+def assume(memory: Memory, keys: Iterable[str], cause: str = "") -> None:
+    """Data and state of these keys may have been written unseen: their values are only assumed from here on.
+
+    Data that nothing has set so far is assumed anyway (see ``Memory.value``).
+
+    Args:
+        cause: what may have written it, in backticks.
+    """
+    for key in memory.changed.keys() & keys:
+        why = Unknown(
+            Kind.MAY_BE_WRITTEN, shown(key, memory.program), cause or "a routine in none of the files", key=key
+        )
+        memory.changed[key] = assumed_for(memory.changed[key], (why,))
 
 
 def shown(key: str, program: Program) -> str:
@@ -96,53 +137,55 @@ def shown(key: str, program: Program) -> str:
     return f"what {SETTERS[key]} sets" if declaration is None else f"`{declaration.name}`"
 
 
-def undecided(key: str, program: Program) -> str:
-    """Why data or state has no value where ways meet that leave it different."""
-    return f"{shown(key, program)} depends on a condition that is not known"
-
-
 def joined(ends: Sequence[dict[str, Data]], program: Program) -> dict[str, Data]:
-    """What holds where several ways meet: a value only if all of them agree."""
+    """What holds where several ways meet: a value only if all of them agree, assumed if it is on any of them."""
     result = dict(ends[0])
     for end in ends[1:]:
         for key in result.keys() | end.keys():
-            if key not in result or key not in end or (result[key] is not end[key] and result[key] != end[key]):
-                result[key] = Unknown(undecided(key, program))
+            if key in result and key in end and result[key] is end[key]:
+                continue
+            (a, first), (b, second) = without_causes(result.get(key, key)), without_causes(end.get(key, key))
+            if key not in result or key not in end or (a is not b and a != b):
+                result[key] = Unknown(Kind.UNDECIDED, shown(key, program), key=key)
+            else:
+                result[key] = assumed_for(a, joined_causes(first, second))
     return result
 
 
-def _path(tree: Expression, memory: Memory) -> tuple[Path, str]:
+def _path(tree: Expression, memory: Memory) -> tuple[Path, str, Causes]:
     """Indices and components that lead from a variable to the part that is written, and the variable's name."""
     match tree:
         case Name(_, name):
-            return [], name
+            return (), name, ()
         case Index(_, base, indices):
-            path, name = _path(base, memory)
-            return [*path, *(whole(evaluate(i, memory).data) for i in indices)], name
+            path, name, causes = _path(base, memory)
+            values = [evaluate(i, memory) for i in indices]
+            causes = joined_causes(causes, *(value.assumed for value in values))
+            return (*path, *(whole(value.data) for value in values)), name, causes
         case Component(_, base, field):
-            path, name = _path(base, memory)
-            return [*path, field], name
-    raise Unknown("this cannot be assigned to")
+            path, name, causes = _path(base, memory)
+            return (*path, field), name, causes
+    raise Unknown(Kind.NOT_ASSIGNABLE)
 
 
 def _replaced(value: Value, path: Sequence[int | str], data: Data, memory: Memory) -> Data:
     """A copy of the value's data with one part replaced."""
     if not path:
-        return data
+        return as_type(data, value.type)
     step, rest = path[0], path[1:]
     if isinstance(step, int):
         at, kind = step - 1, value.type
     else:
         names = [name for name, _ in memory.records.get(value.type, ())]
         if step not in names:
-            raise Unknown(f"`.{step}` is not a known component")
+            raise Unknown(Kind.NO_COMPONENT, step)
         at = names.index(step)
         kind = memory.records[value.type][at][1]
     items = value.data
     if isinstance(items, Unknown) and isinstance(step, str):
         items = (items,) * len(names)
     if not isinstance(items, tuple) or not 0 <= at < len(items):
-        raise Unknown("the part that is written does not exist")
+        raise Unknown(Kind.NO_PART)
     return (*items[:at], _replaced(Value(items[at], kind), rest, data, memory), *items[at + 1 :])
 
 
@@ -150,9 +193,11 @@ def _rebound(bound: Value | Unknown, path: Path, data: Data, memory: Memory) -> 
     """A parameter by value after an assignment to it."""
     if isinstance(data, Unknown):
         return data
+    data, causes = without_causes(data)
     if isinstance(bound, Unknown):
-        return bound if path else Value(data)
+        return bound if path else Value(data, assumed=causes)
     try:
-        return Value(_replaced(bound, path, data, memory), bound.type, bound.rank)
+        causes = joined_causes(causes, bound.assumed if path else ())
+        return Value(_replaced(bound, path, data, memory), bound.type, bound.rank, assumed=causes)
     except Unknown as error:
         return error

@@ -11,17 +11,18 @@ from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference
 from postproc.rapid.program.arguments import Piece
 from postproc.rapid.program.events import ByValueArgument
 from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.values import as_type
 from postproc.rapid.program.write_effects import paired
 from postproc.rapid.syntax.nodes import Parameter, Routine
-from postproc.rapid.syntax.trees import Expression, Index, Name
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.syntax.trees import Component, Expression, Index, Name
+from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes
 
 Tree = Callable[[Span, Memory], Expression]
 
 
 def unbound_frame(routine: Routine) -> Frame:
     """A call whose arguments nobody knows."""
-    unknown = {p.name: Unknown(f"the parameter `{p.name}` is not known") for p in routine.parameters}
+    unknown = {p.name: Unknown(Kind.PARAMETER, p.name) for p in routine.parameters}
     return Frame(routine, dict(unknown))
 
 
@@ -33,7 +34,7 @@ def bound_frame(routine: Routine, pieces: Sequence[Piece], memory: Memory, tree:
     frame = Frame(routine)
     for parameter in routine.parameters:
         if not parameter.optional:
-            frame.bindings[parameter.name] = Unknown(f"the parameter `{parameter.name}` is not known")
+            frame.bindings[parameter.name] = Unknown(Kind.PARAMETER, parameter.name)
     for parameter, span in paired(routine.parameters, pieces):
         if parameter.optional and not passed_on(span, memory):
             continue
@@ -60,6 +61,8 @@ def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: T
             return reference
         value = evaluate(expression, memory)
         value = value if value.type else replace(value, type=parameter.type)  # an aggregate
+        if parameter.type in ("num", "dnum"):
+            value = replace(value, data=as_type(value.data, parameter.type), type=parameter.type)
     except Unknown as error:
         return error
     if parameter.mode or parameter.type != "robtarget":
@@ -70,14 +73,20 @@ def _binding(span: Span, parameter: Parameter, key: str, memory: Memory, tree: T
 
 def _reference(tree: Expression, memory: Memory) -> Reference | None:
     """The caller's data that a parameter by reference stands for; None if the argument is no plain data."""
-    indices: tuple[int, ...] = ()
-    if isinstance(tree, Index) and isinstance(tree.base, Name):
-        indices = tuple(whole(evaluate(i, memory).data) for i in tree.indices)
+    path: tuple[int | str, ...] = ()
+    causes: Causes = ()
+    while not isinstance(tree, Name):
+        if isinstance(tree, Component):
+            path = (tree.name, *path)
+        elif isinstance(tree, Index):
+            values = [evaluate(i, memory) for i in tree.indices]
+            causes = joined_causes(causes, *(value.assumed for value in values))
+            path = (*(whole(value.data) for value in values), *path)
+        else:
+            return None
         tree = tree.base
-    if not isinstance(tree, Name):
-        return None
     bound = memory.frame.bindings.get(tree.name)
     if isinstance(bound, Reference):
-        return Reference(bound.declaration, (*bound.indices, *indices))
+        return Reference(bound.declaration, (*bound.path, *path), joined_causes(bound.assumed, causes))
     declaration = memory.find(tree.name) if bound is None else None
-    return Reference(declaration, indices) if declaration is not None else None
+    return Reference(declaration, path, causes) if declaration is not None else None

@@ -8,11 +8,11 @@ from postproc.diagnostics import Span
 from postproc.rapid.evaluation.evaluate import Scope, evaluate, whole
 from postproc.rapid.evaluation.literals import read_literal_numbers
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value, known_records, zero
+from postproc.rapid.program.values import Data, Value, as_type, known_records, zero
 from postproc.rapid.syntax import patterns
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 MAX_ELEMENTS = 1_000_000
 
@@ -36,7 +36,7 @@ class Declared:
         key = declaration.key
         known = self.values.get(key)
         if known is None:
-            self.values[key] = Unknown(f"the value of `{declaration.name}` depends on itself")
+            self.values[key] = Unknown(Kind.CIRCULAR, declaration.name)
             try:
                 known = self.initial(declaration, declaration.init, home)
             except Unknown as error:
@@ -55,14 +55,16 @@ class Declared:
         rank = len(declaration.dims)
         if span is None:
             if declaration.storage == "PERS":
-                raise Unknown(f"`{declaration.name}` has no value in this file", declaration.name, declaration.span)
+                raise Unknown(Kind.NO_VALUE, declaration.name, "", declaration.name, declaration.span)
             return Value(self._zeros(declaration, home), declaration.type, rank)
         if declaration.type == "robtarget":  # many, and mostly plain numbers: no tree is built for these
             numbers = read_literal_numbers(declaration.source.data, *span)
             if numbers is not None:
                 return Value(numbers, declaration.type, rank, declaration.key)
         tree = read_whole_expression(declaration.source.data, *span, f"the value of `{declaration.name}`")
-        return Value(evaluate(tree, home(declaration)).data, declaration.type, rank, declaration.key)
+        value = evaluate(tree, home(declaration))
+        data = as_type(value.data, declaration.type)
+        return Value(data, declaration.type, rank, declaration.key, assumed=value.assumed)
 
     def _zeros(self, declaration: Declaration, home: Home) -> Data:
         data = zero(declaration.type, self.records)
@@ -72,7 +74,7 @@ class Declared:
             size = evaluate(tree, home(declaration)).data
             total *= max(1, whole(size))
             if total > MAX_ELEMENTS:
-                raise Unknown(f"`{declaration.name}` is too large to follow")
+                raise Unknown(Kind.TOO_LARGE, declaration.name)
             data = (data,) * whole(size)
         return data
 
@@ -93,7 +95,7 @@ class Declared:
             if level >= len(declaration.dims) and not spans:
                 return None
             if not 1 <= index <= len(spans):
-                raise Unknown(f"`{declaration.name}` has no element {', '.join(map(str, indices))}")
+                raise Unknown(Kind.NO_ELEMENT, declaration.name, ", ".join(map(str, indices)))
             span = spans[index - 1]
         return span
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import isfinite
 from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
 from postproc.rapid.program import builtins as functions
 from postproc.rapid.program.pose import cross, quat_mult
-from postproc.rapid.program.values import Data, Fields, Value
+from postproc.rapid.program.values import Data, Fields, Value, as_type
 from postproc.rapid.syntax.trees import (
     Aggregate,
     Binary,
@@ -24,11 +25,20 @@ from postproc.rapid.syntax.trees import (
     Truth,
     Unary,
 )
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown, joined_causes
+
+MOST_NOTED = 100  # causes
 
 
 class Scope(Protocol):
-    """Where names get their meaning while an expression is evaluated; every method may raise Unknown."""
+    """Where names get their meaning while an expression is evaluated; every method may raise Unknown.
+
+    ``reads`` holds the causes why what has been read so far in the present expression is not certain; ``noted`` those
+    of all expressions since somebody emptied it.
+    """
+
+    reads: list[Unknown]
+    noted: list[Unknown]
 
     @property
     def records(self) -> Mapping[str, Fields]: ...
@@ -44,17 +54,25 @@ class Scope(Protocol):
 
 
 def evaluate(expression: Expression, scope: Scope) -> Value:
-    """Value of an expression.
+    """Value of an expression, ``assumed`` where something that is read for it is.
 
     Raises:
         Unknown: it depends on something that only running the program tells.
     """
+    reads, before = scope.reads, len(scope.reads)
     try:
-        return _evaluate(expression, scope)
+        value = _evaluate(expression, scope)
+        if len(reads) == before:
+            return value
+        causes = joined_causes(tuple(reads[before:]))
+        scope.noted += causes[: MOST_NOTED - len(scope.noted)]
+        return replace(value, assumed=causes)
     except RecursionError:
-        raise Unknown("the calculation is nested too deeply") from None
+        raise Unknown(Kind.NESTED) from None
     except (TypeError, ValueError, LookupError, ArithmeticError) as error:
-        raise Unknown("the types of the expression do not fit each other") from error
+        raise Unknown(Kind.TYPES) from error
+    finally:
+        del reads[before:]
 
 
 def _evaluate(expression: Expression, scope: Scope) -> Value:
@@ -66,11 +84,11 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
         case Truth(_, truth):
             return Value(truth, "bool")
         case Name():
-            return scope.lookup(expression)
+            return _read(scope.lookup(expression), scope)
         case Aggregate(_, items):
             return Value(tuple(_evaluate(item, scope).data for item in items))
         case Index(_, base, indices):
-            return _indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope)
+            return _read(_indexed(base, tuple(whole(_evaluate(i, scope).data) for i in indices), scope), scope)
         case Component(_, base, name):
             return component(_evaluate(base, scope), name, scope.records)
         case Unary(_, operator, operand):
@@ -80,7 +98,12 @@ def _evaluate(expression: Expression, scope: Scope) -> Value:
         case Call():
             return _call(expression, scope)
         case Star():
-            raise Unknown("the position is stored without a name (`*`) and not visible in the text")
+            raise Unknown(Kind.STAR)
+
+
+def _read(value: Value, scope: Scope) -> Value:
+    scope.reads += value.assumed
+    return value
 
 
 def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
@@ -88,8 +111,8 @@ def component(value: Value, name: str, records: Mapping[str, Fields]) -> Value:
     for at, (field, kind) in enumerate(fields):
         if field == name and isinstance(value.data, tuple) and at < len(value.data):
             part = value.declaration and (*value.at, at + 1)
-            return Value(value.data[at], kind, 0, value.declaration, part or ())
-    raise Unknown(f"`.{name}` is not a known component")
+            return Value(as_type(value.data[at], kind), kind, 0, value.declaration, part or (), None, value.assumed)
+    raise Unknown(Kind.NO_COMPONENT, name)
 
 
 def whole(data: Data) -> int:
@@ -99,7 +122,7 @@ def whole(data: Data) -> int:
         Unknown: it is none.
     """
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not isfinite(data) or data != int(data):
-        raise Unknown("an array index is not a whole number")
+        raise Unknown(Kind.NOT_WHOLE)
     return int(data)
 
 
@@ -114,9 +137,11 @@ def pick(value: Value, indices: tuple[int, ...]) -> Value:
     data = value.data
     for index in indices:
         if not isinstance(data, tuple) or not 1 <= index <= len(data):
-            raise Unknown(f"the array has no element {', '.join(map(str, indices))}")
+            raise Unknown(Kind.NO_SUCH_ELEMENT, ", ".join(map(str, indices)))
         data = data[index - 1]
-    return Value(data, value.type, max(0, value.rank - len(indices)), value.declaration, (*value.at, *indices))
+    data = as_type(data, value.type)
+    rank = max(0, value.rank - len(indices))
+    return Value(data, value.type, rank, value.declaration, (*value.at, *indices), None, value.assumed)
 
 
 def _unary(operator: str, value: Value) -> Value:
@@ -125,11 +150,11 @@ def _unary(operator: str, value: Value) -> Value:
     if operator == "not":
         if isinstance(value.data, bool):
             return Value(not value.data, "bool")
-        raise Unknown("NOT needs a truth value")
+        raise Unknown(Kind.NEEDS_TRUTH)
     if isinstance(value.data, tuple):
         return Value(tuple(-x for x in value.data) if operator == "-" else value.data, value.type)
     if isinstance(value.data, (bool, str)):
-        raise Unknown(f"`{operator}` needs a number")
+        raise Unknown(Kind.NEEDS_NUMBER, operator)
     return Value(-value.data if operator == "-" else value.data, value.type)
 
 
@@ -142,29 +167,32 @@ def _binary(operator: str, left: Expression, right: Expression, scope: Scope) ->
     if operator in ("and", "or"):
         return _logical(operator == "or", left, right, scope)
     a, b = _evaluate(left, scope), _evaluate(right, scope)
-    x, y = a.data, b.data
+    kind = "dnum" if "dnum" in (a.type, b.type) else "num"  # of numbers; what is written as a number is either
+    x, y = as_type(a.data, kind), as_type(b.data, kind)
     try:
         if operator in _TRUTH:
             return Value(_TRUTH[operator](x, y), "bool")
         match operator:
             case "div":
-                return Value(float(int(x / y)), "num")
+                return Value(as_type(float(int(x / y)), kind), kind)
             case "mod":
-                return Value(x - y * int(x / y), "num")
+                return Value(as_type(x - y * int(x / y), kind), kind)
             case "/":
-                return Value(x / y, a.type)
+                return Value(as_type(x / y, kind), kind)
             case "*":
-                return _product(a, b)
+                return _product(replace(a, data=x), replace(b, data=y), kind)
             case "+" if isinstance(x, str) or isinstance(y, str):
                 return Value(x + y, "string")
             case _:
                 combine = add if operator == "+" else sub
-                return Value(tuple(map(combine, x, y)) if isinstance(x, tuple) else combine(x, y), a.type)
+                if isinstance(x, tuple):
+                    return Value(tuple(map(combine, x, y)), a.type)
+                return Value(as_type(combine(x, y), kind), kind)
     except (TypeError, ValueError, ArithmeticError) as error:
-        raise Unknown(f"`{operator}` has no value for these operands") from error
+        raise Unknown(Kind.UNDEFINED_OPERATOR, operator) from error
 
 
-def _product(a: Value, b: Value) -> Value:
+def _product(a: Value, b: Value, kind: str) -> Value:
     """``*``: numbers, number and pos, pos and pos (vector product), orient and orient (rotations joined)."""
     x, y = a.data, b.data
     if isinstance(x, tuple) and isinstance(y, tuple):
@@ -175,7 +203,7 @@ def _product(a: Value, b: Value) -> Value:
         return Value(tuple(x * item for item in y), b.type)
     if isinstance(x, tuple):
         return Value(tuple(item * y for item in x), a.type)
-    return Value(x * y, a.type)
+    return Value(as_type(x * y, kind), kind)
 
 
 def _logical(decisive: bool, left: Expression, right: Expression, scope: Scope) -> Value:
@@ -197,15 +225,15 @@ def _call(call: Call, scope: Scope) -> Value:
         return Value(scope.present(call.arguments[0].name), "bool")
     own = scope.call(call)
     if own is not None:
-        return own
+        return _read(own, scope)
     if call.name not in functions.FUNCTIONS:
         raise functions.unknown(call.text)
     arguments = tuple(_evaluate(argument, scope).data for argument in call.arguments)
     if call.name == "orobt":
-        arguments = (*arguments, scope.lookup(Name(call.span, "c_progdisp")).data)
+        arguments = (*arguments, _read(scope.lookup(Name(call.span, "c_progdisp")), scope).data)
     options = {name: True if value is None else _evaluate(value, scope).data for name, value in call.options}
     kind, data = functions.call(call.name, arguments, options)
-    return Value(data, kind)
+    return Value(as_type(data, kind), kind)
 
 
 def names_in(tree: Expression) -> set[str]:

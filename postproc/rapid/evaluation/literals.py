@@ -11,7 +11,7 @@ from postproc.rapid.program.values import Data, to_conf, to_quat
 from postproc.rapid.syntax.expressions import number
 from postproc.rapid.syntax.spans import LITERAL, TargetSpans
 from postproc.rapid.syntax.tokens import number_text
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 NO_AXES: Ax6 = (NO_AXIS,) * 6
 NO_AXES_LIST = list(NO_AXES)
@@ -37,7 +37,7 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
         return None
     n = _numbers(found)
     if not isfinite(sum(n)):
-        raise Unknown("a number in the data is too large")
+        raise Unknown(Kind.NUMBER_TOO_LARGE)
     # The same as to_robtarget, without its checks: there are as many numbers as targets need.
     rot = to_quat((n[3], n[4], n[5], n[6]))
     conf = to_conf(n[7:11])

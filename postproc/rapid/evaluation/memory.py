@@ -2,36 +2,47 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.rapid.evaluation.declared import Declared
-from postproc.rapid.evaluation.evaluate import pick
+from postproc.rapid.evaluation.evaluate import component, pick
+from postproc.rapid.program.builtins import FUNCTIONS
 from postproc.rapid.program.predefined import PREDEFINED
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import Pose
 from postproc.rapid.program.values import Data, Fields, Value
-from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Name
-from postproc.rapid.unknown import PartlyUnknown, Unknown, unknown_part
+from postproc.rapid.unknown import (
+    Causes,
+    Kind,
+    PartlyUnknown,
+    Unknown,
+    assumed_for,
+    joined_causes,
+    unknown_part,
+    without_causes,
+)
 
-UNSET = "is written by the program and has no certain value here"
 
-
-def set_first(reason: str) -> str | None:
-    """What helps against a reason that says: nothing sets the data on the way to here; None for other reasons."""
-    found = re.match(rf"`(\w+)` {UNSET}", reason)
-    return found and f"it has what the last run left: set it before this, as in `{found[1]}:={found[1]}0;` with a CONST"
+def set_first(unknowns: Iterable[Unknown]) -> str | None:
+    """What helps against data that nothing sets on the way to here, if that is the first of the reasons."""
+    unknown = next(iter(unknowns), None)
+    if unknown is None or unknown.root.kind is not Kind.UNSET:
+        return None
+    name = unknown.root.subject.strip("`")
+    return f"it has what the last run left: set it before this, as in `{name}:={name}0;` with a CONST"
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A parameter that stands for the caller's data: key of its declaration and element."""
+    """A parameter that stands for the caller's data: its declaration, and indices and components of a part of it."""
 
     declaration: Declaration
-    indices: tuple[int, ...] = ()
+    path: tuple[int | str, ...] = ()
+    assumed: Causes = ()  # why it is not certain which part
 
 
 Binding = Value | Unknown | Reference
@@ -54,7 +65,7 @@ class Frame:
 class Memory:
     """Present values by key, over the initial values; a copy is cheap and independent.
 
-    ``changed`` holds only what the walk has assigned or had to forget.
+    ``changed`` holds only what has been assigned or forgotten; ``reads`` and ``noted`` see ``Scope``.
     """
 
     program: Program
@@ -64,6 +75,8 @@ class Memory:
     function: Callable[[Call, Memory], Value | None]
     changed: dict[str, Data] = field(default_factory=dict)
     trial: bool = False
+    reads: list[Unknown] = field(default_factory=list)
+    noted: list[Unknown] = field(default_factory=list)
 
     @property
     def records(self) -> Mapping[str, Fields]:
@@ -84,33 +97,38 @@ class Memory:
             return bound
         if isinstance(bound, Reference):
             value = self.value(bound.declaration)
-            return pick(value, bound.indices) if bound.indices else value
+            for step in bound.path:
+                value = component(value, step, self.records) if isinstance(step, str) else pick(value, (step,))
+            return replace(value, assumed=joined_causes(value.assumed, bound.assumed)) if bound.assumed else value
         declaration = self.find(name.name)
         if declaration is not None:
             return self.value(declaration)
         if name.name == "c_progdisp":
-            return Value(self.program_displacement(), "progdisp")
+            return self.program_displacement()
         if name.name in PREDEFINED:
             kind, data = PREDEFINED[name.name]
             return Value(data, kind)
-        raise Unknown(f"`{name.text}` is not declared in these files", name.text, name.span)
+        raise Unknown(Kind.NOT_DECLARED, name.text, "", name.text, name.span)
 
-    def program_displacement(self) -> Data:
+    def program_displacement(self) -> Value:
         """``C_PROGDISP``: what PDispSet, PDispOn and EOffsSet have set."""
-        pose, offset = self.changed.get("@pdisp", Pose()), self.changed.get("@eoffs", False)
+        pose, causes = without_causes(self.changed.get("@pdisp", Pose()))
+        offset, more = without_causes(self.changed.get("@eoffs", False))
         for state in (pose, offset):
             if isinstance(state, Unknown):
                 raise state
         if not isinstance(pose, Pose) or offset:
-            raise Unknown("an offset of the external axes may be active")
-        return ((pose.trans, pose.rot), (0.0,) * 6)
+            raise Unknown(Kind.EXTERNAL_OFFSET)
+        data = ((pose.trans, pose.rot), (0.0,) * 6)
+        return Value(data, "progdisp", assumed=joined_causes(causes, more))
 
     def element(self, name: Name, indices: tuple[int, ...]) -> Value:
         bound = self.frame.bindings.get(name.name)
-        if isinstance(bound, Reference):
-            indices = (*bound.indices, *indices)
-        declaration = bound.declaration if isinstance(bound, Reference) else self.find(name.name)
-        if declaration is None or isinstance(bound, Value | Unknown):
+        declaration = self.find(name.name) if bound is None else None
+        if isinstance(bound, Reference) and all(isinstance(step, int) for step in bound.path):
+            indices = (*(step for step in bound.path if isinstance(step, int)), *indices)
+            declaration = bound.declaration if not bound.assumed else None
+        if declaration is None:
             return pick(self.lookup(name), indices)
         written = len(indices) <= len(declaration.dims) and self.is_initial(declaration)
         span = self.constants.part_span(declaration, indices) if written else None
@@ -118,7 +136,8 @@ class Memory:
             try:
                 return pick(self.value(declaration), indices)
             except PartlyUnknown as partly:
-                found = pick(Value(partly.data, declaration.type, len(declaration.dims)), indices)
+                whole = Value(partly.data, declaration.type, len(declaration.dims), assumed=partly.assumed)
+                found = pick(whole, indices)
                 if (unknown := unknown_part(found.data)) is not None:
                     raise unknown from None
                 return found
@@ -128,6 +147,11 @@ class Memory:
 
     def call(self, call: Call) -> Value | None:
         return self.function(call, self)
+
+    def is_builtin(self, name: str) -> bool:
+        """Whether a function is the controller's own here; the program may have another of that name."""
+        routine = self.program.routine(name, self.frame.routine.module)
+        return name in FUNCTIONS and (routine is None or routine.kind != "FUNC")
 
     def present(self, name: str) -> bool:
         return name in self.frame.present
@@ -139,29 +163,46 @@ class Memory:
         return self.program.declaration(name, routine.module, routine.name)
 
     def is_initial(self, declaration: Declaration) -> bool:
-        """Whether the declaration's own value holds: it is CONST, or nothing in the program writes it."""
+        """Whether the declaration's own value holds: it is CONST, or nothing writes it while the program runs."""
         key = declaration.key
-        return declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.everything)
+        return declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written)
 
     def value(self, declaration: Declaration) -> Value:
-        key = declaration.key
-        if declaration.storage != "CONST":
-            if key in self.changes.volatile:
-                raise Unknown(f"`{declaration.name}` is written by a trap routine or an error handler")
-            if key in self.changed:
-                data = self.changed[key]
-                if isinstance(data, Unknown):
-                    raise data
-                return Value(data, declaration.type, len(declaration.dims))
-            if key in self.changes.everything:
-                raise Unknown(f"`{declaration.name}` {self._written(key)}")
-        return self.declared(declaration)
+        """The present value of declared data.
 
-    def _written(self, key: str) -> str:
-        writers = self.changes.writers.get(key, {""})
+        What something may write and nothing has set so far is assumed to be as it was declared; what a trap or a
+        handler writes is never certain.
+
+        Raises:
+            Unknown: it has none.
+        """
+        key = declaration.key
+        causes: Causes = ()
+        if declaration.storage == "CONST":
+            return self.declared(declaration)
+        if self.changes.may_be_written_any_time(key):
+            causes = (Unknown(Kind.WRITTEN_AT_ANY_TIME, f"`{declaration.name}`", key=key),)
+        if key not in self.changed:
+            if key not in self.changes.may_be_written:
+                return self.declared(declaration)
+            why = causes or (self._writer(declaration),)
+            if declaration.init is None:
+                raise why[0]
+            value = self.declared(declaration)
+            return replace(value, assumed=joined_causes(value.assumed, why))
+        data = assumed_for(self.changed[key], causes)
+        if isinstance(data, Unknown):
+            raise data
+        data, causes = without_causes(data)
+        return Value(data, declaration.type, len(declaration.dims), assumed=causes)
+
+    def _writer(self, declaration: Declaration) -> Unknown:
+        """Why data that nothing has set so far is not certain."""
+        name, key = f"`{declaration.name}`", declaration.key
+        writers = self.changes.writers.get(key, set())
         if "" in writers:
-            return UNSET
-        return f"may be written by {' and '.join(f'`{name}`' for name in sorted(writers))}"
+            return Unknown(Kind.UNSET, name, key=key)
+        return Unknown(Kind.MAY_BE_WRITTEN, name, named_writers(writers or self.changes.unseen), key=key)
 
     def declared(self, declaration: Declaration) -> Value:
         """The value that the declaration itself gives.
@@ -176,7 +217,8 @@ class Memory:
         if declaration.storage == "CONST" or declaration.key not in self.changes.everything:
             return
         try:
-            self.changed[declaration.key] = self.constants.initial(declaration, declaration.init, self._home).data
+            value = self.constants.initial(declaration, declaration.init, self._home)
+            self.changed[declaration.key] = assumed_for(value.data, value.assumed)
         except Unknown as error:
             self.changed[declaration.key] = error
 

@@ -12,7 +12,7 @@ from postproc.rapid.program.pose import pose_inv, pose_mult, subtract
 from postproc.rapid.program.records import LoadData, Pose
 from postproc.rapid.program.values import Data, to_load, to_pose
 from postproc.rapid.program.write_effects import SETTERS, STATE
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes
 
 # The smallest mass a loaddata may have; load0 has it, and it stands for nothing at all.
 NO_MASS = 0.001
@@ -36,15 +36,16 @@ class State:
 
     def forgotten(self, keys: Iterable[str]) -> State:
         """The same with the given keys not known."""
-        unknown = {k: Unknown(f"what {SETTERS[k]} sets is not known here") for k in keys if k in self.values}
+        unknown = {k: Unknown(Kind.STATE_UNKNOWN, f"what {SETTERS[k]} sets", key=k) for k in keys if k in self.values}
         return replace(self, values={**self.values, **unknown})
 
 
 def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, value: Callable[[Span], Data]) -> None:
-    """Carry out one instruction of ``changes.STATE``; what it sets may turn out not to be known."""
+    """Carry out one instruction of ``STATE``; what it sets may turn out to be assumed, or not to be known."""
     switches = {option[1:] for option, _, _ in pieces if option}
     plain = [span for option, span, _ in pieces if not option]
     changed = memory.changed
+    memory.noted.clear()
     try:
         match word:
             case "gripload":
@@ -73,14 +74,15 @@ def run_state_instruction(word: str, pieces: Sequence[Piece], memory: Memory, va
     except Unknown as error:
         changed[STATE[word]] = error
     except (IndexError, TypeError, ValueError):
-        changed[STATE[word]] = Unknown(f"the arguments of `{word}` cannot be read")
+        changed[STATE[word]] = Unknown(Kind.UNREADABLE_ARGUMENTS, word)
+    changed[STATE[word]] = assumed_for(changed[STATE[word]], joined_causes(tuple(memory.noted)))
 
 
 def _displacement(pieces: Sequence[Piece], plain: Sequence[Span], rotated: bool, value: Callable[[Span], Data]) -> Pose:
     r"""PDispOn with ``\ExeP``: ``D`` with ``D P_programmed = P_executed``, translation only without ``\Rot``."""
     executed = next((span for option, span, _ in pieces if option == "\\exep"), None)
     if executed is None:
-        raise Unknown("the displacement depends on where the arm stands at PDispOn")
+        raise Unknown(Kind.DISPLACED_FROM_HERE)
     there, programmed = value(executed), value(plain[0])
     a, b = to_pose(there[:2]), to_pose(programmed[:2])
     return pose_mult(a, pose_inv(b)) if rotated else Pose(subtract(a.trans, b.trans))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.evaluation.accessor import Accessor
-from postproc.rapid.evaluation.assign import forget
+from postproc.rapid.evaluation.assign import assume, forget
 from postproc.rapid.evaluation.call_binding import bound_frame
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.memory import Frame, Memory, Reference
@@ -16,17 +17,20 @@ from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.missing import undeclared
 from postproc.rapid.motions.recorder import Recorder
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.events import FOUND
+from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.instructions import READ_ONLY
+from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
-from postproc.rapid.program.values import Data, Value
-from postproc.rapid.program.write_effects import BY_NAME, READ_ONLY, STATE, WriteEffects
+from postproc.rapid.program.values import Data, Value, as_type
+from postproc.rapid.program.write_effects import BY_NAME, LATE, STATE, WriteEffects, argument_name, paired
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 MAX_CALLS = 30  # depth
-MAX_STEPS = 300_000  # statements executed; from there on every loop runs once and calls are passed over
+MAX_STEPS = 100_000  # statements executed; from there on every loop runs once and calls are passed over
+MOTION_STEPS = 5  # that an execution of a motion counts as
 
 
 class Execution(ABC):
@@ -35,9 +39,9 @@ class Execution(ABC):
     ``conditional`` counts the conditions in force that are not known; ``ways`` knows where the arm may stand.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
         self.program = program
-        self.changes = WriteEffects(program)
+        self.changes = changes or WriteEffects(program)
         self.constants = Declared(program)
         self.diagnostics: list[Diagnostic] = []
         self.maker = EventMaker(program, self.diagnostics)
@@ -74,18 +78,21 @@ class Execution(ABC):
         source = memory.frame.routine.source
         motion = self.program.motion(source, statement)
         if motion is not None:
-            self.steps += self.recorder.move(motion, memory, self.conditional > 0)
+            self.steps += MOTION_STEPS + self.recorder.move(motion, memory, self.conditional > 0)
             found = motion.argument("found")
             if found is not None:
-                self.data.assign(found.span, Unknown(f"`{found.text}` {FOUND}"), memory)
+                self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
             return
         word, start = statement.word, statement.span[0] + len(statement.word)
-        if word == "%":
-            word, start = self.late_bound(statement, memory)
-            if not word:
+        late = late_call(statement, source.data, self.program, memory.frame.routine.module)
+        if late is not None:
+            routine = self.late_bound(late, statement, memory)
+            if routine is None:
                 return
-        routine = self.program.routine(word, memory.frame.routine.module)
-        pieces = read_arguments(source.data, start, statement.span[1])
+            pieces = late.pieces
+        else:
+            routine = self.program.routine(word, memory.frame.routine.module)
+            pieces = read_arguments(source.data, start, statement.span[1])
         if routine is not None:
             place, supposed = (source.path, statement.span[0]), self.recorder.supposed
             self.recorder.supposed = supposed and place in self.followed
@@ -98,10 +105,10 @@ class Execution(ABC):
         elif word in ("incr", "decr", "add", "clear"):
             self.data.count(word, pieces, memory)
         elif word in READ_ONLY:
-            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{word}`")
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{word}`")
         elif not (word in BY_NAME and self.data.by_name(word, pieces, memory)):
             name = source.data[statement.span[0] : start].decode("latin-1")
-            forget(memory, self.changes.of_one(statement, memory.frame.routine), f"may be written by `{name}`")
+            forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.MAY_BE_WRITTEN, f"`{name}`")
             self.ways.doubt()  # taken not to move the arm, but nothing may be added to the way from here
             meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
             give = "give the file that defines it too if it moves the arm or sets a load"
@@ -117,37 +124,63 @@ class Execution(ABC):
         if isinstance(data, Unknown) and data.missing and data.span and self.maker.missing.is_news(data.missing):
             self.diagnostics.append(undeclared("data", data.missing, source, data.span))
 
-    def late_bound(self, statement: Statement, memory: Memory) -> tuple[str, int]:
-        """Routine named by ``%text%`` and where its arguments begin; no name if only the running program knows."""
-        data = memory.frame.routine.source.data
-        close = data.find(b"%", statement.span[0] + 1, statement.span[1])
-        name = self.data.value_or_not((statement.span[0] + 1, close), memory)
-        word = name.split(":")[-1].strip().lower() if isinstance(name, str) else ""
-        if not word or self.program.routine(word, memory.frame.routine.module) is None:
-            forget(memory, self.changes.everything, "may be changed by a routine that is chosen at run time")
-            self.ways.doubt()
-            self.recorder.chosen = True
-            self.report_once(
-                "RAP032", "warning", "which routine is called here is known only at run time",
-                memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
-            )  # fmt: skip
-            return "", 0
-        return word, close + 1
+    def late_bound(self, call: LateCall, statement: Statement, memory: Memory) -> Routine | None:
+        """The routine that is called by a text; None if it is not known, or in none of the files."""
+        name = self.data.value_or_not(call.name, memory)
+        number = self.data.value_or_not(call.number, memory) if call.number is not None else None
+        word = name.split(":")[-1].strip() if isinstance(name, str) else ""
+        if isinstance(number, float) and number == int(number):
+            word = f"{word}{int(number)}"
+        elif call.number is not None:
+            word = ""
+        routine = self.program.routine(word, memory.frame.routine.module) if word else None
+        if routine is not None:
+            return routine
+        keys = self.changes.of_one(statement, memory.frame.routine)
+        forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{word}`" if word else LATE)
+        self.ways.doubt()
+        self.recorder.chosen = True
+        self.report_once(
+            "RAP032", "warning", "which routine is called here is known only at run time",
+            memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
+        )  # fmt: skip
+        return None
 
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
         frame = bound_frame(routine, pieces, memory, self.data.tree)
         if self.endless(routine, frame) or len(self.stack) > MAX_CALLS or self.exhausted(routine.source):
             keys = (k for k in self.changes.of_routine.get(routine.key, ()) if not k.startswith("%"))
-            forget(memory, keys, "is changed in a routine that is not followed here")
+            forget(memory, keys, Kind.CHANGED_UNFOLLOWED)
             self.ways.doubt()
             self.passed_over.add(routine.key)
-            return Unknown(f"`{routine.name}` is not followed here")
-        inner = Memory(self.program, self.changes, self.constants, frame, self.function, memory.changed)
+            return Unknown(Kind.NOT_FOLLOWED, routine.name)
+        inner = replace(memory, frame=frame)
         own = [d.key for d in routine.declarations if d.storage == "VAR" and d.key in memory.changed]
         outer = {key: memory.changed[key] for key in own if routine.key in self.stack}
         result = self.enter(routine, inner)
         memory.changed = {**inner.changed, **outer} if outer else inner.changed
+        self.forget_passed(routine, pieces, frame, memory)
         return result
+
+    def forget_passed(self, routine: Routine, pieces: Sequence[Piece], frame: Frame, memory: Memory) -> None:
+        """Data that was passed by reference and that the call cannot have written through its parameter: of an
+        element that is not known, or a parameter that the caller got by value.
+        """
+        written, data = self.changes.of_routine.get(routine.key, frozenset()), memory.frame.routine.source.data
+        for parameter, span in paired(routine.parameters, pieces):
+            bound = frame.bindings.get(parameter.name)
+            if parameter.mode not in BY_REFERENCE or "%" + parameter.name not in written or span[0] == span[1]:
+                continue
+            name = argument_name(data, span)
+            if name in memory.frame.bindings:
+                keys = ["%" + name]
+            else:
+                declaration = memory.find(name)
+                keys = [declaration.key] if declaration is not None and declaration.storage != "CONST" else []
+            if not isinstance(bound, Reference):
+                forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{routine.name}`")
+            elif bound.assumed:
+                assume(memory, keys, f"`{routine.name}`")
 
     def endless(self, routine: Routine, frame: Frame) -> bool:
         """Whether a call comes back to a routine that runs already: for nothing new, perhaps, or with its own data."""
@@ -173,8 +206,8 @@ class Execution(ABC):
         result = self.call_routine(routine, pieces, memory)
         recorder.emitting = emitting
         if isinstance(result, Value):
-            return Value(result.data, routine.type)
-        raise result if isinstance(result, Unknown) else Unknown(f"`{call.name}` gives no known value")
+            return Value(as_type(result.data, routine.type), routine.type, assumed=result.assumed)
+        raise result if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
     def report_once(
         self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str

@@ -12,10 +12,11 @@ from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Choices, Ends, Place
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value
+from postproc.rapid.program.values import Data, Value, as_type
+from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Assumed, Kind, Unknown, without_causes
 
 MAX_DEPTH = 80  # blocks and calls inside one another
 
@@ -23,8 +24,8 @@ MAX_DEPTH = 80  # blocks and calls inside one another
 class Flow(Loops):
     """Executes statements; of the branches among the ``choices`` one arm is taken."""
 
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
+    def __init__(self, program: Program, changes: WriteEffects | None = None) -> None:
+        super().__init__(program, changes)
         self.choices = Choices()
         self.told: set[Place] = set()
 
@@ -51,7 +52,7 @@ class Flow(Loops):
     def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
         """Run statements; whether the end of them is reached."""
         if self.depth > MAX_DEPTH:
-            forget(memory, self.changes.everything, "is changed in blocks that are nested too deeply")
+            forget(memory, self.changes.everything, Kind.CHANGED_TOO_DEEPLY)
             self.steps += 100
             return True
         self.steps += 1  # an empty body costs time too
@@ -91,14 +92,13 @@ class Flow(Loops):
             case "leave":
                 return False
             case "opaque":
-                forget(memory, self.changes.of_one(statement, memory.frame.routine), "is not certain here")
+                forget(memory, self.changes.of_one(statement, memory.frame.routine), Kind.UNCERTAIN)
         return True
 
     def forget_written(self, statement: Statement, memory: Memory) -> None:
         """What functions write in a statement's expressions, where these are not worked out once."""
+        self.forget_unseen(statement, memory)
         routine = memory.frame.routine
-        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
-        forget(memory, keys, f"may be written by `{name}`")
         if statement.kind in ("assign", "return"):
             return
         if statement.kind == "call":
@@ -106,7 +106,13 @@ class Flow(Loops):
             still = not self.recorder.emitting or self.recorder.returning
             if not still if moves else self.program.routine(statement.word, routine.module) is not None:
                 return
-        forget(memory, self.changes.of_functions(statement, routine), "is written by a function")
+        forget(memory, self.changes.of_functions(statement, routine), Kind.WRITTEN_BY_FUNCTION)
+
+    def forget_unseen(self, statement: Statement, memory: Memory) -> None:
+        """What functions in none of the files write in a statement's expressions."""
+        routine = memory.frame.routine
+        keys, name = self.changes.by_unknown.get((routine.source.path, statement.span), (set[str](), ""))
+        forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{name}`")
 
     def say_followed(self, statement: Statement, place: Place, memory: Memory) -> None:
         """Report PERS data that decides on motions or data and that nothing in these files writes."""
@@ -130,7 +136,8 @@ class Flow(Loops):
         declaration = bound.declaration if isinstance(bound, Reference) else memory.find(statement.word)
         if declaration is None or declaration.name.lower() not in self.program.constants:
             return
-        source, now = memory.frame.routine.source, self.data.value_or_not(statement.parts[0], memory)
+        source, data = memory.frame.routine.source, without_causes(data)[0]
+        now, _ = without_causes(self.data.value_or_not(statement.parts[0], memory))
         further = not isinstance(data, Unknown) and now != data
         by_itself = statement.word in identifiers(source.data[slice(*statement.parts[1])])  # farther in every turn
         if no_longer(now, data) or (by_itself and further):
@@ -182,7 +189,7 @@ class Flow(Loops):
             return False
         memory.changed = joined(ends, self.program)
         parameters = (k for k in self.changes.of_one(statement, memory.frame.routine) if k.startswith("%"))
-        forget(memory, parameters, "depends on a condition that is not known")
+        forget(memory, parameters, Kind.UNDECIDED)
         return True
 
     def choose(self, statement: Statement, arms: Ends, left: bool, memory: Memory) -> None:
@@ -208,7 +215,7 @@ class Flow(Loops):
             self.ways.doubt()  # the arm may have come here by another choice
         arm, choice = self.choices.forced[place], self.choices.found[place]
         reached = arm == len(statement.branches) or self.body(statement.branches[arm].body, memory)
-        forget(memory, choice.keys - choice.certain, "depends on a condition that is not known")
+        forget(memory, choice.keys - choice.certain, Kind.UNDECIDED)
         return reached
 
     def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool | None:
@@ -217,11 +224,11 @@ class Flow(Loops):
             return self.truth(conditions[0], memory)
         verdict: bool | None = False
         for condition in conditions:
-            try:
-                if self.data.value(statement.parts[0], memory) == self.data.value(condition, memory):
-                    return True
-            except Unknown:
+            subject, case = (self.data.value_or_not(span, memory) for span in (statement.parts[0], condition))
+            if isinstance(subject, Unknown | Assumed) or isinstance(case, Unknown | Assumed):
                 verdict = None
+            elif as_type(subject, "num") == as_type(case, "num"):
+                return True
         return verdict
 
     def jumps_of(self, routine: Routine) -> Mapping[str, int]:
@@ -232,7 +239,7 @@ class Flow(Loops):
     def label(self, statement: Statement, memory: Memory) -> None:
         routine = memory.frame.routine
         if statement.word in self.jumps_of(routine):
-            forget(memory, self.changes.of_routine[routine.key], "may have changed before the jump to here")
+            forget(memory, self.changes.of_routine[routine.key], Kind.CHANGED_BEFORE_JUMP)
             self.ways.doubt()
 
     def leave_with(self, span: Span, memory: Memory) -> None:
@@ -244,5 +251,5 @@ class Flow(Loops):
         except Unknown as error:
             value = error
         if self.returned is not None:  # another way returns too
-            value = Unknown("the result depends on a condition that is not known")
+            value = Unknown(Kind.RESULT_UNDECIDED)
         self.returned = value

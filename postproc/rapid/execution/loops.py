@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from math import floor, inf
 
 from postproc.diagnostics import Span
 from postproc.rapid.evaluation.assign import forget
@@ -12,9 +11,10 @@ from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.execution.calls import Execution
 from postproc.rapid.execution.jumps import UNTIL
-from postproc.rapid.program.values import Value
+from postproc.rapid.program.values import Value, single
+from postproc.rapid.program.write_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
-from postproc.rapid.unknown import PartlyUnknown, Unknown
+from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown
 
 MAX_TURNS = 10_000  # of one loop; a loop with more is treated as one that runs nobody knows how often
 MAX_IDLE_TURNS = 300  # of one loop that moves nothing
@@ -35,19 +35,20 @@ class Loops(Execution):
     def for_loop(self, loop: Statement, memory: Memory) -> bool:
         hidden = memory.frame.bindings.get(loop.word)
         bounds = [self.data.value_or_not(span, memory) for span in loop.parts]
-        turns, step = MAX_TURNS + 1, 1.0
-        if all(isinstance(bound, float) for bound in bounds):
-            step = bounds[2] if len(bounds) > 2 else 1.0 if bounds[1] >= bounds[0] else -1.0
-            count = (bounds[1] - bounds[0]) / step + 1e-9 if step else inf
-            turns = max(0, floor(count) + 1) if abs(count) <= MAX_TURNS else 0 if count < 0 else MAX_TURNS + 1
-        reached, turn = True, 0
-        while reached and turn < turns <= MAX_TURNS and not self.exhausted(memory.frame.routine.source):
-            memory.frame.bindings[loop.word] = Value(bounds[0] + turn * step, "num")
+        known = all(isinstance(bound, float) for bound in bounds)
+        turns = counted(*bounds) if known else None
+        reached = True
+        done = turns is not None
+        for index in turns or ():
+            if self.exhausted(memory.frame.routine.source):
+                done = False
+                break
+            memory.frame.bindings[loop.word] = Value(index, "num")
             reached = self.body(loop.branches[0].body, memory)
-            turn += 1
-        if reached and turn < turns:
-            index = Unknown(f"the loop index `{loop.word}` is not known")
-            self.unknown_turns(loop, memory, {loop.word: index})
+            if not reached:
+                break
+        if reached and not done:
+            self.unknown_turns(loop, memory, {loop.word: Unknown(Kind.LOOP_INDEX, loop.word)})
         memory.frame.bindings.pop(loop.word, None)
         if hidden is not None:
             memory.frame.bindings[loop.word] = hidden
@@ -97,7 +98,8 @@ class Loops(Execution):
         memory.frame.bindings.update(bindings)
         body, moves = loop.branches[0].body, "@moves" in keys
         keys = self.varying(body, memory, keys) | self.changes.of_functions(loop, memory.frame.routine)
-        forget(memory, keys, "is changed in a loop")
+        keys |= self.changes.of_one(loop, memory.frame.routine) & {UNSEEN}
+        forget(memory, keys, Kind.CHANGED_IN_LOOP)
         begin = self.ways.ends
         self.conditional += not certain
         if not self.body(body, memory):
@@ -105,13 +107,13 @@ class Loops(Execution):
         elif moves and self.recorder.emitting and not self.recorder.returning and not self.recorder.only_new:
             self.return_to_begin(body, memory, keys)
         self.conditional -= not certain
-        forget(memory, keys, "is changed in a loop")
+        forget(memory, keys, Kind.CHANGED_IN_LOOP)
         self.ways.ends |= begin
 
     def return_to_begin(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> None:
         """Follow the arm from the end of a turn to the first motion of the next one."""
         ends = self.ways.ends
-        forget(memory, keys, "is changed in a loop")
+        forget(memory, keys, Kind.CHANGED_IN_LOOP)
         self.recorder.returning = True
         self.body(body, memory)
         self.recorder.returning = False
@@ -119,7 +121,7 @@ class Loops(Execution):
 
     def varying(self, body: tuple[Statement, ...], memory: Memory, keys: frozenset[str]) -> frozenset[str]:
         """What a turn may not find as the turn before found it: tried out, starting with all of it as it is now."""
-        found: set[str] = set()
+        found: set[str] = {UNSEEN} & keys
         if self.recorder.emitting and not self.exhausted(memory.frame.routine.source):
             for _ in range(MAX_TRIALS):
                 ends = self.tried(body, memory, keys, found)
@@ -133,7 +135,7 @@ class Loops(Execution):
         changed, bindings = dict(memory.changed), dict(memory.frame.bindings)
         ends, exits, returned, conditional = self.ways.ends, self.ways.exits, self.returned, self.conditional
         left = list(self.left)
-        forget(memory, unknown, "is changed in a loop")
+        forget(memory, unknown, Kind.CHANGED_IN_LOOP)
         before = _values(memory, keys)
         self.recorder.emitting = False
         self.body(body, memory)
@@ -143,6 +145,19 @@ class Loops(Execution):
         self.ways.ends, self.ways.exits, self.returned, self.conditional = ends, exits, returned, conditional
         self.left = left
         return _differing(before, after)
+
+
+def counted(first: float, last: float, step: float | None = None) -> list[float] | None:
+    """Values of the index of a FOR loop, counted in single precision; None where there are too many."""
+    first, last = single(first), single(last)
+    step = single(step) if step is not None else 1.0 if last >= first else -1.0
+    turns: list[float] = []
+    while first <= last if step >= 0 else first >= last:
+        if len(turns) == MAX_TURNS:
+            return None
+        turns.append(first)
+        first = single(first + step)
+    return turns
 
 
 def _values(memory: Memory, keys: Iterable[str]) -> dict[str, object]:

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from postproc.rapid.evaluation.assign import undecided
 from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.program import Program
 from postproc.rapid.program.values import Data
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 MOST = 8  # combinations that are followed; of more none is, and what they set is not known
 
@@ -85,15 +83,17 @@ class Choices:
         arms = tuple(sorted({*known.arms, *ends}))
         self.found[place] = Choice(arms, known.keys | keys, certain, {**values, **known.values}, known.left or left)
 
-    def lacking(self, events: Iterable[MotionEvent], program: Program) -> dict[Place, tuple[int, ...]]:
+    def lacking(self, events: Iterable[MotionEvent]) -> dict[Place, tuple[int, ...]]:
         """Branches, with their arms, that set what motions lack."""
-        reasons = {event.reason for event in events if event.reason is not None}
+        undecided = {
+            unknown.root.key for event in events for unknown in event.unknowns if unknown.root.kind is Kind.UNDECIDED
+        }
         return {
             place: choice.arms
             for place, choice in self.found.items()
             if place not in self.forced
             and not (choice.left and choice.keys - choice.certain)
-            and any(undecided(key, program) in reason for key in choice.certain for reason in reasons)
+            and not undecided.isdisjoint(choice.certain)
         }
 
 

@@ -18,10 +18,11 @@ from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
 from postproc.rapid.motions.rough import rough_orientations
 from postproc.rapid.program.events import MotionEvent, StatementKey, executions_of
+from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.write_effects import holds_word
 from postproc.rapid.syntax.nodes import Routine, Statement
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def _followed(program: Program, started: Sequence[Routine]) -> Flow:
             flow.choices = Choices(forced, met)
             for routine in started:
                 _start(flow, routine, State.initial())
-        more = flow.choices.lacking(flow.ways.events, program) if ways else {}
+        more = flow.choices.lacking(flow.ways.events) if ways else {}
         if not more:
             flow.choices = Choices()
             return flow
@@ -165,7 +166,7 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
             continue
         frame = unbound_frame(routine)
         memory = Memory(flow.program, flow.changes, flow.constants, frame, flow.function, dict(state.values))
-        forget(memory, flow.changes.everything, "is not certain here")
+        forget(memory, flow.changes.everything, Kind.UNCERTAIN)
         flow.ways.lose()
         flow.conditional += 1
         flow.body(body, memory)
@@ -179,10 +180,10 @@ def _interrupt(flow: Flow, routine: Routine, state: State) -> None:
 
 def _finish(flow: Flow, routine: Routine, memory: Memory) -> None:
     """Code that no known way leads to: every motion on its own, whatever ran before."""
-    forget(memory, flow.changes.everything, "is not certain here")
+    forget(memory, flow.changes.everything, Kind.UNCERTAIN)
     for statement in statements_of(routine):
         if statement.kind == "for":
-            index = Unknown(f"the loop index `{statement.word}` is not known")
+            index = Unknown(Kind.LOOP_INDEX, statement.word)
             memory.frame.bindings[statement.word] = index
     flow.conditional += 1
     for statement in _unreached(flow, routine):
@@ -227,9 +228,16 @@ def _add_names(program: Program, source: Source, statement: Statement, named: se
     if motion is not None:
         procedure = motion.argument("procedure")
         if procedure is not None:
-            named.add(procedure.text.strip('" ').lower())
+            named.add(procedure.text.strip('" ').rpartition(":")[2].lower())
         return
     named.add(statement.word)
-    if statement.word in ("%", "callbyvar"):
+    late = late_call(statement, source.data, program, "")
+    if late is not None and statement.word == "callbyvar":
+        named |= {
+            r.name.lower()
+            for r in program.all_routines()
+            if late.template[:1] != (None,) and may_be(late.template, r.name)
+        }
+    if late is not None:
         words = source.data[statement.span[0] : statement.span[1]].decode("latin-1").lower()
         named |= set("".join(c if c.isalnum() or c == "_" else " " for c in words).split())

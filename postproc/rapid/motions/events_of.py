@@ -11,7 +11,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.rapid.motions.missing import Missing
-from postproc.rapid.motions.regressors import NAME, named_numbers
+from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.arguments import fits
@@ -20,10 +20,10 @@ from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.program.values import Data
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
 
 T = TypeVar("T")
-FIXED, NAMED = ("inline", "declared", "star"), ("declared", "element", "expression")  # kinds of origins
+NAMED = ("declared", "element", "expression")  # kinds of origins
 
 
 class EventMaker:
@@ -39,33 +39,31 @@ class EventMaker:
     def event(self, statement: MotionStatement, memory: Memory, conditional: bool) -> MotionEvent:
         """The event of one execution."""
         found: list[Diagnostic] = []
-        reasons: list[str] = []
+        reasons: list[Unknown] = []
+        memory.noted.clear()
         target, origin, via, via_origin = self.places(statement, memory, reasons, found)
         if memory.changes.acting is not None:
             handed = [o.handed for o in (origin, via_origin) if o is not None and o.handed is not None]
             spans = [(statement.source, statement.span), *((h.source, h.span) for h in handed)]
             found_at = (memory.changes.acting.search(source.data, *span) for source, span in spans)
-            acting = sorted({f"`{called[1].decode('latin-1')}`" for called in found_at if called is not None})
-            reasons += [f"{name} does more than calculate: assign what it gives before the move" for name in acting]
+            acting = sorted({called[1].decode("latin-1") for called in found_at if called is not None})
+            reasons += [Unknown(Kind.ACTS, name) for name in acting]
         settings = self.settings.read(statement, memory, reasons, found)
         tool, wobj, total = settings.tool, settings.wobj, settings.total
         state = memory.changed
-        payload = self.state(state, "@gripload", LoadData(), "the payload is not known", reasons)
+        payload, causes = self.state(state, "@gripload", LoadData(), Kind.PAYLOAD, reasons)
         if total is not None and total.mass > NO_MASS:
             tool, payload = replace(tool, tload=total), LoadData()
-        displacement = self.state(state, "@pdisp", Pose(), "the program displacement is not known", reasons)
+        displacement, more = self.state(state, "@pdisp", Pose(), Kind.DISPLACEMENT, reasons)
+        assumed = joined_causes(tuple(memory.noted), causes, more)
         if not wobj.ufprog:
-            reasons.append(
-                f"the work object `{wobj.name}` is moved by `{wobj.ufmec}`"
-                if wobj.ufmec
-                else f"the work object `{wobj.name}` is moved by a mechanical unit that it does not name: ufprog of a"
-                " fixed frame is TRUE"
-            )
-        if state.get("@eoffs") is not False and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
-            reasons.append("an offset of the external axes may be active")
+            reasons.append(Unknown(Kind.MOVED_OBJECT if wobj.ufmec else Kind.MOVED_BY_NOBODY, wobj.name, wobj.ufmec))
+        offset, more = without_causes(state.get("@eoffs"))
+        if (offset is not False or more) and any(abs(axis) < NO_AXIS for axis in getattr(target, "extax", ())):
+            reasons.append(Unknown(Kind.EXTERNAL_OFFSET))
         self.missing.say_assumed(state, statement, found)
-        override, limit = _pair(state.get("@velset"))
-        acceleration = state.get("@accset", 100.0)
+        override, limit = _pair(without_causes(state.get("@velset"))[0])
+        acceleration, _ = without_causes(state.get("@accset", 100.0))
         return MotionEvent(
             statement,
             target,
@@ -81,41 +79,42 @@ class EventMaker:
             payload,
             displacement,
             conditional,
-            "; ".join(dict.fromkeys(reasons)) or None,
+            "; ".join(dict.fromkeys(unknown.reason for unknown in reasons)) or None,
             tuple(found),
             self.known_options(state),
             velocity_override=override,
             velocity_limit=limit,
             acceleration=100.0 if isinstance(acceleration, Unknown) else acceleration,
             numbers=named_numbers(statement, origin, memory),
+            assumed=tuple(cause.reason for cause in assumed),
+            unknowns=tuple(reasons),
         )
 
     def start(self, before: MotionEvent, event: MotionEvent, memory: Memory) -> str | None:
-        """What the program calls the target of the event before here, if it has a name that means the same here.
-
-        Nobody asks where both targets are the same in every execution.
-        """
-        to, origins = before.statement.argument("to"), (before.target_origin, event.target_origin)
-        if to is None or all(origin.kind in FIXED and origin.handed is None for origin in origins):
+        """What the program calls the target of the event before here; None where that has no name or means another."""
+        to, origin, last = before.statement.argument("to"), before.target_origin, before.statement
+        if to is None or origin.kind not in NAMED or "\n" in to.text:
             return None
-        if before.target_origin.kind not in NAMED or not NAME.fullmatch(to.text):
-            return None
-        known = self.targets.robtarget(before.statement.source, to.span, memory)
-        return to.text if known == (before.target, before.target_origin) else None
+        here = event.statement
+        same = last.source is here.source and last.routine == here.routine and last.module == here.module
+        if same and origin.kind == "declared" and origin.handed is None:
+            return to.text
+        known = self.targets.robtarget(last.source, to.span, memory)
+        return to.text if known == (before.target, origin) else None
 
     def places(
-        self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]
+        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
     ) -> tuple[RobTarget | JointTarget | None, Origin, RobTarget | None, Origin | None]:
         """Target and circle point with their origins; without target where one of the two is not known."""
         signature = SIGNATURES[statement.instruction.lower()]
         to, circle = statement.argument("to"), statement.argument("via")
-        target: RobTarget | JointTarget | Unknown = Unknown("it names no target")
+        target: RobTarget | JointTarget | Unknown = Unknown(Kind.NO_TARGET)
         via: RobTarget | Unknown | None = None
         origin, via_origin = Origin("runtime"), None
         if signature.why_not and not signature.roles:
-            target = Unknown(signature.why_not)
+            target = Unknown(Kind.UNSUPPORTED, signature.why_not)
         elif signature.roles and not fits(statement, signature):
-            target = Unknown("its arguments cannot be read")
+            target = Unknown(Kind.ARGUMENTS)
         elif to is not None and signature.jointed:
             target, origin = self.targets.jointtarget(statement.source, to.span, memory)
         elif to is not None:
@@ -124,22 +123,26 @@ class EventMaker:
                 via, via_origin = self.targets.robtarget(statement.source, circle.span, memory)
         for place, argument in ((target, to), (via, circle)):
             if isinstance(place, Unknown):
-                reasons.append(self.missing.explain(place, argument, statement, found))
+                self.missing.explain(place, argument, statement, found)
+                reasons.append(place)
         if signature.why_not and signature.roles:
-            reasons.append(signature.why_not)
+            reasons.append(Unknown(Kind.UNSUPPORTED, signature.why_not))
         known = None if isinstance(via, Unknown) else via
         return None if isinstance(target, Unknown) or known is not via else target, origin, known, via_origin
 
     @staticmethod
-    def state(state: Mapping[str, Data], key: str, default: T, reason: str, reasons: list[str]) -> T:
-        value = state.get(key, default)
+    def state(state: Mapping[str, Data], key: str, default: T, kind: Kind, reasons: list[Unknown]) -> tuple[T, Causes]:
+        """What an instruction has set, and why it is not certain."""
+        value, causes = without_causes(state.get(key, default))
         if isinstance(value, Unknown):
-            reasons.append(f"{reason}: {value.reason}")
-            return default
-        return value
+            reasons.append(Unknown(kind, cause=value))
+            return default, ()
+        return value, causes
 
     def known_options(self, state: Mapping[str, Data]) -> Mapping[str, bool]:
-        conf_l, conf_j, singarea = key = state.get("@conf_l"), state.get("@conf_j"), state.get("@singarea")
+        conf_l, conf_j, singarea = key = tuple(
+            without_causes(state.get(name))[0] for name in ("@conf_l", "@conf_j", "@singarea")
+        )
         if key not in self.options:
             found = {name: value for name, value in (("conf_l", conf_l), ("conf_j", conf_j)) if isinstance(value, bool)}
             if isinstance(singarea, str):

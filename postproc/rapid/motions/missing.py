@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.rapid.evaluation.memory import set_first
-from postproc.rapid.program.events import Argument, MotionStatement
+from postproc.rapid.program.events import Argument, MotionEvent, MotionStatement
 from postproc.rapid.program.predefined import PREDEFINED
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.records import SpeedData
@@ -25,6 +25,7 @@ _ASSUMED: Mapping[str, str] = {
 
 _WHAT: Mapping[str, str] = {"tool": "tool", "\\wobj": "work object", "to": "target", "via": "target"}
 _RECORDS = frozenset({"robtarget", "jointtarget", "tooldata", "wobjdata", "loaddata", "speeddata", "zonedata"})
+MOST_NAMED = 3  # routines in one finding
 _WHOLE = frozenset({"tool", "work object"})  # without these nothing about the pose is known
 
 
@@ -38,10 +39,10 @@ class Missing:
 
     def explain(
         self, error: Unknown, argument: Argument | None, statement: MotionStatement, found: list[Diagnostic]
-    ) -> str:
-        """The reason why an event is left alone."""
+    ) -> None:
+        """Report why an argument has no value, where somebody can do something about it."""
         if argument is None:
-            return error.reason
+            return
         missing = None if error.missing is None else error.missing.lower()
         named = missing in (None, argument.text.split("{")[0].strip().lower())
         what = _WHAT.get(argument.role, "data") if named else "data"  # else it stands inside of what is named
@@ -51,7 +52,6 @@ class Missing:
             self._say_refused(error, argument, statement, found)
         elif error.missing is None and what in _WHOLE:
             self._say_written(error, what, argument, statement, found)
-        return error.reason
 
     def is_news(self, name: str) -> bool:
         """Whether a name without a value is met for the first time."""
@@ -89,7 +89,7 @@ class Missing:
         self.reported.add(declaration.key)
         text = f"the {what} `{declaration.name}` is not known here: {error.reason}"
         help_ = f"if the value in its file is the one that will run, say `--constant {declaration.name}`"
-        if first := set_first(error.reason):
+        if first := set_first((error,)):
             help_ = f"{first}; if the program does no more than measure it, say `--constant {declaration.name}`"
         self._report(Diagnostic("RAP023", "warning", text, statement.source, argument.span, help_), found)
 
@@ -115,6 +115,24 @@ class Missing:
     def _report(self, finding: Diagnostic, found: list[Diagnostic]) -> None:
         found.append(finding)
         self.diagnostics.append(finding)
+
+
+def shown_to_users(walked: Iterable[Diagnostic], events: Sequence[MotionEvent]) -> list[Diagnostic]:
+    """Findings of a program that was followed, its routines that are in none of the files as one (RAP031), and that
+    only where something is not certain because of them.
+    """
+    unseen = [d for d in walked if d.code == "RAP031" and d.severity == "info"]
+    found = [d for d in walked if d not in unseen]
+    assumed = sum(bool(event.assumed) for event in events)
+    if not unseen or not assumed:
+        return found
+    names = [d.message.split("`")[1] for d in unseen]
+    named = ", ".join(f"`{name}`" for name in names[:MOST_NAMED])
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    text = f"{named}{more} {'is' if len(names) == 1 else 'are'} in none of the files: what such routines may write is"
+    text += f" taken to be as it was, in {assumed} executions of motion statements"
+    help_ = "give the files that define them (`--with FILE`); they are taken not to move the arm"
+    return [*found, Diagnostic("RAP031", "info", text, unseen[0].source, unseen[0].span, help_)]
 
 
 def undeclared(what: str, name: str, source: Source, span: Span) -> Diagnostic:

@@ -81,8 +81,8 @@ def _terms(tree: Expression, data: bytes, memory: Memory) -> Iterator[Term]:
             yield from _terms(base, data, memory)
             for part in (*amounts, *(value for _, value in options if value is not None)):
                 words = data[slice(*part.span)].decode("latin-1")
-                if not isinstance(part, Name | Number) and _harmless(part, words, memory):
-                    yield f"({words})", part
+                if not isinstance(part, Number) and _harmless(part, words, memory):
+                    yield (words.lower() if isinstance(part, Name) else f"({words})"), part
         case Name() | Index() | Component() if _harmless(tree, text, memory):
             for axis in "xyz":
                 place = Component(tree.span, Component(tree.span, tree, "trans"), axis)

@@ -19,7 +19,7 @@ from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.program.values import Data, Value, to_load, to_speed, to_tool, to_wobj, to_zone
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.tokens import identifiers
-from postproc.rapid.unknown import Invalid, Unknown
+from postproc.rapid.unknown import Invalid, Kind, Unknown
 
 T = TypeVar("T")
 _KINDS: Mapping[str, str] = {"tool": "tooldata", "\\wobj": "wobjdata", "\\tload": "loaddata", "speed": "speeddata"}
@@ -49,7 +49,9 @@ class SettingsReader:
         self.fixed: dict[tuple[str, str, str, str], Any] = {}
         self.settled: dict[tuple[bytes, bytes, str, str], Settings] = {}
 
-    def read(self, statement: MotionStatement, memory: Memory, reasons: list[str], found: list[Diagnostic]) -> Settings:
+    def read(
+        self, statement: MotionStatement, memory: Memory, reasons: list[Unknown], found: list[Diagnostic]
+    ) -> Settings:
         """The data a statement names beside its target; remembered by their text if they cannot change."""
         data, span, routine = statement.source.data, statement.span, memory.frame.routine
         to = statement.argument("to")
@@ -73,7 +75,8 @@ class SettingsReader:
                 if times and not isinstance(error, Invalid):
                     self.missing.say_untimed(error, argument, statement.source, found)
                 else:
-                    reasons.append(self.missing.explain(error, argument, statement, found))
+                    self.missing.explain(error, argument, statement, found)
+                    reasons.append(error)
                 return default
 
         tool = known("tool", to_tool, ToolData())
@@ -106,7 +109,7 @@ class SettingsReader:
         value = evaluate(tree, memory)
         wanted = _KINDS.get(argument.role)
         if wanted is not None and value.type not in ("", wanted) and value.type in _KINDS.values():
-            raise Unknown(f"`{argument.text}` is {value.type}, not {wanted}")
+            raise Unknown(Kind.WRONG_TYPE, argument.text, f"{value.type}, not {wanted}")
         result = convert(self.name(value, argument), value.data)
         if low.isidentifier() and low not in memory.frame.bindings:
             declaration = memory.find(low)
@@ -146,7 +149,7 @@ def _data(convert: Callable[[Data], T]) -> Callable[[str, Data], T]:
 
 def _number(name: str, data: Data) -> float | None:
     if isinstance(data, bool) or not isinstance(data, (int, float)):
-        raise Unknown(f"`{name}` is no number")
+        raise Unknown(Kind.NO_NUMBER, name)
     return float(data)
 
 

@@ -7,18 +7,18 @@ from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.evaluation.assign import store
-from postproc.rapid.evaluation.evaluate import evaluate, names_in
+from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory, Reference
-from postproc.rapid.program.events import Base, Origin, OriginKind, Tuned
+from postproc.rapid.program.events import Origin, OriginKind, Root
 from postproc.rapid.program.pose import about, add, quat_mult, subtract
 from postproc.rapid.program.records import JointTarget, Pose, RobTarget, Vec3
 from postproc.rapid.program.values import Value, to_jointtarget, to_robtarget
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.spans import TargetSpans
-from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Star
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.syntax.trees import Aggregate, Call, Component, Expression, Index, Name, Star
+from postproc.rapid.unknown import Kind, Unknown
 
 RUNTIME = Origin("runtime")
 
@@ -39,7 +39,7 @@ class Targets:
         except Unknown as error:
             return error, RUNTIME
         if isinstance(tree, Star):
-            return Unknown("the position is stored without a name (`*`) and not visible in the text"), Origin("star")
+            return Unknown(Kind.STAR), Origin("star")
         declaration = _named(tree, memory)
         if declaration is not None and isinstance(tree, Name):
             done = self.declared.get((declaration.key, ()))
@@ -49,15 +49,37 @@ class Targets:
         try:
             target, origin = self._of_value(evaluate(tree, memory), memory)
             if isinstance(tree, Call):
-                root, lever = _root(tree, target, before)
-                origin = replace(origin, root=root, lever=lever, tuned=_tuned(tree, target, source, before))
-                if tree.name == "offs":
-                    displaced = tree.arguments[0]
-                    named, its = self._of_value(evaluate(displaced, before), before)
-                    origin = replace(origin, base=Base(source, displaced.span, named, its.spans))
+                origin = replace(origin, root=self._root(tree, target, before))
             return target, origin
         except Unknown as error:
             return error, _runtime(declaration)
+
+    def _root(self, tree: Expression, target: RobTarget, memory: Memory) -> Root | None:
+        """What ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace; None
+        where another function is among them.
+
+        Args:
+            target: value of the tree; memory: as it was before.
+        """
+        lever: Vec3 = (0.0, 0.0, 0.0)
+        origin = Origin("expression")
+        try:
+            while isinstance(tree, Call) and tree.arguments:
+                inner = tree.arguments[0]
+                aside = memory.aside()
+                outer, (target, origin) = target, self._of_value(evaluate(inner, aside), aside)
+                own = memory.program.routine(tree.name, memory.frame.routine.module) is not None
+                if tree.name == "reltool" and not own:
+                    lever = add(lever, subtract(outer.trans, target.trans))
+                elif (tree.name != "offs" or own) and not _displaces(tree, inner, target, outer, memory):
+                    return None
+                tree = inner
+            if origin.kind == "expression" and isinstance(tree, Aggregate):
+                written = read_literal_target(memory.frame.routine.source, *tree.span)
+                origin = origin if written is None else Origin("inline", written[1])
+        except Unknown:
+            return None
+        return Root(target, origin, lever)
 
     def _of_value(self, value: Value, memory: Memory) -> tuple[RobTarget, Origin]:
         handed = value.handed
@@ -91,7 +113,7 @@ class Targets:
         try:
             tree = read_whole_expression(source.data, *span, "the target")
             if isinstance(tree, Star):
-                return Unknown("the position is stored without a name (`*`)"), Origin("star")
+                return Unknown(Kind.STAR), Origin("star")
             declaration = _named(tree, memory)
             value = evaluate(tree, memory)
             target = to_jointtarget(value.data)
@@ -112,28 +134,6 @@ def _named(tree: Expression, memory: Memory) -> Declaration | None:
     if bound is None:
         return memory.find(base.name)
     return bound.declaration if isinstance(bound, Reference) else None
-
-
-def _root(tree: Expression, target: RobTarget, memory: Memory) -> tuple[RobTarget | None, Vec3]:
-    """The target that ``Offs``, ``RelTool`` and functions that displace their argument, one inside the other, displace
-    (None for other functions), and what ``RelTool`` displaces it by, which turns with it, [mm] in the object frame.
-
-    Args:
-        target: value of the tree; memory: as it was before.
-    """
-    lever: Vec3 = (0.0, 0.0, 0.0)
-    try:
-        while isinstance(tree, Call) and tree.arguments:
-            inner = tree.arguments[0]
-            outer, target = target, to_robtarget(evaluate(inner, memory.aside()).data)
-            if tree.name == "reltool":
-                lever = add(lever, subtract(outer.trans, target.trans))
-            elif tree.name != "offs" and not _displaces(tree, inner, target, outer, memory):
-                return None, lever
-            tree = inner
-    except Unknown:
-        return None, lever
-    return target, lever
 
 
 _TRIED = Pose((7.0, -11.0, 13.0), about(0, 2.0))  # any move tells one that displaces from one that does more
@@ -157,42 +157,6 @@ def _displaces(tree: Call, inner: Expression, before: RobTarget, after: RobTarge
     found = to_robtarget(evaluate(tree, aside).data)
     wanted = (*add(after.trans, _TRIED.trans), *quat_mult(_TRIED.rot, after.rot))
     return math.dist(wanted, (*found.trans, *found.rot)) < 1e-6
-
-
-def _tuned(tree: Expression, target: RobTarget, source: Source, memory: Memory) -> Tuned | None:
-    """What PERS data that nothing in the program writes displaces.
-
-    Args:
-        target: value of the tree; memory: as it was before.
-    """
-    chain: list[Call] = []
-    while isinstance(tree, Call) and tree.name in ("offs", "reltool") and tree.arguments:
-        chain.append(tree)
-        tree = tree.arguments[0]
-    amounts = [
-        (call.name, axis, part)
-        for call in chain
-        for axis, part in enumerate((*call.arguments[1:], *(v for _, v in call.options if v is not None)))
-        if any(_is_set_by_hand(name, memory) for name in names_in(part))
-    ]
-    if not amounts:
-        return None
-    steps = []
-    for call in chain:
-        inner = to_robtarget(evaluate(call.arguments[0], memory.aside()).data)
-        steps.append((call.name == "offs", target, inner))
-        target = inner
-    terms = []
-    for _, axis, part in amounts if all(name == "offs" for name, _, _ in amounts) else ():
-        words = source.data[slice(*part.span)].decode("latin-1")
-        name = words if isinstance(part, Name) else f"({words})"
-        terms.append((axis, name, evaluate(part, memory.aside()).data))
-    return Tuned(source, tree.span, tuple(steps), tuple(terms))
-
-
-def _is_set_by_hand(name: str, memory: Memory) -> bool:
-    declaration = memory.find(name) if name not in memory.frame.bindings else None
-    return declaration is not None and declaration.storage == "PERS" and memory.is_initial(declaration)
 
 
 def _runtime(declaration: Declaration | None) -> Origin:

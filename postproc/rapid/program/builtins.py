@@ -24,8 +24,8 @@ from postproc.rapid.program.pose import (
     subtract,
 )
 from postproc.rapid.program.records import Vec3
-from postproc.rapid.program.values import Data, as_pose, to_pose, to_quat
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.program.values import Data, as_pose, as_type, to_pose, to_quat
+from postproc.rapid.unknown import Kind, Unknown
 
 
 def offs(target: Data, x: float, y: float, z: float) -> Data:
@@ -156,14 +156,15 @@ def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> t
     """
     kind, function = FUNCTIONS[name]
     try:
+        if kind == "num" and name != "dnumtonum":
+            arguments = [as_type(argument, "num") for argument in arguments]
         return kind, function(*arguments, **options)
     except (TypeError, ValueError, IndexError, KeyError, ArithmeticError) as error:
-        raise Unknown(f"`{name}` has no value for these arguments") from error
+        raise Unknown(Kind.UNDEFINED, name) from error
 
 
 def unknown(name: str) -> Unknown:
     """Why a function that is none of ``FUNCTIONS`` has no value."""
-    what = "known only at run time" if name.lower() in RUN_TIME else "a function this version does not know"
     if name.lower() in ("calcrobt", "calcjointt"):
-        what = "worked out by the controller: a place and the joint angles there are not turned into one another here"
-    return Unknown(f"`{name}` is {what}")
+        return Unknown(Kind.CONTROLLER_FUNCTION, name)
+    return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)

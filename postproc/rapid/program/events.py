@@ -24,10 +24,10 @@ from postproc.rapid.program.records import (
     ZoneData,
 )
 from postproc.rapid.syntax.spans import TargetSpans
+from postproc.rapid.unknown import Kind, Unknown
 
 Interpolation = Literal["joint", "line", "arc", "absjoint", "none"]
 StatementKey = tuple[str, int]  # path and offset of a motion statement
-FOUND = "is found by a search"
 OriginKind = Literal["inline", "declared", "element", "expression", "runtime", "star"]
 
 
@@ -45,33 +45,6 @@ class ByValueArgument:
 
 
 @dataclass(frozen=True, slots=True)
-class Base:
-    """The target that ``Offs`` displaces: its text, the first argument, its value, and where its numbers stand."""
-
-    source: Source
-    span: Span
-    target: RobTarget
-    numbers: TargetSpans | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Tuned:
-    """The target that ``Offs`` and ``RelTool``, one inside the other, displace by PERS data which the program does not
-    write: what an operator sets there has to go on to displace it.
-
-    Args:
-        source, span: its text.
-        steps: from the outermost on: whether ``Offs`` displaces, the target behind it and before it.
-        terms: axis of the object frame, name and value of what ``Offs`` displaces by; none where ``RelTool`` does.
-    """
-
-    source: Source
-    span: Span
-    steps: tuple[tuple[bool, RobTarget, RobTarget], ...]
-    terms: tuple[tuple[int, str, float], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Origin:
     """Where the value of a target argument comes from.
 
@@ -83,10 +56,7 @@ class Origin:
         declaration: canonical key of the declaration (lower case ``module.routine.name`` or ``module..name``).
         storage: CONST, PERS or VAR of that declaration.
         handed: where a call hands it over, if it comes from a parameter.
-        base: what is displaced, if it is ``Offs(..)``.
-        root: value of the target that ``Offs`` and ``RelTool``, one inside the other, displace; lever: what of that
-            turns with it, being displaced by ``RelTool`` [mm].
-        tuned: what is displaced, if PERS data says how far.
+        root: what the expression displaces, if it does nothing else.
     """
 
     kind: OriginKind
@@ -94,15 +64,31 @@ class Origin:
     declaration: str | None = None
     storage: str | None = None
     handed: ByValueArgument | None = None
-    base: Base | None = None
-    root: RobTarget | None = None
-    lever: Vec3 = (0.0, 0.0, 0.0)
-    tuned: Tuned | None = None
+    root: Root | None = None
 
     @property
-    def named(self) -> TargetSpans | None:
-        """The literal numbers that it has, or displaces: others are another target, even where they are equal."""
-        return self.spans if self.base is None else self.base.numbers
+    def base(self) -> Origin:
+        """The origin of the numbers: of what is displaced, or its own."""
+        return self if self.root is None else self.root.origin
+
+    @property
+    def stands_in_statement(self) -> bool:
+        """Whether the numbers are an aggregate in the motion statement itself."""
+        return self.base.kind == "inline" and self.base.handed is None
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """The target that ``Offs``, ``RelTool`` and functions like them, one inside the other, displace.
+
+    Args:
+        target: its value; origin: where that comes from.
+        lever: what of the displacement turns with the target (that of ``RelTool``) [mm], object axes.
+    """
+
+    target: RobTarget
+    origin: Origin
+    lever: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +123,7 @@ class MotionStatement:
         places: begin and end of each argument's span and of its whole, counted from the statement's first byte: small
             numbers are kept once, however many statements there are.
         interpolation: how the controller moves to the target; ``none`` for statements that do not move the arm.
+        key: what tells it from every other statement of the program.
     """
 
     instruction: str
@@ -147,11 +134,10 @@ class MotionStatement:
     roles: tuple[str, ...]
     places: tuple[int, ...]
     interpolation: Interpolation
+    key: StatementKey = field(init=False)
 
-    @property
-    def key(self) -> StatementKey:
-        """What tells it from every other statement of the program."""
-        return self.source.path, self.span[0]
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key", (self.source.path, self.span[0]))
 
     @property
     def arguments(self) -> tuple[Argument, ...]:
@@ -207,12 +193,14 @@ class MotionEvent:
     again: int | None = None  # no motion: the arm stands where that event has brought it, and another way goes on
     way: int = 0  # number of the way by which the arm comes here, where it may come by several
     numbers: tuple[tuple[str, float], ...] = ()  # what the numbers are that the statement names beside its target
-    start: str | None = None  # by what name the statement may call the target where the arm comes from
+    start: str | None = None  # what the program calls the target where the arm comes from, if that means the same here
+    assumed: tuple[str, ...] = ()  # why target, tool, frames or load are not certain: phrases for people
+    unknowns: tuple[Unknown, ...] = field(default=(), compare=False)  # what ``reason`` says, as values
 
     @property
     def searched(self) -> bool:
         """Whether it goes with what a search has found."""
-        return self.reason is not None and FOUND in self.reason
+        return any(unknown.root.kind is Kind.FOUND_BY_SEARCH for unknown in self.unknowns)
 
 
 def executions_of(events: Sequence[MotionEvent]) -> dict[StatementKey, list[int]]:

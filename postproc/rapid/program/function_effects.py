@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Set
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.program.builtins import FUNCTIONS, RUN_TIME
+from postproc.rapid.program.late_binding import TEXT
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement
 
@@ -34,8 +35,8 @@ READING = frozenset(
 ).union(FUNCTIONS, RUN_TIME) - {"getnextsym"}
 COUNTING = ("incr", "decr", "add", "clear")  # instructions that write their first argument and do nothing else
 BY_REFERENCE = ("VAR", "PERS", "INOUT")
-TEXT = re.compile(rb'"((?:[^"]|"")*)"')
-_CALLED = re.compile(rb"([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*\(")
+# The look-behind keeps the search from starting again at every letter of a long word.
+_CALLED = re.compile(rb"(?<![\w\x80-\xff])([A-Za-z_\x80-\xff][\w\x80-\xff]*+)\s*+\(")
 
 
 def writing_functions(source: Source, program: Program) -> re.Pattern[bytes] | None:

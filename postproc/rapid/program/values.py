@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from struct import Struct
 
 from postproc.rapid.program.events import ByValueArgument
 from postproc.rapid.program.pose import normalise
@@ -26,14 +26,15 @@ from postproc.rapid.program.records import (
     ZoneData,
 )
 from postproc.rapid.syntax.nodes import Module
-from postproc.rapid.unknown import Invalid, Unknown
-
-Data = Any  # float, bool, str or a tuple of Data
+from postproc.rapid.unknown import Causes, Invalid, Kind, Unknown
+from postproc.rapid.unknown import Data as Data
 
 
 @dataclass(frozen=True, slots=True)
 class Value:
     """Data with its type; ``type`` is empty where it is not known, ``rank`` counts array dimensions.
+
+    ``assumed`` says why it is not certain, if it is not: it is then the last value seen in the text.
 
     ``declaration`` and ``at`` say which declared data (and which part of it: indices of array elements and places of
     components, from 1) this is an unchanged copy of, ``handed`` which argument of a call.
@@ -45,6 +46,25 @@ class Value:
     declaration: str | None = None
     at: tuple[int, ...] = ()
     handed: ByValueArgument | None = None
+    assumed: Causes = ()  # why it is not certain
+
+
+_SINGLE = Struct("f")
+
+
+def single(number: float) -> float:
+    """A ``num`` as the controller holds it, in single precision.
+
+    Raises:
+        OverflowError: it is too large.
+    """
+    rounded: float = _SINGLE.unpack(_SINGLE.pack(number))[0]
+    return rounded
+
+
+def as_type(data: Data, kind: str) -> Data:
+    """Data as a variable of a type holds it: ``num`` in single, ``dnum`` in double precision."""
+    return single(data) if kind == "num" and isinstance(data, float) else data
 
 
 MOST_QUARTERS = 4000  # no axis turns a thousand times
@@ -93,13 +113,13 @@ def zero(kind: str, records: Mapping[str, Fields]) -> Data:
 
 def _number(data: Data) -> float:
     if isinstance(data, bool) or not isinstance(data, (int, float)) or not math.isfinite(data):
-        raise Unknown("a number is expected in the data")
+        raise Unknown(Kind.NUMBER_EXPECTED)
     return float(data)
 
 
 def _numbers(data: Data, count: int) -> tuple[float, ...]:
     if not isinstance(data, tuple) or len(data) != count:
-        raise Invalid(f"{count} numbers are expected in the data")
+        raise Invalid(Kind.NUMBERS_EXPECTED, str(count))
     if set(map(type, data)) == {float} and math.isfinite(sum(data)):
         return data
     return tuple(_number(item) for item in data)
@@ -116,8 +136,8 @@ def to_quat(data: Data) -> Quat:
     length = math.hypot(a, b, c, d)
     if abs(length - 1.0) > MOST_OFF_UNIT:
         if length == 0.0:
-            raise Unknown("the orientation is [0,0,0,0]: the position was never taught")
-        raise Invalid(f"the orientation is no unit quaternion: its length is {length:.3g}, not 1")
+            raise Unknown(Kind.NEVER_TAUGHT)
+        raise Invalid(Kind.NOT_UNIT, f"{length:.3g}")
     return normalise((a, b, c, d))
 
 
@@ -128,7 +148,7 @@ def _ax6(data: Data) -> Ax6:
 
 def _parts(data: Data, count: int, kind: str) -> tuple[Data, ...]:
     if not isinstance(data, tuple) or len(data) != count:
-        raise Invalid(f"the value is not a {kind}")
+        raise Invalid(Kind.NOT_A, kind)
     return data
 
 
@@ -150,7 +170,7 @@ def to_conf(numbers: Sequence[float]) -> tuple[int, int, int, int]:
     """
     a, b, c, d = (round(number) for number in numbers)
     if max(abs(a), abs(b), abs(c), abs(d)) > MOST_QUARTERS:
-        raise Unknown("a number in the configuration data is too large")
+        raise Unknown(Kind.CONFIGURATION)
     return a, b, c, d
 
 
@@ -179,7 +199,7 @@ def _frame(data: Data) -> Pose:
     """A frame of a tool or a work object: unlike a target, it is not left open until somebody teaches it."""
     _, rot = _parts(data, 2, "pose")
     if not any(_numbers(rot, 4)):
-        raise Invalid("the orientation is [0,0,0,0], which no frame has")
+        raise Invalid(Kind.NO_FRAME)
     return to_pose(data)
 
 

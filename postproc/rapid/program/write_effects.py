@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from functools import cached_property
 
 from postproc.diagnostics import Source, Span
 from postproc.rapid.program.arguments import Piece, read_arguments
-from postproc.rapid.program.function_effects import BY_REFERENCE, TEXT, acting_functions, called_in, writing_functions
+from postproc.rapid.program.function_effects import BY_REFERENCE, acting_functions, called_in, writing_functions
+from postproc.rapid.program.instructions import KNOWN, LASTING, READ_ONLY
+from postproc.rapid.program.late_binding import Template, late_call, may_be, text_template
 from postproc.rapid.program.program import Program, statements_in, statements_of
+from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.nodes import Declaration, Parameter, Routine, Statement
 
 # State that instructions change, by instruction.
@@ -22,24 +26,10 @@ SETTERS: Mapping[str, str] = {
     "@gripload": "GripLoad", "@pdisp": "PDispSet or PDispOn", "@eoffs": "EOffsSet or EOffsOn", "@conf_l": "ConfL",
     "@conf_j": "ConfJ", "@singarea": "SingArea", "@velset": "VelSet", "@accset": "AccSet",
 }  # fmt: skip
-# Instructions that only read their arguments. Any other instruction may write the data it is given by name.
-READ_ONLY = frozenset(
-    re.findall(
-        r"\w+",
-        """
-    accset activateparam actunit alarm bookerrno break cirpathmode clearpath clkreset clkstart clkstop close confj
-    confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
-    idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
-    pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact softdeact
-    speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
-    syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
-    tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
-    waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
-    """,
-    )
-)
-# But for these arguments.
+# Arguments that instructions of ``READ_ONLY`` write.
 WRITTEN = ("\\timeflag", "\\valueattimeout", "\\result", "\\breakflag", "\\instanceid")
+LATE = "a routine that is chosen at run time"
+UNSEEN = "@unseen"  # what a routine that is in none of the files may write (see ``WriteEffects.exposed``)
 # Instructions that read or write the data whose name is in their first argument, a text.
 BY_NAME = ("getdataval", "setdataval", "setalldataval")
 _REFERENCE = re.compile(rb"\s*([A-Za-z_\x80-\xff][\w\x80-\xff]*)\s*(?:[.{].*)?", re.DOTALL)
@@ -75,17 +65,15 @@ def named_by_text(statement: Statement, routine: Routine, program: Program) -> I
         return
     data = routine.source.data
     pieces = [span for _, span, _ in read_arguments(data, statement.span[0] + len(statement.word), statement.span[1])]
-    plain, texts = data[slice(*pieces[0])] if pieces else b"", []
-    for i, part in enumerate(TEXT.split(plain)):  # every other part is outside quotes: it is worked out
-        texts.append(re.escape(part) if i % 2 else b"" if part.strip() in (b"", b"+") else b".*")
-    whole, kind = re.compile(b"".join(texts).decode("latin-1"), re.IGNORECASE), ""
+    plain = data[slice(*pieces[0])] if pieces else b""
+    template, kind = text_template(plain), ""
     if statement.word == "setalldataval":
-        whole, kind = re.compile(".*"), plain.decode("latin-1").strip(' "').lower()
+        template, kind = (None,), plain.decode("latin-1").strip(' "').lower()
     elif len(pieces) > 1 and not component_path(data, pieces[-1]):
         passed = program.declaration(argument_name(data, pieces[-1]), routine.module, routine.name)
         kind = passed.type.lower() if passed is not None else ""
     for declaration in program.declarations:
-        if not declaration.routine and kind in ("", declaration.type.lower()) and whole.fullmatch(declaration.name):
+        if not declaration.routine and kind in ("", declaration.type.lower()) and may_be(template, declaration.name):
             yield program.names.get(declaration.key, declaration)
 
 
@@ -99,7 +87,10 @@ CalledWith = tuple[str, tuple[tuple[str, str], ...]]
 
 
 class WriteEffects:
-    """What every routine of a program may change: keys of declarations, ``@`` state, its parameters as ``%name``."""
+    """What every routine of a program may change: keys of declarations, ``@`` state, its parameters as ``%name``.
+
+    ``UNSEEN`` among them stands for all that a routine in none of the files may write.
+    """
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -112,6 +103,9 @@ class WriteEffects:
         # them; calls of the program's own functions.
         self.by_unknown: dict[tuple[str, Span], tuple[set[str], str]] = {}
         self.by_own: dict[tuple[str, Span], set[CalledWith]] = {}
+        self.unseen: set[str] = set()  # names of routines in none of the files
+        self.lasting: set[str] = set()  # data that an instruction goes on writing
+        self.sync: set[str] = set()  # routines that a motion starts: nobody knows when they run
         self._writing = {source.path: writing_functions(source, program) for source in program.sources}
         routines = {r.key: r for r in program.all_routines()}
         calls: dict[str, set[CalledWith]] = {key: set() for key in routines}
@@ -134,14 +128,40 @@ class WriteEffects:
         self.everything = frozenset(k for keys in found.values() for k in keys if not k.startswith("%"))
         self.acting = acting_functions(routines, self.of_routine, calls)
         # What a trap changes may change at any moment, what a handler changes that goes on wherever an error may come.
-        traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP"]
+        traps = [found[key] for key, routine in routines.items() if routine.kind == "TRAP" or key in self.sync]
         handlers = [
             self.of(body, routine)
             for routine in routines.values()
             for body in routine.handlers
             if holds_word(routine.source, body, b"retry", b"trynext", b"return")
         ]
-        self.volatile = frozenset(k for keys in (*traps, *handlers) for k in keys if not k.startswith("%"))
+        self.volatile = frozenset(k for keys in (*traps, *handlers, self.lasting) for k in keys if k[0] not in "%@")
+        self.unseen_any_time = any(UNSEEN in keys for keys in (*traps, *handlers))
+
+    @cached_property
+    def exposed(self) -> frozenset[str]:
+        """What code in none of the files may write: data of modules that is not LOCAL, data that routines of these
+        files write which such code may call (all but main and those that are LOCAL), and all state.
+        """
+        data = {d.key for d in self.program.declarations if _is_exposed(d)}
+        called = {r.key for r in self.program.all_routines() if not r.local and r.name.lower() != "main"}
+        within = {k for key in called for k in self.of_routine[key] if k[0] not in "%@"}
+        return frozenset(data | within | SETTERS.keys())
+
+    def may_be_written_any_time(self, key: str) -> bool:
+        """Whether a trap, a handler or what a motion starts may write data, whatever runs."""
+        return key in self.volatile or (self.unseen_any_time and key in self.exposed)
+
+    @cached_property
+    def may_be_written(self) -> frozenset[str]:
+        """Keys of declarations that anything, in these files or not, may write while the program runs.
+
+        Operators and other tasks write PERS data, too: where nothing in the files writes it, that is not counted.
+        """
+        written = {k for k in self.everything if k[0] != "@"}
+        if UNSEEN in self.everything:
+            written |= {k for k in self.exposed if k[0] != "@"}
+        return frozenset(written)
 
     def of_one(self, statement: Statement, routine: Routine) -> frozenset[str]:
         """As ``of`` for one statement, kept for the next time it is executed."""
@@ -205,6 +225,16 @@ class WriteEffects:
             found = motion.argument("found")
             if found is not None:
                 self._add(argument_name(data, found.span), routine, changed)
+            procedure = motion.argument("procedure")
+            if procedure is not None:
+                started: set[CalledWith] = set()
+                self._of_late_call(text_template(data[slice(*procedure.span)]), (), routine, changed, started)
+                self.sync |= {key for key, _ in started}
+                calls |= started
+            return
+        late = late_call(statement, data, self.program, routine.module)
+        if late is not None:
+            self._of_late_call(late.template, late.pieces, routine, changed, calls)
             return
         called = self.program.routine(statement.word, routine.module)
         if called is None and statement.word in STATE:
@@ -222,7 +252,31 @@ class WriteEffects:
             for declaration in named_by_text(statement, routine, self.program):
                 self._add_data(declaration, changed, writer=writer)
             return
-        self._hand_over(called, pieces, writer, routine, changed, calls)
+        if called is None and statement.word not in KNOWN and statement.word not in SIGNATURES:
+            changed.add(UNSEEN)
+            self.unseen.add(writer)
+        written: set[str] = set()
+        self._hand_over(called, pieces, writer, routine, written, calls)
+        changed |= written
+        if called is None and statement.word in LASTING:
+            self.lasting |= written
+
+    def _of_late_call(
+        self,
+        template: Template,
+        pieces: Sequence[Piece],
+        routine: Routine,
+        changed: set[str],
+        calls: set[CalledWith],
+    ) -> None:
+        """What procedures may write one of which is called by its name in a text."""
+        found = [r for r in self.program.all_routines() if r.kind == "PROC" and may_be(template, r.name)]
+        for called in found:
+            self._hand_over(called, pieces, "", routine, changed, calls)
+        if not found or None in template:
+            changed.add(UNSEEN)  # perhaps one that is in none of the files
+            self.unseen.add(LATE)
+            self._hand_over(None, pieces, LATE, routine, changed, calls)
 
     def _of_functions(
         self,
@@ -239,6 +293,9 @@ class WriteEffects:
             written: set[str] = set()
             through: set[CalledWith] = set()
             self._hand_over(called, pieces, name, routine, written, through)
+            if called is None:
+                written.add(UNSEEN)
+                self.unseen.add(name)
             place = (routine.source.path, statement.span)
             if written:
                 self.by_unknown[place] = (self.by_unknown.get(place, (set[str](), ""))[0] | written, name)
@@ -272,6 +329,15 @@ class WriteEffects:
         by_reference = [(p.name, span) for p, span in paired(called.parameters, pieces) if p.mode in BY_REFERENCE]
         passed = tuple((name, argument_name(data, span)) for name, span in by_reference)
         calls.add((called.key, passed))
+
+
+def named_writers(writers: Iterable[str]) -> str:
+    """Writers for people: names in backticks."""
+    return " and ".join(name if name == LATE else f"`{name}`" for name in sorted(writers)[:2])
+
+
+def _is_exposed(declaration: Declaration) -> bool:
+    return not declaration.routine and declaration.scope != "LOCAL" and declaration.storage != "CONST"
 
 
 def _assigned_in(source: Source, span: Span) -> Iterator[str]:

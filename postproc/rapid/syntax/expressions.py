@@ -1,6 +1,15 @@
 """Expressions read into trees.
 
-Precedence, low to high: OR XOR, AND, NOT, relations, + -, * / DIV MOD, sign (ABB RAPID reference, "Expressions").
+Grammar: ABB "Technical reference manual - RAPID Kernel", formal syntax, rule 3:
+
+    <expr>         ::= [ NOT ] <logical term> { ( OR | XOR ) <logical term> }
+    <logical term> ::= <relation> { AND <relation> }
+    <relation>     ::= <simple expr> [ <relop> <simple expr> ]
+    <simple expr>  ::= [ <addop> ] <term> { <addop> <term> }
+    <term>         ::= <primary> { <mulop> <primary> }
+
+So ``NOT a AND b`` is ``NOT (a AND b)`` and ``NOT a OR b`` is ``(NOT a) OR b``. Programs also write NOT and signs where
+this grammar has no place for them (``a AND NOT b``, ``a * -b``): they are read where that can mean one thing only.
 """
 
 from __future__ import annotations
@@ -23,7 +32,7 @@ from postproc.rapid.syntax.trees import (
     Truth,
     Unary,
 )
-from postproc.rapid.unknown import Unknown
+from postproc.rapid.unknown import Kind, Unknown
 
 MAX_NESTING = 40
 MAX_OPERATORS = 150
@@ -76,7 +85,7 @@ def read_whole_expression(data: bytes, start: int, end: int, what: str = "the ex
         if reader.kind != "end":
             raise ExpressionError(f"`{reader.word}` is not expected here")
     except ExpressionError as error:
-        raise Unknown(f"{what} cannot be read: {error}") from error
+        raise Unknown(Kind.UNREADABLE, what, str(error)) from error
     return result
 
 
@@ -114,13 +123,7 @@ class _Reader:
         self.depth += 1
         if self.depth > MAX_NESTING:
             raise ExpressionError("the expression is nested too deeply")
-        if self.kind == "name" and self.word.lower() == "not":
-            start = self.span[0]
-            self.step()
-            operand = self.binary(3)
-            left: Expression = Unary((start, operand.span[1]), "not", operand)
-        else:
-            left = self.signed()
+        left = self.negated(level) if self.kind == "name" and self.word.lower() == "not" else self.signed()
         while True:
             operator = self.word.lower()
             rank = PRECEDENCE.get(operator, 0) if self.kind in ("operator", "name") else 0
@@ -133,6 +136,15 @@ class _Reader:
                 raise ExpressionError("the expression is too long")
             right = self.binary(rank)
             left = Binary((left.span[0], right.span[1]), operator, left, right)
+
+    def negated(self, level: int) -> Expression:
+        """NOT and the logical term behind it; behind an operator a relation that no AND follows."""
+        start, first = self.span[0], level == 0
+        self.step()
+        operand = self.binary(PRECEDENCE["or"] if first else PRECEDENCE["and"])
+        if not first and self.kind == "name" and self.word.lower() == "and":
+            raise ExpressionError("`NOT` before `AND` is not clear without parentheses")
+        return Unary((start, operand.span[1]), "not", operand)
 
     def signed(self) -> Expression:
         if self.kind == "operator" and self.word in "+-":

@@ -1,0 +1,85 @@
+"""Lines of a batch's journal: what was made of a task or a copied file; read as data that anybody may have changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any, get_args
+
+from postproc.batch.values import Status
+from postproc.diagnostics import Diagnostic
+from postproc.files import stays_inside
+
+STATE = ".postproc"  # folder in the tree of outputs
+COPY = "copy"  # key and status of files that are not converted
+Line = dict[str, Any]  # name, key, status, outputs (path to hash), figures, findings
+Subject = tuple[bool, str]  # whether a file is copied, and its name; a task may be called like a file
+
+
+def subject(line: Line) -> Subject:
+    return line["key"] == COPY, str(line["name"])
+
+
+def encoded(line: Mapping[str, Any]) -> bytes:
+    return json.dumps(line, sort_keys=True, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+
+
+def read_lines(path: Path, findings: list[Diagnostic]) -> Iterator[Line]:
+    """What a journal tells; lines that no batch can have written are left out, and counted."""
+    odd = 0
+    for text in path.read_bytes().split(b"\n"):
+        try:
+            line = json.loads(text)
+        except ValueError:
+            continue  # empty, or torn by a kill
+        except RecursionError:
+            line = None
+        if _is_line(line):
+            yield {"figures": {}, "findings": [], **line}
+        else:
+            odd += 1
+    if odd:
+        what = f"{odd} line{'s' * (odd > 1)} of the journal `{path}` cannot come from a batch"
+        help_ = "what they speak of is done again; files that they name are left as they are"
+        findings.append(Diagnostic("BAT018", "warning", f"{what}: left out", help=help_))
+
+
+def _is_line(line: Any) -> bool:
+    """Whether a value has the types that a batch writes, and speaks of files inside its folder alone."""
+    if not isinstance(line, dict) or line.get("status") not in (*get_args(Status), COPY):
+        return False
+    outputs, figures, findings = line.get("outputs"), line.get("figures", {}), line.get("findings", [])
+    try:
+        encoded(line)  # no NaN
+    except ValueError:
+        return False
+    return (
+        all(isinstance(line.get(key), str) for key in ("name", "key"))
+        and isinstance(outputs, dict)
+        and all(
+            isinstance(h, str) and stays_inside(p) and PurePosixPath(p).parts[0] != STATE for p, h in outputs.items()
+        )
+        and isinstance(figures, dict)
+        and (not figures or _are_figures(figures))
+        and isinstance(findings, list)
+        and all(isinstance(found, dict) and _is_finding(found) for found in findings)
+    )
+
+
+def _are_figures(figures: Mapping[str, Any]) -> bool:
+    statements = figures.get("statements")
+    lengths = [figures[key] for key in ("max_error_before_mm", "max_error_after_mm") if key in figures]
+    counted = [figures.get(key) for key in ("added_targets", "unproved_statements", "cycle_time_s")]
+    if not isinstance(statements, dict) or statements.keys() != {"compensated", "unchanged", "skipped"}:
+        return False
+    numbers = (*lengths, *counted, *statements.values())
+    return len(lengths) != 1 and all(isinstance(n, (int, float)) for n in numbers)
+
+
+def _is_finding(found: Mapping[str, Any]) -> bool:
+    texts = all(isinstance(found.get(key), str) for key in ("code", "severity", "message"))
+    return texts and all(
+        key in found and (found[key] is None or isinstance(found[key], kind))
+        for key, kind in (("path", str), ("help", str), ("line", int), ("column", int))
+    )

@@ -1,0 +1,120 @@
+"""What one layer of settings states: ``postproc.toml``, the command line, a jobs file, a job of it; the inner wins."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from postproc.settings import NAME, Settings
+from postproc.tomlfile import check, parse_toml, read_source
+
+Vec3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Positive = Annotated[FiniteFloat, Field(gt=0)]
+
+
+class Choices(BaseModel):
+    """What one layer states; None is left to the layers around it. Paths start at the file that states them."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), populate_by_name=True)
+    model: str | None = None
+    robot: str | None = None
+    side_files: Annotated[list[str] | None, Field(alias="with")] = None
+    force: Vec3 | None = None
+    moment: Vec3 | None = None
+    force_on: Literal["all", "arc"] | None = None
+    inertia: bool | None = None
+    tolerance_mm: Positive | None = None
+    air_tolerance_mm: Positive | None = None
+    scope: Literal["all", "welds"] | None = None
+    allow_partial: bool | None = None
+    template: str | None = None
+    constant: list[str] | None = None
+    channel: dict[str, FiniteFloat] | None = None
+    free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FitChoices(_Table):
+    effects: list[str] | None = None
+    mounting: Vec3 | None = None
+
+
+class BatchChoices(_Table):
+    workers: Annotated[int, Field(ge=1)] | None = None
+    scheduler: str | None = None
+
+
+class SettingsFile(Choices):
+    """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands."""
+
+    fit: FitChoices = FitChoices()
+    batch: BatchChoices = BatchChoices()
+
+
+def with_choices(settings: Settings, choices: Choices, root: Path, origin: str = "") -> Settings:
+    """Settings with what an inner layer states.
+
+    A layer that names an arm, by its name or with a model, says it alone: what outer layers say of the arm is gone.
+
+    Args:
+        root: where the layer's paths start. origin: its name for people; empty for the command line.
+    """
+    named = {name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "scope", "free_axes")}
+    given: dict[str, Any] = {
+        **named,
+        "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
+        "air_tolerance_m": None if choices.air_tolerance_mm is None else choices.air_tolerance_mm * 1e-3,
+        "allow_partial": choices.allow_partial,
+        "template_dir": None if choices.template is None else root / choices.template,
+        "constants": None if choices.constant is None else tuple(choices.constant),
+        "channels": None if choices.channel is None else tuple(choices.channel.items()),
+    }
+    options = replace(settings.options, **{name: value for name, value in given.items() if value is not None})
+    chosen = replace(settings, options=options)
+    if choices.model is not None or choices.robot is not None:
+        chosen = replace(
+            chosen,
+            model=None if choices.model is None else root / choices.model,
+            robot=None if choices.robot is None else in_folder(root, choices.robot),
+            robot_from=origin or ("--model" if choices.robot is None else "--robot"),
+        )
+    if choices.side_files is not None:
+        chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
+    return chosen
+
+
+def in_folder(root: Path, name: str) -> str:
+    """An arm's name, or the path of its file, which starts at ``root``."""
+    return str(root / name) if (root / name).suffix and (root / name).is_file() else name
+
+
+def find_settings(place: Path) -> tuple[Path, SettingsFile] | None:
+    """The nearest ``postproc.toml``, from a folder upwards.
+
+    Raises:
+        PostprocError: CLI014, it cannot be read, or a key or value in it does not fit.
+    """
+    here = place.absolute()
+    for folder in (here, *here.parents):
+        path = folder / NAME
+        if os.path.lexists(path):
+            shown = Path(os.path.relpath(path)) if path.is_relative_to(Path.cwd()) else path
+            source = read_source(shown, "CLI014")
+            return shown, check(SettingsFile, parse_toml(source, "CLI014"), source, "CLI014")
+    return None
+
+
+def settings_at(place: Path) -> Settings:
+    """What the nearest ``postproc.toml`` says about the programs of a folder."""
+    found = find_settings(place)
+    if found is None:
+        return Settings()
+    path, choices = found
+    return with_choices(Settings(stated_in=(path,)), choices, path.parent, str(path))

@@ -1,0 +1,228 @@
+"""The check in several worlds: whatever the text leaves open, original and corrected program make the same motions.
+
+Both are followed with the same inputs, operator data, effects of unseen routines and touched-up targets.  Each motion
+of the original must come again, in the same order, its goal no farther away than its correction; a goal that was added
+lies on the way of the original.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
+from postproc.motion.curves import circle_through
+from postproc.rapid.execution.follower import WorldMotion, follow
+from postproc.rapid.execution.worlds import World
+from postproc.rapid.motions.units import MM, object_matrix
+from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.program.program import Program, read_program
+from postproc.rapid.program.records import Quat, RobTarget
+from postproc.rapid.program.write_effects import WriteEffects
+
+SEEDS = range(1, 6)
+ROUNDING_MM, ROUNDING_RAD = 0.003, 1e-5  # of numbers with three decimals and what single precision adds
+MOST_FINDINGS = 5
+# The largest correction of a statement: of its goal [mm] and of its orientation [rad].
+Bounds = Mapping[StatementKey, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Worlds:
+    """How many worlds were looked at, and in how many the programs differed."""
+
+    count: int
+    differing: int
+
+    def as_json(self) -> dict[str, int]:
+        return {"count": self.count, "differing": self.differing}
+
+
+def depends_on_run_time(events: Sequence[MotionEvent]) -> bool:
+    """Whether anything decides on what a program does that its text does not tell."""
+    return any(
+        event.conditional or event.assumed or event.unknowns or event.loose or event.target_origin.kind == "expression"
+        for event in events
+    )
+
+
+def check_written(
+    program: Program,
+    drafts: Mapping[str, bytes],
+    added: Mapping[StatementKey, int],
+    bounds: Bounds,
+    events: Sequence[MotionEvent],
+    entry: str | None,
+) -> tuple[Worlds, list[Diagnostic]]:
+    """As ``check_worlds`` for the text of the written program, where anything depends on run time.
+
+    Args:
+        drafts: the written files by path; events: of the original.
+    """
+    if not depends_on_run_time(events):
+        return Worlds(0, 0), []
+    written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
+    return check_worlds(program, written, added, bounds, entry)
+
+
+def check_worlds(
+    program: Program,
+    written: Program,
+    added: Mapping[StatementKey, int],
+    bounds: Bounds,
+    entry: str | None = None,
+) -> tuple[Worlds, list[Diagnostic]]:
+    """Follow the original and the written program in every world.
+
+    Args:
+        added: how many statements were added before each statement of the original.
+        bounds: corrections of the statements that have one.
+        entry: routine where both begin.
+
+    Returns:
+        What was looked at, and for the first differences the statements of the original (CMP019).
+    """
+    numbers = {s.key: i for i, s in enumerate(program.statements)}
+    planned = [key for s in program.statements for key in [None] * added.get(s.key, 0) + [s.key]]
+    own = {s.key: numbers[key] for s, key in zip(written.statements, planned, strict=False) if key is not None}
+    inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in program.all_routines() if r.kind == "TRAP"}
+    traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
+    taught = frozenset(d.key for d in program.declarations)
+    effects = WriteEffects(program), WriteEffects(written)
+    findings: dict[StatementKey, Diagnostic] = {}
+    differing = 0
+    for seed in SEEDS:
+        before = follow(program, entry, World(seed, taught), numbers, effects[0])
+        after = follow(written, entry, World(seed, taught), own, effects[1])
+        found = list(_differences(before, after, own, numbers, bounds, traps))
+        differing += bool(found)
+        for motion, text in found:
+            findings.setdefault(motion.statement.key, _finding(motion, text))
+    return Worlds(len(SEEDS), differing), list(findings.values())[:MOST_FINDINGS]
+
+
+def _finding(motion: WorldMotion, text: str) -> Diagnostic:
+    help_ = "nothing is written; please report this program"
+    statement = motion.statement
+    return Diagnostic(
+        "CMP019", "error", f"where run-time data differs, the corrected program {text}", statement.source,
+        statement.span, help_,
+    )  # fmt: skip
+
+
+def _differences(
+    before: Sequence[WorldMotion],
+    after: Sequence[WorldMotion],
+    own: Mapping[StatementKey, int],
+    numbers: Mapping[StatementKey, int],
+    bounds: Bounds,
+    traps: Set[StatementKey],
+) -> Iterator[tuple[WorldMotion, str]]:
+    """Motions of the original that the written program does not make, and how it differs there.
+
+    Args:
+        traps: statements of trap routines.
+    """
+    at, last = 0, None
+    for motion in before:
+        extra: list[WorldMotion] = []
+        while at < len(after) and after[at].statement.key not in own:
+            extra.append(after[at])
+            at += 1
+        if at == len(after) or own[after[at].statement.key] != numbers[motion.statement.key]:
+            yield motion, "does not come to this statement, or comes to another first"
+            return
+        bound = bounds.get(motion.statement.key, (0.0, 0.0))
+        text = _difference(last, motion, after[at], bound)
+        off = max((_off_way(last, motion, goal) for goal in extra), default=0.0)
+        largest = max(bound[0], bounds.get(last.statement.key, (0.0, 0.0))[0] if last is not None else 0.0)
+        if text:
+            yield motion, text
+        elif off > largest + ROUNDING_MM:
+            yield motion, f"goes {off:.3f} mm off its way first"
+        # A trap leads the arm away and back: the way goes on from where it was.
+        last = last if motion.statement.key in traps else motion
+        at += 1
+    if any(motion.statement.key in own for motion in after[at:]):
+        yield before[-1] if before else after[at], "goes on behind this statement"
+
+
+def _difference(start: WorldMotion | None, before: WorldMotion, after: WorldMotion, bound: tuple[float, float]) -> str:
+    """How a motion of the written program differs from the same of the original; empty where it does not.
+
+    Args:
+        start: the motion before it, where an arc begins.
+    """
+    if (before.wobj, before.displacement) != (after.wobj, after.displacement):
+        return "goes there in another frame"
+    if before.tool != after.tool:
+        return "goes there with another tool"
+    aside = _off_arc(start, before, after)
+    if aside > 2.0 * bound[0] + ROUNDING_MM:
+        return f"goes {aside:.3f} mm beside the original's arc, its correction is {bound[0]:.3f} mm"
+    for a, b in ((before.target, after.target),):
+        if not isinstance(a, RobTarget) or not isinstance(b, RobTarget):
+            if a != b:
+                return "has another target"
+            continue
+        apart, turned = math.dist(a.trans, b.trans), _angle(a.rot, b.rot)
+        if apart > bound[0] + ROUNDING_MM:
+            return f"goes {apart:.3f} mm from where the original goes, its correction is {bound[0]:.3f} mm"
+        if turned > bound[1] + ROUNDING_RAD:
+            return f"turns the tool by {math.degrees(turned):.4f} degrees"
+        if a.extax != b.extax:
+            return "moves the external axes elsewhere"
+    return ""
+
+
+def _off_arc(start: WorldMotion | None, before: WorldMotion, after: WorldMotion) -> float:
+    """How far [mm] a circle point is from the arc of the original, along which it may stand anywhere; where that is
+    not known from the point itself.
+    """
+    if before.via is None or after.via is None:
+        return 0.0
+    places = [np.array(t.trans) for t in (before.via, after.via)]
+    apart = float(np.linalg.norm(places[1] - places[0]))
+    begin = start.target if start is not None and start.wobj == before.wobj else None
+    if not isinstance(begin, RobTarget) or not isinstance(before.target, RobTarget):
+        return apart
+    ends = np.array([begin.trans, before.target.trans])
+    center, radial, tangent, *_ = circle_through(ends[:1], places[0][None], ends[1:])
+    normal = np.cross(radial[0], tangent[0])
+    normal /= max(float(np.linalg.norm(normal)), 1e-12)
+    away = places[1] - center[0]
+    up = float(away @ normal)
+    flat = float(np.linalg.norm(away - up * normal))
+    return min(apart, math.hypot(up, flat - float(np.linalg.norm(radial[0]))))
+
+
+def _angle(a: Quat, b: Quat) -> float:
+    """Angle between two orientations [rad]; q and -q are one."""
+    return 4.0 * math.asin(min(1.0, min(math.dist(a, b), math.dist(a, [-x for x in b])) / 2.0))
+
+
+def _off_way(start: WorldMotion | None, motion: WorldMotion, extra: WorldMotion) -> float:
+    """How far an added goal is from the straight way of the original between two goals [mm]; 0 for other ways."""
+    if start is None or motion.statement.interpolation != "line":
+        return 0.0
+    places = [_in_base(m) for m in (start, motion, extra)]
+    if any(place is None for place in places):
+        return 0.0
+    a, b, x = (place for place in places if place is not None)
+    way = b - a
+    along = float(np.clip((x - a) @ way / max(float(way @ way), 1e-12), 0.0, 1.0))
+    return float(np.linalg.norm(x - a - along * way)) / MM
+
+
+def _in_base(motion: WorldMotion) -> Array | None:
+    """The goal of a motion in base axes, (3,) [m]; None where the world does not give it."""
+    if not isinstance(motion.target, RobTarget) or motion.wobj is None or motion.tool is None:
+        return None
+    if not motion.tool.robhold or motion.wobj.robhold:
+        return None
+    place = np.array([*motion.target.trans, 1.0 / MM]) * MM
+    return np.asarray(object_matrix(motion.wobj, motion.displacement) @ place)[:3]

@@ -1,0 +1,144 @@
+"""Where a command may write: checked against all that it reads before it begins; and how: whole files or nothing."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path, PurePosixPath
+
+from postproc.diagnostics import PostprocError
+
+SPACE = "make space, or write elsewhere"
+Place = tuple[int, int, tuple[str, ...]]
+
+
+def place(path: Path, follow: bool = True) -> Place:
+    """Which file a path leads to, whatever it is called: device and number of the nearest folder, and the names in it.
+
+    Args:
+        follow: where the last part is a link, the file that it points to; False is the link itself.
+    """
+    at = real(path) if follow else real(path.parent) / path.name
+    folder = next(parent for parent in (*at.parents, at) if parent.is_dir())
+    names = at.relative_to(folder).parts
+    status = folder.stat()
+    return status.st_dev, status.st_ino, tuple(name.casefold() for name in names) if _caseless(folder) else names
+
+
+def real(path: Path) -> Path:
+    """A path without links, whatever stands there; links that end nowhere or in a circle are no error."""
+    return Path(os.path.realpath(path))
+
+
+def _caseless(folder: Path) -> bool:
+    """Whether names that differ in case are one file in a folder, told by its own name."""
+    other = folder.with_name(folder.name.swapcase()) if folder.name else folder
+    return other.name != folder.name and other.is_dir() and other.samefile(folder)
+
+
+def stays_inside(name: str) -> bool:
+    """Whether a relative path with forward slashes stays in its folder, whatever that is."""
+    parts = PurePosixPath(name).parts
+    return bool(parts) and not name.startswith("/") and ".." not in parts and "\0" not in name
+
+
+def check_writes(reads: Iterable[str | Path | None], *writes: Path | None) -> None:
+    """Refuse what a command would write before it does anything.
+
+    Args:
+        reads: names of all files that are read; None is none, and stdin is no file.
+        writes: all files that will be written, and nothing of the kind None.
+
+    Raises:
+        PostprocError: an output is an input or another output (CLI007), or cannot be written (CLI008).
+    """
+    taken = {place(Path(name)): f"the input `{name}`" for name in reads if name is not None}
+    for output in writes:
+        if output is None:
+            continue
+        if output.is_dir():
+            raise PostprocError.of("CLI008", f"cannot write `{output}`: it is a folder", help="name a file")
+        there = next(folder for folder in output.absolute().parents if folder.exists())
+        if not there.is_dir():
+            raise PostprocError.of(
+                "CLI008", f"cannot write `{output}`: `{there}` is no folder", help="name another folder"
+            )
+        at = place(output)
+        if at in taken:
+            text = f"the output `{output}` is {taken[at]}"
+            raise PostprocError.of("CLI007", text, help="choose another name")
+        taken[at] = "another output too"
+
+
+def check_tree(
+    root: Path, names: Iterable[str], state: Iterable[str], reads: Iterable[Path], *beside: Path | None
+) -> None:
+    """Refuse a tree of outputs before anything in it is written: it stays in its folder, and reaches no input.
+
+    Args:
+        root: the folder.
+        names: files that are put into it, relative to it, with forward slashes; state: those that are kept open there.
+        beside: other files that will be written.
+
+    Raises:
+        PostprocError: BAT015, or as `check_writes`.
+    """
+    tree = dict.fromkeys(names)
+    inside = real(root)
+    for name in (*tree, *state):
+        # A link in the place of a file is replaced by renaming; what is opened, is followed.
+        path = root / name
+        where = real(path.parent if name in tree else path)
+        if not stays_inside(name) or not where.is_relative_to(inside):
+            text = f"the output `{path}` is not in the folder `{root}`"
+            raise PostprocError.of("BAT015", text, help="take the link out of that folder, or give another one with -o")
+    taken = {place(path): f"the input `{path}`" for path in reads}
+    for name in tree:
+        at = place(root / name, follow=False)
+        if at in taken:
+            text = f"the output `{root / name}` is {taken[at]}"
+            raise PostprocError.of("BAT015", text, help="give another folder with -o, or another name to the file")
+        taken[at] = f"the output `{root / name}`"
+    check_writes((), *beside)
+    for other in beside:
+        if other is not None and (at := place(other)) in taken:
+            raise PostprocError.of("CLI007", f"the output `{other}` is {taken[at]}", help="choose another name")
+
+
+def write_whole(target: Path, data: bytes, scratch: Path | None = None) -> None:
+    """Write under a temporary name, force it to the disk, rename: readers see the old file or the whole new one.
+
+    Folders that are not there are made; the rights of a file that is replaced stay.
+
+    Args:
+        scratch: folder for what is unfinished, on the same disk; by default that of the file.
+
+    Raises:
+        OSError: the file cannot be written; what was there is untouched.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=".postproc-", dir=scratch or target.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+        os.replace(temporary, target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def why(error: OSError) -> tuple[str, str]:
+    """What an error of the system says, and what helps."""
+    help_ = SPACE if error.errno == errno.ENOSPC else "check the folder and its rights"
+    return error.strerror or str(error), help_
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

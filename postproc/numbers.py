@@ -1,0 +1,14 @@
+"""Numbers in text, as people write them."""
+
+from __future__ import annotations
+
+
+def read_number(text: str) -> float:
+    """The number in a text; unlike ``float`` it takes neither ``-18_2316`` nor digits of other scripts.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(f"not a number: {text!r}")
+    return float(text)

@@ -1,0 +1,284 @@
+"""The concrete follower: one way through a program, in a world that answers every question.
+
+It shares expressions, memory and calls with the abstract interpreter; branches, loops, jumps and what is not known are
+decided here by the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
+from postproc.rapid.evaluation.literals import read_literal_target
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.evaluation.state import State
+from postproc.rapid.execution.flow import Flow
+from postproc.rapid.execution.loops import counted
+from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
+from postproc.rapid.program.events import Argument, MotionStatement, StatementKey
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.records import JointTarget, Pose, RobTarget, ToolData, WobjData
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.program.values import Value, as_type, to_jointtarget, to_robtarget, to_tool, to_wobj
+from postproc.rapid.program.write_effects import WriteEffects
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.unknown import Kind, Unknown, without_causes
+
+MOST_MOTIONS = 3_000  # of one world that are looked at
+MOST_STATEMENTS = 30_000
+INTERRUPTED = 0.05  # of all motions are followed by a given trap
+
+
+class _Stop(Exception):
+    """The program ends: at EXIT, at an error, or because enough of it has been followed."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldMotion:
+    """One motion of a program in a world; a place that the world does not give is None.
+
+    Goals are in the object frame, before the program displacement.
+    """
+
+    statement: MotionStatement
+    target: RobTarget | JointTarget | None
+    via: RobTarget | None
+    tool: ToolData | None
+    wobj: WobjData | None
+    displacement: Pose
+
+
+def follow(
+    program: Program,
+    entry: str | None,
+    world: World,
+    ordinals: Mapping[StatementKey, int],
+    changes: WriteEffects | None = None,
+) -> list[WorldMotion]:
+    """The motions that a program makes in a world, from its entry on.
+
+    Args:
+        ordinals: numbers of the statements that the original program has, too; the others cost no steps, and no trap
+            runs behind them.
+        changes: of the program, where they are known already.
+    """
+    follower = _Follower(program, world, ordinals, changes)
+    chosen = program.routine("main" if entry is None else entry)
+    started = [chosen] if chosen is not None else [r for r in program.all_routines() if _runs_alone(r)]
+    for routine in started:
+        memory = follower.memory(routine)
+        try:
+            follower.enter(routine, memory)
+        except _Stop:
+            continue
+        except RecursionError:
+            break
+    return follower.motions
+
+
+def _runs_alone(routine: Routine) -> bool:
+    return routine.kind == "PROC" and not routine.parameters and not routine.source.lent
+
+
+class _Follower(Flow):
+    def __init__(
+        self, program: Program, world: World, ordinals: Mapping[StatementKey, int], changes: WriteEffects | None
+    ) -> None:
+        super().__init__(program, changes)
+        self.world = world
+        self.ordinals = ordinals
+        self.constants = WorldDeclared(program, world, self.changes.may_be_written)
+        self.motions: list[WorldMotion] = []
+        self.jump: str | None = None
+        self.traps = [r for r in program.all_routines() if r.kind == "TRAP"]
+        self.interrupted = False
+        self.count = 0
+        self.recorder.emitting = False
+
+    def memory(self, routine: Routine) -> WorldMemory:
+        """Data at the start of a routine that somebody starts."""
+        frame = unbound_frame(routine)
+        for parameter in routine.parameters:
+            frame.bindings.pop(parameter.name)
+        state = dict(State.initial().values)
+        return WorldMemory(self.program, self.changes, self.constants, frame, self.function, state, world=self.world)
+
+    # -- statements ----------------------------------------------------------------------------------------------------
+
+    def enter(self, routine: Routine, memory: Memory) -> Value | Unknown | None:
+        for declaration in routine.declarations:
+            memory.initialise(declaration)
+        outer, self.returned = self.returned, None
+        self.stack.append(routine.key)
+        self.conditions[routine.key] = 0
+        self.body(routine.body, memory)
+        self.jump = None
+        self.stack.pop()
+        result, self.returned = self.returned, outer
+        return result
+
+    def body(self, statements: Iterable[Statement], memory: Memory) -> bool:
+        steps, at = tuple(statements), 0
+        while at < len(steps):
+            if self.statement(steps[at], memory):
+                at += 1
+                continue
+            labels = [i for i, s in enumerate(steps) if s.kind == "label" and s.word == self.jump]
+            if self.jump is None or not labels:
+                return False
+            at, self.jump = labels[0], None
+        return True
+
+    def statement(self, statement: Statement, memory: Memory) -> bool:
+        source = memory.frame.routine.source
+        motion = self.program.motion(source, statement) if statement.kind == "call" else None
+        if motion is None:
+            self.count += 1
+        if self.count > MOST_STATEMENTS:
+            raise _Stop
+        match statement.kind:
+            case "goto":
+                self.jump = statement.word
+                return False
+            case "label":
+                return True
+            case "leave":
+                raise _Stop
+            case "return":
+                self.leave_with(statement.parts[0], memory)
+                return False
+            case "call" if motion is not None:
+                self.move(motion, memory)
+                return True
+        return super().statement(statement, memory)
+
+    def leave_with(self, span: Span, memory: Memory) -> None:
+        self.returned = None
+        super().leave_with(span, memory)
+
+    def forget_written(self, statement: Statement, memory: Memory) -> None:
+        """Functions of the program run where they are called; what others are given by name is drawn again."""
+        self.forget_unseen(statement, memory)
+
+    def branches(self, statement: Statement, memory: Memory) -> bool:
+        for branch in statement.branches:
+            if not branch.conditions or self.chosen(statement, branch.conditions, memory):
+                return self.body(branch.body, memory)
+        return True
+
+    def chosen(self, statement: Statement, conditions: tuple[Span, ...], memory: Memory) -> bool:
+        if statement.kind == "if":
+            return self.truth(conditions[0], memory)
+        subject = without_causes(self.data.value_or_not(statement.parts[0], memory))[0]
+        for condition in conditions:
+            case = without_causes(self.data.value_or_not(condition, memory))[0]
+            if isinstance(subject, Unknown) or isinstance(case, Unknown):
+                if self.asked(condition, memory):
+                    return True
+            elif as_type(subject, "num") == as_type(case, "num"):
+                return True
+        return False
+
+    def truth(self, condition: Span, memory: Memory) -> bool:
+        data = without_causes(self.data.value_or_not(condition, memory))[0]
+        return data if isinstance(data, bool) else self.asked(condition, memory)
+
+    def asked(self, condition: Span, memory: Memory) -> bool:
+        """A condition that nothing decides, as the world has it: the same for the same words."""
+        routine = memory.frame.routine
+        words = routine.source.data[slice(*condition)].decode("latin-1")
+        return self.world.next(f"{routine.key} {words}").random() < 0.5
+
+    def for_loop(self, loop: Statement, memory: Memory) -> bool:
+        hidden = memory.frame.bindings.get(loop.word)
+        bounds = [without_causes(self.data.value_or_not(span, memory))[0] for span in loop.parts]
+        turns = counted(*bounds) if all(isinstance(bound, float) for bound in bounds) else [1.0, 2.0]
+        reached = True
+        for index in turns or ():
+            memory.frame.bindings[loop.word] = Value(index, "num")
+            reached = self.body(loop.branches[0].body, memory)
+            if not reached:
+                break
+        memory.frame.bindings.pop(loop.word, None)
+        if hidden is not None:
+            memory.frame.bindings[loop.word] = hidden
+        return reached
+
+    def while_loop(self, loop: Statement, memory: Memory) -> bool:
+        while not loop.parts or self.truth(loop.parts[0], memory):
+            self.count += 1
+            if self.count > MOST_STATEMENTS:
+                raise _Stop
+            if not self.body(loop.branches[0].body, memory):
+                return False
+        return True
+
+    # -- motions -------------------------------------------------------------------------------------------------------
+
+    def move(self, motion: MotionStatement, memory: Memory) -> None:
+        """Record a motion; then the procedure that it starts may run, and traps."""
+        if motion.key in self.ordinals:
+            self.count += 1
+            if len(self.motions) >= MOST_MOTIONS:
+                raise _Stop
+        arguments = {argument.role: argument for argument in motion.arguments}
+        to, circle, signature = arguments.get("to"), arguments.get("via"), SIGNATURES[motion.instruction.lower()]
+        target = self.joints(to, memory) if signature.jointed else self.place(to, memory)
+        via = self.place(circle, memory)
+        tool, wobj = self.frames(arguments.get("tool"), arguments.get("\\wobj"), memory)
+        displacement = without_causes(memory.changed.get("@pdisp", Pose()))[0]
+        displacement = displacement if isinstance(displacement, Pose) else Pose()
+        self.motions.append(WorldMotion(motion, target, via, tool, wobj, displacement))
+        found, procedure = arguments.get("found"), arguments.get("procedure")
+        if found is not None:
+            self.data.assign(found.span, Unknown(Kind.FOUND_BY_SEARCH, f"`{found.text}`"), memory)
+        if procedure is not None:
+            name = without_causes(self.data.value_or_not(procedure.span, memory))[0]
+            self.run(str(name).rpartition(":")[2], memory)
+        if motion.key in self.ordinals and not self.interrupted:
+            self.interrupt(self.ordinals[motion.key], memory)
+
+    def place(self, argument: Argument | None, memory: Memory) -> RobTarget | None:
+        """A robtarget argument; None where it is none."""
+        if argument is None:
+            return None
+        try:
+            literal = read_literal_target(memory.frame.routine.source, *argument.span)
+            return literal[0] if literal is not None else to_robtarget(self.data.value(argument.span, memory))
+        except Unknown:
+            return None
+
+    def joints(self, argument: Argument | None, memory: Memory) -> JointTarget | None:
+        """A jointtarget argument; None where it is none."""
+        try:
+            return None if argument is None else to_jointtarget(self.data.value(argument.span, memory))
+        except Unknown:
+            return None
+
+    def frames(
+        self, tool: Argument | None, wobj: Argument | None, memory: Memory
+    ) -> tuple[ToolData | None, WobjData | None]:
+        """Tool and work object; None where the world has none."""
+        try:
+            held = ToolData() if tool is None else to_tool(tool.text, self.data.value(tool.span, memory))
+            given = wobj is not None and passed_on(wobj.span, memory)
+            frame = to_wobj(wobj.text, self.data.value(wobj.span, memory)) if wobj is not None and given else WobjData()
+        except Unknown:
+            return None, None
+        return held, frame
+
+    def run(self, name: str, memory: Memory) -> None:
+        """A procedure that is not called where it runs."""
+        routine = self.program.routine(name, memory.frame.routine.module)
+        if routine is not None:
+            self.call_routine(routine, (), memory)
+
+    def interrupt(self, ordinal: int, memory: Memory) -> None:
+        """Traps behind a statement, now and then."""
+        for trap in self.traps:
+            if self.world.next(f"{trap.key} behind {ordinal}").random() < INTERRUPTED:
+                self.interrupted = True
+                self.call_routine(trap, (), memory)
+                self.interrupted = False

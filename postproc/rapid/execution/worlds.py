@@ -1,0 +1,183 @@
+"""A program followed concretely, in a world in which everything that the text leaves open has some value.
+
+What the worlds of an original and of its corrected program draw depends on the thing and on how often it was asked for,
+not on the order of the questions: both programs meet the same inputs, operators and unseen routines.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from postproc.diagnostics import Span
+from postproc.rapid.evaluation.declared import Declared, Home
+from postproc.rapid.evaluation.memory import Memory
+from postproc.rapid.program.builtins import FUNCTIONS
+from postproc.rapid.program.program import Program
+from postproc.rapid.program.values import Data, Fields, Value, single, zero
+from postproc.rapid.syntax.nodes import Declaration
+from postproc.rapid.syntax.trees import Call, Name
+from postproc.rapid.unknown import Assumed, PartlyUnknown, Unknown
+
+TOUCHED_UP_MM = 3.0  # that an operator moves a taught position by, along each axis
+FEW = 9  # the largest number that an input gives
+ON_OR_OFF = frozenset({"dinput", "doutput"})
+TRUTHS = frozenset({"testdi", "isstoppos", "ismechunitactive", "ispers", "isfile", "present", "indinpos", "strmemb"})
+PLACES = {
+    "crobt": "robtarget", "calcrobt": "robtarget", "cpos": "pos", "cjointt": "jointtarget", "calcjointt": "jointtarget",
+}  # fmt: skip
+
+
+class World:
+    """Values of what is open, drawn by what they are values of.
+
+    Args:
+        seed: of this world.
+        taught: keys of the declarations that an operator may touch up or set: those of the original program.
+    """
+
+    def __init__(self, seed: int, taught: frozenset[str]) -> None:
+        self.seed = seed
+        self.taught = taught
+        self.counts: dict[str, int] = {}
+
+    def generator(self, thing: str) -> random.Random:
+        """Source of the values of a thing, whenever it is asked for."""
+        return random.Random(f"{self.seed} {thing}")
+
+    def next(self, thing: str) -> random.Random:
+        """Source of the next value of a thing."""
+        count = self.counts[thing] = self.counts.get(thing, 0) + 1
+        return self.generator(f"{thing} {count}")
+
+    def varied(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
+        """Data of a type with other numbers: places a few millimetres away, whole numbers near by."""
+        if isinstance(data, Unknown):
+            data = zero(kind, records)
+        if kind == "orient":
+            return data if any(data) else (1.0, 0.0, 0.0, 0.0)
+        if kind in ("confdata", "extjoint"):
+            return data
+        if isinstance(data, tuple):
+            if kind == "pos":
+                return tuple(x + drawn.uniform(-TOUCHED_UP_MM, TOUCHED_UP_MM) for x in data)
+            kinds = [part for _, part in records.get(kind, ())]  # what a record is does not change: robhold, finep
+            return tuple(
+                x if isinstance(x, bool) else self.varied(x, part, records, drawn)
+                for x, part in zip(data, kinds, strict=True)
+            )
+        if isinstance(data, bool):
+            return drawn.random() < 0.5
+        if not isinstance(data, float) or not math.isfinite(data) or abs(data) > 1e6:
+            return data
+        if data == int(data):
+            return data + drawn.randint(-1, 2)
+        return single(data * drawn.uniform(0.8, 1.2))
+
+
+Change = Callable[[Data, str, Mapping[str, Fields], random.Random], Data]
+
+
+def each(change: Change, data: Data, kind: str, rank: int, records: Mapping[str, Fields], drawn: random.Random) -> Data:
+    """Data of a type, or each element of an array of it, changed."""
+    if rank and isinstance(data, tuple):
+        return tuple(each(change, item, kind, rank - 1, records, drawn) for item in data)
+    return change(data, kind, records, drawn)
+
+
+class WorldDeclared(Declared):
+    """Declarations as they are in a world: targets touched up, PERS data that nothing writes set by an operator."""
+
+    def __init__(self, program: Program, world: World, written: frozenset[str]) -> None:
+        super().__init__(program)
+        self.world = world
+        self.written = written
+
+    def initial(self, declaration: Declaration, span: Span | None, home: Home) -> Value:
+        value = super().initial(declaration, span, home)
+        if declaration.routine or declaration.key not in self.world.taught or span != declaration.init:
+            return value
+        drawn = self.world.generator(declaration.key)
+        if declaration.storage == "PERS" and declaration.key not in self.written and value.type != "robtarget":
+            change = self.world.varied
+        else:
+            change = self._touched_up
+        return replace(value, data=each(change, value.data, value.type, value.rank, self.records, drawn))
+
+    def _touched_up(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
+        """Data with every target in it moved a little."""
+        fields = records.get(kind, ())
+        if not isinstance(data, tuple) or len(fields) != len(data):
+            return data
+        if kind == "robtarget":
+            return (self.world.varied(data[0], "pos", records, drawn), *data[1:])
+        return tuple(self._touched_up(item, part, records, drawn) for item, (_, part) in zip(data, fields, strict=True))
+
+    def part_span(self, declaration: Declaration, indices: tuple[int, ...]) -> Span | None:
+        """None: an element is taken from the value of the whole, of which each part has moved."""
+        return None
+
+
+@dataclass(slots=True)
+class WorldMemory(Memory):
+    """Data in a world: it always has a value."""
+
+    world: World = field(default_factory=lambda: World(0, frozenset()))
+
+    def value(self, declaration: Declaration) -> Value:
+        key, rank = declaration.key, len(declaration.dims)
+        if declaration.storage == "CONST" or (key not in self.changed and key not in self.changes.may_be_written):
+            return self._declared(declaration)
+        data = self.changed.get(key, self)
+        if data is self:
+            data = self._declared(declaration).data
+            if declaration.storage == "PERS":  # what the last run left
+                data = self._drawn(declaration, data)
+        elif isinstance(data, PartlyUnknown):
+            data = self._drawn(declaration, data.data)
+        elif isinstance(data, Unknown):
+            data = self._drawn(declaration, self._declared(declaration).data)
+        elif isinstance(data, Assumed):
+            data = self._drawn(declaration, data.data) if self.world.next(f"{key}?").random() < 0.5 else data.data
+        self.changed[key] = data
+        return Value(data, declaration.type, rank)
+
+    def _declared(self, declaration: Declaration) -> Value:
+        try:
+            return self.declared(declaration)
+        except Unknown:
+            drawn = self.world.generator(declaration.key)
+            data = self.world.varied(zero(declaration.type, self.records), declaration.type, self.records, drawn)
+            return Value(data, declaration.type, len(declaration.dims))
+
+    def _drawn(self, declaration: Declaration, data: Data) -> Data:
+        drawn, kind, rank = self.world.next(declaration.key), declaration.type, len(declaration.dims)
+        return each(self.world.varied, data, kind, rank, self.records, drawn)
+
+    def lookup(self, name: Name) -> Value:
+        try:
+            return Memory.lookup(self, name)  # super() does not know a class with slots
+        except Unknown:  # a signal, or a parameter that nobody gave
+            bound = next((p for p in self.frame.routine.parameters if p.name == name.name), None)
+            drawn = self.world.next(name.name)
+            if bound is None:
+                return Value(float(drawn.randint(0, 1)), "num")
+            data = self.world.varied(zero(bound.type, self.records), bound.type, self.records, drawn)
+            value = self.frame.bindings[name.name] = Value(data, bound.type, bound.rank)
+            return value
+
+    def call(self, call: Call) -> Value | None:
+        own = self.function(call, self)
+        if own is not None or call.name in FUNCTIONS:
+            return own
+        drawn = self.world.next(f"{call.name}(")
+        if call.name in ON_OR_OFF:
+            return Value(float(drawn.randint(0, 1)), "num")
+        if call.name in TRUTHS:
+            return Value(drawn.random() < 0.5, "bool")
+        if call.name in PLACES:
+            kind = PLACES[call.name]
+            return Value(self.world.varied(zero(kind, self.records), kind, self.records, drawn), kind)
+        return Value(float(drawn.randint(0, FEW)), "num")

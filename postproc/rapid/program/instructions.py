@@ -1,0 +1,75 @@
+"""Instructions that every controller or one of its options has: they write nothing but data that they are given.
+
+Names: ABB technical reference manual RAPID Instructions, Functions and Data types, and the manuals of the options (Arc,
+Cap, Spot, Conveyor Tracking, Integrated Vision, Force Control, EGM, Production Monitoring).  Instructions that run a
+procedure of the user's are left out: what they write cannot be seen.
+"""
+
+from __future__ import annotations
+
+import re
+
+# Instructions that only read their arguments.
+READ_ONLY = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    accset activateparam actunit alarm bookerrno break callbyvar cirpathmode clearpath clkreset clkstart clkstop close
+    confj confl corrclear corrwrite deactunit eoffsoff eoffson eoffsset errlog errraise errwrite exit exitcycle gripload
+    idelete invertdo isignaldi isignaldo isleep itimer iwatch load mechunitload motionsup pathacclim pdispoff pdispon
+    pdispset procerrrecovery pulsedo reset restopath set setao setdo setgo settpspeed singarea softact softdeact
+    speedrefresh spyoff startload startmove stop stopmove storepath syncmoveoff syncmoveon syncmoveresume
+    syncmovesuspend systemstopaction tperase tpshow tpwrite triggequip triggint triggio triggspeed tunereset
+    tuneservo uimsgbox uishow unload velset waitai waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittime
+    waituntil worldacclim write writebin writestrbin wzdosetst wzlimsup
+    """,
+    )
+)
+# Instructions that may also write data that they are given by name.
+WRITING = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    acteventbuffer add aliascamera aliasio aliasioreset arckill arcrefresh bechecktcp bedebugstate
+    berefpointer besetuptoolj betcpextend beupdatetcp bitclear bitset brakecheck
+    camflush camgetparameter camgetresult camloadjob camreqimage camsetexposure camsetparameter camsetprogrammode
+    camsetrunmode camstartloadjob camstartsetparameter camwaitloadjob cancelload capaptrsetup capaptrsetupai
+    capaptrsetupao capaptrsetuppers capcondsetdo capequidist caplatrsetup capnoprocess caprefresh capsetstopmode
+    capweavesync checkprogref clear cleariobuff clearrawbytes closedir closehighlift cnvgeninstr cnvsync connect
+    consolewrite contactl copyfile copyrawbytes cornerpathwarning corrcon corrdiscon cssact cssdeact cssdeactmovel
+    cssforceoffsetact cssforceoffsetdeact cssoffsettune cyclicbrakecheck
+    deacteventbuffer decr ditheract ditherdeact dropsensor dropwobj
+    egmactjoint egmactmove egmactpose egmgetid egmreset egmsetupai egmsetupao egmsetupgi egmsetupltapp egmsetupuc
+    egmstop egmstreamstart egmstreamstop erasemodule
+    fcact fccalib fccondforce fccondorient fccondpos fccondreorispeed fccondtcpspeed fccondtorque fccondwaitwhile
+    fcdeact fcrefcircle fcrefforce fcrefline fcrefmoveframe fcrefrot fcrefspiral fcrefsprforcecart fcrefstart fcrefstop
+    fcreftorque fcresetdampingtune fcresetlpfiltertune fcsetdampingtune fcsetlpfiltertune fcspdchgact fcspdchgdeact
+    fcspdchgtunreset fcspdchgtunset fcsupvforce fcsupvorient fcsupvpos fcsupvreorispeed fcsupvtcpspeed fcsupvtorque
+    fitcircle friccompupdate fricidevaluate fricidinit fricidsetfriclevels
+    getdataval getgroupsignalinfo getjointdata getsysdata gettorquemargin gettrapdata hollowwristreset
+    icap idisable ienable ierror incr indamove indcmove indcnvaddobject indcnvdisable indcnvenable indcnvinit
+    indcnvreset inddmove indgunmove indgunmovereset indreset indrmove initsuperv iobusstart iobusstate iodisable
+    ioenable ipathpos ipers irmqmessage isignalai isignalao isignalgi isignalgo ivarvalue
+    loadid makedir manloadidproc matrixsolve matrixsolveqr matrixsvd motionprocessmodeset mtoolrotcalib mtooltcpcalib
+    open opendir openhighlift packdnheader packrawbytes pathlengthreset pathlengthstart pathlengthstop pathrecstart
+    pathrecstop pathresol readanybin readblock readcfgdata readerrdata readrawbytes readvararr recalctcp recordprofile
+    recoverymenu recoverymenuwr recoveryposreset recoveryposset removeallcyclicbool removecyclicbool removedir
+    removefile removesuperv renamefile resetaxisdistance resetaxismovetime resetppmoved resetretrycount
+    resettorquemargin rewind rmqemptyqueue rmqfindslot rmqgetmessage rmqgetmsgdata rmqgetmsgheader rmqreadwait
+    rmqsendmessage rmqsendwait safetycontrollersyncrequest save savecfgdata scwrite sendevice setalldataval
+    setbrush setbrushfac setdatasearch setdataval setforce setleadthrough setsysdata settmsignal setupcyclicbool
+    setupsuperv siclose siconnect sigetcyclic sisetcyclic skipwarn socketaccept socketbind socketclose socketconnect
+    socketcreate socketlisten socketreceive socketreceivefrom socketsend socketsendto softelbow speedlimaxis
+    speedlimcheckpoint spystart spystop startmoveretry stcalib stclose stepbwdpath stindgun stindgunreset
+    stoolrotcalib stooltcpcalib stopen stopmovereset storeprofile sttune sttunereset supsyncsensoroff supsyncsensoron
+    syncmoveundo synctosensor syncwwobj testsigndefine testsignreset texttabinstall tpreaddnum tpreadfk tpreadnum
+    triggcheckio triggdatacopy triggdatareset triggrampao triggstopproc tryint uimsgwrite uimsgwriteabort
+    unpackrawbytes useaccprofile usereachabletargets waitandrecprof waitsensor waittestandset waitwobj warmstart
+    writeanybin writeblock writecfgdata writerawbytes writevar writevararr wzboxdef wzcyldef wzdisable wzdoset
+    wzenable wzfree wzhomejointdef wzlimjointdef wzsphdef
+    """,
+    )
+)
+KNOWN = READ_ONLY | WRITING
+# These go on writing what they are given, at any moment from then on.
+LASTING = frozenset({"ivarvalue", "setupcyclicbool", "sigetcyclic"})

@@ -1,0 +1,112 @@
+"""How a program is converted: the arm, its model, what is read along, and the options of the conversion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from postproc.compensate.options import Options
+from postproc.diagnostics import Diagnostic, PostprocError
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
+
+NAME = "postproc.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How a program is converted.
+
+    Args:
+        model: model file, None for the shipped model of the arm.
+        robot: arm of the library, in place of the model's.
+        robot_from: what names the arm: an option, or a file.
+        effects: Python files with effects.
+        side_files: modules with tools and frames that are read along and never written.
+        stated_in: files that these settings come from.
+    """
+
+    model: Path | None = None
+    robot: str | None = None
+    robot_from: str = ""
+    effects: tuple[Path, ...] = ()
+    side_files: tuple[Path, ...] = ()
+    stated_in: tuple[Path, ...] = ()
+    options: Options = field(default_factory=Options)
+
+    @property
+    def names_arm(self) -> bool:
+        return self.model is not None or self.robot is not None
+
+    @property
+    def inputs(self) -> tuple[Path | str | None, ...]:
+        """Files that are read, beside the programs."""
+        folder = self.options.template_dir
+        templates = sorted(folder.glob("*.j2")) if folder is not None else ()
+        return (self.model, self.robot, *self.effects, *self.side_files, *self.stated_in, *templates)
+
+    def headline(self, robot: str) -> str:
+        """Which arm it is, who said so, how near it has to come, and where: the first line for people."""
+        model = f" as in `{self.model}`" if self.model is not None else ""
+        o = self.options
+        near = f"tolerance {1e3 * o.tolerance_m:g} mm, {1e3 * o.air_tolerance_m:g} mm in the air"
+        return f"arm `{robot}`{model} (from {self.robot_from or 'the call'}); {near}; scope {o.scope}"
+
+    def document(self, robot: str) -> dict[str, str]:
+        """The same for documents."""
+        return {"robot": robot, "robot_from": self.robot_from, "scope": self.options.scope}
+
+
+def told(settings: Settings) -> dict[str, str]:
+    """What a page says about how its result was made."""
+    o = settings.options
+    shipped = "shipped with postproc: stiffness from the literature, not measured on this arm"
+    beside: dict[str, Iterable[object]] = {
+        "effects": settings.effects,
+        "read along": settings.side_files,
+        "constant": o.constants,
+        "channels": [f"{name}={value:g}" for name, value in o.channels],
+        "settings": settings.stated_in,
+    }
+    return {
+        "model": str(settings.model) if settings.model else shipped,
+        "arm named by": settings.robot_from,
+        "force on the TCP [N]": ",".join(f"{value:g}" for value in o.force),
+        "moment on the TCP [N m]": ",".join(f"{value:g}" for value in o.moment),
+        "they act": "along the whole program" if o.force_on == "all" else "while the arc burns",
+        "inertia": "on" if o.inertia else "off",
+        "tolerance [mm]": f"{1e3 * o.tolerance_m:g}",
+        "tolerance in the air [mm]": f"{1e3 * o.air_tolerance_m:g}",
+        "scope": o.scope,
+        **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
+    }
+
+
+def read_arm(settings: Settings, program: str, unknown: Diagnostic | None = None) -> Model:
+    """The model that the settings name.
+
+    Args:
+        program: what is converted, for people. unknown: why its controller does not name the arm, either.
+
+    Raises:
+        PostprocError: nothing names an arm (CLI013), nobody knows how stiff it is (MOD004), or a file does not fit.
+    """
+    from postproc.effects.registry import effect_library
+    from postproc.model.file import default_model, read_model
+    from postproc.robot.catalogue import load_robot
+
+    library = effect_library(settings.effects)
+    if not settings.names_arm:
+        line = f'`--robot NAME`, or the line `robot = "NAME"` in a file `{NAME}` beside or above it'
+        help_ = f"say it with {line}; `postproc robots list` has the names"
+        text = f"nothing says which arm runs `{program}`"
+        raise PostprocError(unknown or Diagnostic("CLI013", "error", text, help=help_))
+    if settings.model is None:
+        return default_model(str(settings.robot))
+    model = read_model(settings.model, library)
+    if settings.robot is None:
+        return model
+    return replace(model, robot=load_robot(settings.robot), robot_name=settings.robot)

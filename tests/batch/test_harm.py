@@ -1,0 +1,293 @@
+"""What a batch must never do: write over an input, leave its folder, lose somebody's work, or stop for odd files."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from postproc.batch.executors import open_pool
+from postproc.batch.run import run_batch
+from postproc.diagnostics import PostprocError
+from tests.cli.conftest import Call, call, call_as_written
+
+from .folders import convert, program, ready, statuses, tree, write
+
+__all__ = ["call", "call_as_written"]
+DATA = "MODULE {}\n  PERS num n:=1;\nENDMODULE\n"
+
+
+def data(*names: str) -> dict[str, str | bytes]:
+    return {name: DATA.format(Path(name).stem) for name in names}
+
+
+def kept(out: Path) -> list[str]:
+    """What was put aside, by its path in the tree."""
+    aside = out / ".postproc" / "edited"
+    return sorted(Path(*p.relative_to(aside).parts[1:]).as_posix() for p in aside.rglob("*") if p.is_file())
+
+
+def test_a_report_is_never_written_over_an_input_or_an_output(call: Call, tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {**data("a.mod", "sub/b.mod"), "note.txt": "text"})
+    (tmp_path / "link").symlink_to(source)
+    before = tree(source)
+    for report in ("in/a.mod", "in/sub/b.mod", "in/note.txt", "link/a.mod", "out/a.mod", "out/note.txt"):
+        found = call("batch", source, "-o", tmp_path / "out", "--report", tmp_path / report, "--workers", "1")
+        assert found.code == 2 and "error[CLI007]" in found.err, report
+        assert tree(source) == before and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("pattern", ["../a.mod", "{root}/a.mod", "sub/../../a.mod", "", "/", "**/../*.mod", "a\\u0000"])
+def test_files_of_a_job_stand_below_the_jobs_file(call: Call, tmp_path: Path, pattern: str) -> None:
+    write(tmp_path, {**data("a.mod"), "jobs/sub/x.mod": DATA.format("x")})
+    jobs = tmp_path / "jobs" / "jobs.toml"
+    jobs.write_text(f'[[job]]\nname = "t"\nfiles = ["{pattern.format(root=tmp_path)}"]\n')
+    before = tree(tmp_path)
+    found = call("batch", jobs, "-o", tmp_path / "jobs" / "out", "--workers", "1")
+    assert found.code == 2 and "error[BAT009]: " in found.err and f" --> {jobs}:3:1" in found.err
+    assert tree(tmp_path) == before
+
+
+@pytest.mark.parametrize("folder", ["..", "/tmp", "sub/..", "a/../../jobs"])
+def test_the_folder_of_a_job_stands_below_the_jobs_file(call: Call, tmp_path: Path, folder: str) -> None:
+    write(
+        tmp_path,
+        {**data("a.mod"), "jobs/sub/x.mod": DATA.format("x"), "jobs/jobs.toml": f'[[job]]\nfolder = "{folder}"\n'},
+    )
+    found = call("batch", tmp_path / "jobs/jobs.toml", "-o", tmp_path / "out", "--workers", "1")
+    assert found.code == 2 and "error[BAT009]" in found.err
+
+
+def test_patterns_leave_out_the_outputs(tmp_path: Path) -> None:
+    jobs = write(tmp_path, {**data("a.mod"), "jobs.toml": '[[job]]\nname = "t"\nfiles = ["**/*.mod"]\n'}) / "jobs.toml"
+    for _ in range(2):
+        batch, _ = convert(jobs, tmp_path / "out")
+        assert [o.task.files for o in batch.outcomes] == [("a.mod",)]
+    assert set(tree(tmp_path / "out", without=[".postproc"])) == {"a.mod"}
+
+
+def test_a_task_that_is_named_twice_is_not_lost(tmp_path: Path) -> None:
+    text = '[[job]]\nname = "t"\nfiles = ["a.mod"]\n[[job]]\nname = "t"\nfiles = ["b.mod"]\n'
+    jobs = write(tmp_path, {**data("a.mod", "b.mod"), "jobs.toml": text}) / "jobs.toml"
+    with pytest.raises(PostprocError, match="there is a task `t` already"):
+        convert(jobs, tmp_path / "out")
+
+
+def test_links_in_the_output_folder_lead_nowhere_else(tmp_path: Path) -> None:
+    source = write(tmp_path / "in", {**data("sub/a.mod"), "sub/n.txt": "text"})
+    mine = write(tmp_path / "mine", {"a.mod": "mine", "n.txt": "mine"})
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "sub").symlink_to(mine)
+    with pytest.raises(PostprocError, match="BAT015"):
+        convert(source, tmp_path / "out")
+    (tmp_path / "out" / "sub").unlink()
+    (tmp_path / "out" / ".postproc").symlink_to(mine)
+    with pytest.raises(PostprocError, match="BAT015"):
+        convert(source, tmp_path / "out")
+    (tmp_path / "out" / ".postproc").unlink()
+    convert(source, tmp_path / "out")
+    for path in (tmp_path / "out" / "sub").iterdir():
+        path.unlink()
+    (tmp_path / "out" / "sub").rmdir()
+    (tmp_path / "out" / "sub").symlink_to(mine)
+    (mine / "n.txt").write_text("text")  # as the batch wrote it, but not in its folder
+    write(source, data("b.mod"))
+    (source / "sub" / "a.mod").unlink()
+    (source / "sub" / "n.txt").unlink()
+    convert(source, tmp_path / "out")
+    assert sorted(p.name for p in mine.iterdir()) == ["a.mod", "n.txt"]
+
+
+def test_a_folder_that_cannot_be_read_is_not_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = write(tmp_path / "in", {**data("a.mod", "locked/b.mod"), "locked/n.txt": "text"})
+    convert(source, tmp_path / "out")
+    before = tree(tmp_path / "out")
+    true_scandir, true_listdir, true_stat = os.scandir, os.listdir, Path.stat
+
+    def refuse(path: object) -> None:
+        if str(path).startswith(str(source / "locked")):
+            raise PermissionError(13, "Permission denied", str(path))
+
+    def scandir(path: str = ".") -> object:
+        refuse(path)
+        return true_scandir(path)
+
+    def listdir(path: str = ".") -> object:
+        refuse(path)
+        return true_listdir(path)
+
+    with monkeypatch.context() as locked:
+        locked.setattr(os, "scandir", scandir)
+        locked.setattr(os, "listdir", listdir)
+        with pytest.raises(PostprocError, match="BAT002"):
+            convert(source, tmp_path / "out")
+        assert tree(tmp_path / "out") == before
+
+    def stat(self: Path, *, follow_symlinks: bool = True) -> os.stat_result:
+        if self != source / "locked":
+            refuse(self)
+        return true_stat(self, follow_symlinks=follow_symlinks)
+
+    monkeypatch.setattr(Path, "stat", stat)  # chmod 444: its names can be read, and nothing about them
+    with pytest.raises(PostprocError, match="BAT002"):
+        convert(source, tmp_path / "out")
+    assert tree(tmp_path / "out") == before
+
+
+def test_what_was_made_of_a_file_that_cannot_be_read_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = write(tmp_path / "in", {**data("a.mod", "b.mod"), "n.txt": "text"})
+    convert(source, tmp_path / "out")
+    before = tree(tmp_path / "out")
+    true_read = Path.read_bytes
+
+    def read(self: Path) -> bytes:
+        if self.parent == source and self.name != "a.mod":
+            raise PermissionError(13, "Permission denied")
+        return true_read(self)
+
+    with monkeypatch.context() as locked:
+        locked.setattr(Path, "read_bytes", read)
+        batch, _ = convert(source, tmp_path / "out")
+        assert statuses(batch) == {"a.mod": "unchanged", "b.mod": "failed"} and batch.failed
+    assert tree(tmp_path / "out") == before
+    again, _ = convert(source, tmp_path / "out")
+    assert all(o.cached for o in again.outcomes) and tree(tmp_path / "out") == before
+
+
+def test_copied_files_that_somebody_edited_are_put_aside(tmp_path: Path) -> None:
+    source, out = write(tmp_path / "in", {**data("a.mod"), "sub/n.txt": "text"}), tmp_path / "out"
+    convert(source, out)
+    (out / "sub/n.txt").write_text("mine")
+    batch, _ = convert(source, out)
+    assert kept(out) == ["sub/n.txt"] and (out / "sub/n.txt").read_text() == "text"
+    assert [f["code"] for f in batch.findings] == ["BAT016"] and not batch.failed and batch.copied == 1
+
+
+def test_an_edited_output_with_the_longest_name_is_put_aside(tmp_path: Path) -> None:
+    name = "n" * 251 + ".mod"
+    source, out = write(tmp_path / "in", data(name, "b.mod")), tmp_path / "out"
+    convert(source, out)
+    (out / name).write_text("mine")
+    batch, _ = convert(source, out)
+    assert statuses(batch) == {name: "unchanged", "b.mod": "unchanged"} and kept(out) == [name]
+
+
+def test_a_path_that_becomes_a_folder_or_a_file_stops_nobody(tmp_path: Path) -> None:
+    source, out = write(tmp_path / "in", {**data("p.mod"), "c": "copied"}), tmp_path / "out"
+    convert(source, out)
+    (source / "p.mod").unlink()
+    (source / "c").unlink()
+    write(source, {**data("p.mod/q.mod"), "c/deep/er.txt": "copied"})
+    assert not convert(source, out)[0].failed
+    assert set(tree(out, without=[".postproc"])) == {"p.mod/q.mod", "c/deep/er.txt"} and kept(out) == []
+    write(out, {"c/mine.txt": "mine"})
+    for name in ("p.mod/q.mod", "c/deep/er.txt"):
+        (source / name).unlink()
+    for name in ("p.mod", "c/deep", "c"):
+        (source / name).rmdir()
+    write(source, {**data("p.mod"), "c": "copied"})
+    batch, _ = convert(source, out)
+    assert not batch.failed and "BAT016" in [f["code"] for f in batch.findings]
+    assert set(tree(out, without=[".postproc"])) == {"p.mod", "c"} and kept(out) == ["c/mine.txt"]
+
+
+def test_a_journal_is_data_that_anybody_may_have_changed(tmp_path: Path) -> None:
+    source, out = write(tmp_path / "in", data("a.mod")), tmp_path / "out"
+    convert(source, out)
+    journal = out / ".postproc" / "all.jsonl"
+    (whole,) = journal.read_text().splitlines()
+    victim = write(tmp_path, {"victim.txt": "victim"}) / "victim.txt"
+    hash_ = tree(tmp_path)["victim.txt"]
+    good = json.loads(whole)
+    odd = [
+        {**good, "name": "gone.mod", "outputs": {"../victim.txt": hash_}},
+        {**good, "name": "gone.mod", "outputs": {str(victim): hash_}},
+        {**good, "name": "gone.mod", "outputs": {"sub/../../victim.txt": hash_}},
+        {**good, "name": "gone.mod", "outputs": {".postproc/all.lock": hash_}},
+        {**good, "outputs": {"a.mod": 7}},
+        {**good, "outputs": ["a.mod"]},
+        {**good, "name": 7},
+        {**good, "key": None},
+        {**good, "status": ["unchanged"]},
+        {**good, "status": "done"},
+        {**good, "figures": [1]},
+        {**good, "figures": {"added_targets": "many"}},
+        {**good, "figures": {"statements": 3, "added_targets": 1}},
+        {**good, "findings": {"code": "RAP001"}},
+        {**good, "findings": ["RAP001"]},
+        {**good, "findings": [{"code": "RAP001"}]},
+        {**good, "figures": {"cycle_time_s": float("nan")}},
+        [1, 2],
+        None,
+        "text",
+        7,
+    ]
+    lines = [json.dumps(line) for line in odd] + ["[" * 100_000, "{torn", "\udcff", "1" * 5000]
+    journal.write_bytes("\n".join([*lines, whole]).encode("utf-8", "surrogateescape"))
+    batch, _ = convert(source, out)
+    assert statuses(batch) == {"a.mod": "unchanged"} and not batch.failed
+    assert [f["code"] for f in batch.findings] == ["BAT018"]
+    assert f"{len(odd) + 1} lines of the journal `{journal}` cannot come from a batch" in batch.findings[0]["message"]
+    assert victim.read_text() == "victim"
+    again, _ = convert(source, out)
+    assert all(o.cached for o in again.outcomes) and not again.findings
+
+
+def test_names_that_are_not_unicode_are_told_everywhere(call: Call, tmp_path: Path) -> None:
+    name = os.fsdecode(b"w\xe9ld.mod")
+    source = write(tmp_path / "in", {name: DATA.format("weld"), os.fsdecode(b"n\xff.txt"): "text"})
+    page = tmp_path / "page.html"
+    found = call("batch", source, "-o", tmp_path / "out", "--workers", "1", "--report", page, "--json")
+    assert found.code == 0, found.err
+    assert json.loads(found.out)["tasks"][0]["name"] == name and "w?ld.mod" in page.read_text("utf-8")
+    assert (tmp_path / "out" / name).is_file()
+
+
+def test_control_characters_of_names_and_programs_stay_off_the_terminal(call: Call, tmp_path: Path) -> None:
+    name = "a\x1b]52;c;aGk=\x07\x9b\u202e\n[9] ok.mod"
+    source = write(tmp_path / "in", {name: "MODULE \x1b[2Jm\n x\u202ey\nENDMODULE\n".encode(), f"{name}.txt": "text"})
+    (source / f"{name}.txt").chmod(0)
+    for words in (
+        ("batch", source, "-o", tmp_path / "out", "--workers", "1"),
+        ("compensate", source / name),
+        ("inspect", source / name),
+    ):
+        found = call(*words)
+        assert r"\x1b]52;c;aGk=\x07\x9b\u202e\n[9] ok.mod" in found.err
+        for text in (found.out, found.err):
+            assert not set(text) & set("\x1b\x07\x9b\u202e"), words
+
+
+def test_a_lost_scheduler_is_one_finding_and_blames_no_task(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    source = write(tmp_path / "in", {f"{i}.mod": program(f"M{i}", 1150 + i) for i in range(6)})
+    script = (
+        "import sys\n"
+        "from distributed import LocalCluster\n"
+        "if __name__ == '__main__':\n"
+        "    c = LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None)\n"
+        "    print(c.scheduler_address, flush=True)\n"
+        "    sys.stdin.read()\n"
+    )
+    path = write(tmp_path, {"scheduler.py": script}) / "scheduler.py"
+    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
+    process = subprocess.Popen([sys.executable, path], stdin=pipe, stdout=pipe, stderr=nothing, text=True)
+    assert process.stdout is not None
+    try:
+        work, told = ready(source, tmp_path / "out"), []
+        with pytest.raises(PostprocError) as caught, open_pool(None, process.stdout.readline().strip()) as pool:
+
+            def tell(outcome: object) -> None:
+                told.append(outcome)
+                process.kill()
+
+            run_batch(work, pool, tell)
+    finally:
+        process.kill()
+        process.communicate()
+    assert [d.code for d in caught.value.diagnostics] == ["BAT007"]
+    assert not [f for o in told for f in o.findings if f["code"] == "BAT008"]
+    assert "Traceback" not in capfd.readouterr().err

@@ -1,0 +1,182 @@
+"""Which arm a program is for, and what else ``postproc.toml`` says: nothing is assumed in silence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from postproc.choices import settings_at
+from postproc.settings import read_arm
+from tests.batch.test_tree import SYS, backup
+
+from .conftest import ARM, Call
+
+MODEL = """robot = "irb4600_60_205_seed"
+[effects.joint_compliance]
+compliance_rad_per_Nm = [4e-6, 3e-7, 3e-7, 2e-6, 2e-6, 2e-6]
+"""
+
+
+@pytest.fixture
+def program(samples: Path, tmp_path: Path) -> Path:
+    path = tmp_path / "line" / "p.mod"
+    path.parent.mkdir()
+    path.write_bytes((samples / "corner_arc.mod").read_bytes())
+    return path
+
+
+@pytest.mark.parametrize("words", [("compensate",), ("compensate", "--check"), ("inspect",), ("batch", "-o", "{out}")])
+def test_an_arm_that_nothing_names_is_an_error(
+    call_as_written: Call, program: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    command, *options = (word.format(out=tmp_path / "out") for word in words)
+    found = call_as_written(command, program.parent if command == "batch" else program, *options)
+    assert (found.code, found.out) == (2, "")
+    assert found.err == (
+        f"error[CLI013]: nothing says which arm runs `{'p.mod' if command == 'batch' else program}`\n"
+        '  = help: say it with `--robot NAME`, or the line `robot = "NAME"` in a file `postproc.toml` beside or above it;'
+        " `postproc robots list` has the names\n"
+    )
+    assert [p.name for p in tmp_path.rglob("*")] == ["line", "p.mod"]
+
+
+def test_a_seam_and_a_fit_need_an_arm_too(call_as_written: Call, samples: Path, tmp_path: Path) -> None:
+    points, table = tmp_path / "seam.csv", tmp_path / "t.csv"
+    points.write_bytes((samples / "seam.csv").read_bytes())
+    table.write_bytes((samples / "measurements" / "simulated_backlash.csv").read_bytes())
+    for words in (("seam", points, "-o", tmp_path / "s.mod"), ("fit", table, "-o", tmp_path / "m.toml")):
+        found = call_as_written(*words)
+        assert found.code == 2 and "error[CLI013]" in found.err
+    (tmp_path / "postproc.toml").write_text('robot = "irb4600_60_205"\n[fit]\neffects = ["joint_ofset"]\n')
+    found = call_as_written("fit", table, "-o", tmp_path / "m.toml")
+    assert "`joint_ofset`" in found.err, "the table [fit] is read"
+
+
+def test_the_first_line_names_the_arm_and_what_named_it(call_as_written: Call, program: Path, tmp_path: Path) -> None:
+    rest = "; tolerance 0.01 mm, 0.2 mm in the air; scope all"
+    model = tmp_path / "m.toml"
+    model.write_text(MODEL)
+
+    def first(*options: str | Path) -> tuple[str, dict[str, str]]:
+        for command in ("inspect", "compensate"):
+            found = call_as_written(command, program, "--json", *options)
+            assert found.code == 0
+            document = json.loads(found.out)
+        return found.err.splitlines()[0], {key: document[key] for key in ("robot", "robot_from", "scope")}
+
+    line, said = first("--robot", "irb4600_60_205")
+    assert line == f"arm `irb4600_60_205` (from --robot){rest}"
+    assert said == {"robot": "irb4600_60_205", "robot_from": "--robot", "scope": "all"}
+    assert first("-m", model)[0] == f"arm `irb4600_60_205_seed` as in `{model}` (from --model){rest}"
+    (tmp_path / "postproc.toml").write_text('model = "m.toml"\nscope = "welds"\nair_tolerance_mm = 0.5\n')
+    line, said = first()
+    toml = tmp_path / "postproc.toml"
+    assert line == (
+        f"arm `irb4600_60_205_seed` as in `{model}` (from {toml}); tolerance 0.01 mm, 0.5 mm in the air; scope welds"
+    )
+    assert said == {"robot": "irb4600_60_205_seed", "robot_from": str(toml), "scope": "welds"}
+    assert first("--robot", "irb4600_60_205")[0].startswith("arm `irb4600_60_205` (from --robot);"), "the whole arm"
+
+
+def test_the_command_line_wins_and_the_nearest_file_counts(tmp_path: Path) -> None:
+    from postproc.cli.conversion import ConvertOptions
+
+    (tmp_path / "postproc.toml").write_text('robot = "ur5"\n')
+    below = tmp_path / "a" / "b"
+    below.mkdir(parents=True)
+    (tmp_path / "a" / "postproc.toml").write_text(
+        'robot = "irb4600_60_205"\nforce = [1, 2, 3]\ntolerance_mm = 0.05\nscope = "welds"\nallow_partial = true\n'
+        'with = ["user.sys"]\nconstant = ["n"]\nchannel = { temperature = 30 }\nair_tolerance_mm = 0.3\n'
+    )
+    stated = settings_at(below)
+    o = stated.options
+    assert (stated.robot, stated.side_files) == ("irb4600_60_205", (tmp_path / "a" / "user.sys",))
+    assert (o.force, o.tolerance_m, o.air_tolerance_m) == ((1, 2, 3), 5e-5, pytest.approx(3e-4))
+    assert (o.scope, o.allow_partial, o.constants, o.channels) == ("welds", True, ("n",), (("temperature", 30.0),))
+    given = ConvertOptions(tolerance=0.02, force="0,0,0", scope="all", constant=("k",)).settings_at(below)
+    assert (given.robot, given.options.tolerance_m, given.options.force) == ("irb4600_60_205", 2e-5, (0, 0, 0))
+    assert (given.options.scope, given.options.constants) == ("all", ("k",))
+    assert settings_at(tmp_path).robot == "ur5"
+
+
+def test_a_robot_file_stands_beside_the_settings(tmp_path: Path, samples: Path) -> None:
+    from postproc.robot.catalogue import ARMS
+
+    (tmp_path / "own.toml").write_bytes((ARMS / "irb4600_60_205.toml").read_bytes())
+    (tmp_path / "postproc.toml").write_text('robot = "own.toml"\n')
+    assert read_arm(settings_at(tmp_path), "p").robot.name == "irb4600_60_205"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ('robot = "ur5"\ntolerence_mm = 1\n', "2:1", "did you mean `tolerance_mm`?"),
+        ('effects = ["own.py"]\n', "1:1", "unknown key `effects`"),
+        ("scope = 'weld'\n", "1:9", "`scope`"),
+        ("tolerance_mm = -1\n", "1:16", "`tolerance_mm`"),
+        ("force = [1, 2]\n", "1:9", "`force`"),
+        ("[fit]\nrobot = 'ur5'\n", "2:1", "unknown key `robot`"),
+        ("[batch]\nworkers = 0\n", "2:11", "`batch.workers`"),
+        ("robot = \n", "1:9", "not TOML"),
+        ("robot = '\xff'\n", "1:10", "not UTF-8"),
+    ],
+)
+def test_mistakes_in_the_settings_stand_at_their_place(
+    call_as_written: Call, program: Path, text: str, place: str, words: str
+) -> None:
+    path = program.parent / "postproc.toml"
+    path.write_bytes(text.encode("latin-1"))
+    for command in ("compensate", "inspect"):
+        found = call_as_written(command, program)
+        assert (found.code, found.out) == (2, "")
+        assert "error[CLI014]" in found.err and words in found.err and f"--> {path}:{place}\n" in found.err
+
+
+def test_settings_that_cannot_be_read_are_no_missing_settings(call_as_written: Call, program: Path) -> None:
+    (program.parent / "postproc.toml").mkdir()
+    found = call_as_written("compensate", program, *ARM)
+    assert found.code == 2 and "error[CLI014]" in found.err
+
+
+def test_a_program_in_a_backup_is_for_the_arm_of_its_task(call_as_written: Call, tmp_path: Path) -> None:
+    root = backup(tmp_path / "in")
+    module = root / "RAPID" / "TASK1" / "PROGMOD" / "Seam.mod"
+    words = ("inspect", module, "--with", root / "RAPID/TASK1/SYSMOD/user.sys")
+    found = call_as_written(*words)
+    assert found.code == 0
+    assert found.err.startswith("arm `irb4600_60_205` (from the controller's configuration);")
+    other = call_as_written(*words, "--robot", "irb4600_60_205_seed")
+    assert "warning[BAT012]: the controller drives `irb4600_60_205` with this task" in other.err
+    (root / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob3" -MotionTask'))
+    lost = call_as_written(*words)
+    assert lost.code == 2 and "error[CLI013]" in lost.err
+    backup(tmp_path / "in", base="-base_frame_coordinated TRACK1")
+    assert "error[BAT013]" in call_as_written(*words).err
+
+
+def test_an_arm_that_is_not_understood_is_named(call_as_written: Call, tmp_path: Path) -> None:
+    root = backup(tmp_path / "in")
+    moc = root / "SYSPAR" / "MOC.cfg"
+    moc.write_text(moc.read_text().replace("ROB2_4600_2.05_60", "ROB2_NEW_9"))
+    found = call_as_written("batch", root, "-o", tmp_path / "out")
+    assert found.code == 2 and "its controller says `ROB2_NEW_9`, no arm of the library" in found.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_folders_of_a_batch_have_settings_of_their_own(call_as_written: Call, program: Path, tmp_path: Path) -> None:
+    other = tmp_path / "line" / "seed"
+    other.mkdir()
+    (other / "q.mod").write_bytes(program.read_bytes())
+    (tmp_path / "line" / "postproc.toml").write_text(
+        'robot = "irb4600_60_205"\ntolerance_mm = 0.2\n[batch]\nworkers = 1\n'
+    )
+    (other / "postproc.toml").write_text('robot = "irb4600_60_205_seed"\ntolerance_mm = 0.2\n')
+    found = call_as_written("batch", program.parent, "-o", tmp_path / "out", "--json")
+    assert found.code == 0
+    tasks = json.loads(found.out)["tasks"]
+    assert [t["robot"] for t in tasks] == ["irb4600_60_205", "irb4600_60_205_seed"]
+    assert [t["robot_from"] for t in tasks] == [str(p / "postproc.toml") for p in (program.parent, other)]
+    assert found.err.splitlines()[0].startswith("1 task: arm `irb4600_60_205` (from ")
+    assert not list((tmp_path / "out").rglob("postproc.toml")), "settings are not part of the tree"
