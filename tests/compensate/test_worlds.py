@@ -65,7 +65,7 @@ VALUES = [
     ("IF di1=1 n:=8; MoveL Offs(p,0,0,n),v5,z0,tool0;", "IF di1=1 n:=8; MoveL Offs(p,0,0,8.1),v5,z0,tool0;"),
     ("r:=CRobT(); MoveL r,v5,z0,tool0;", f"r:=CRobT(); MoveL {target(0, 0, 0)},v5,z0,tool0;"),
     ("MoveL pOut,v5,z0,tool0\\WObj:=w;",
-     f"MoveL pOut,v5,z0,tool0\\WObj:=[FALSE,TRUE,\"\",[[1,2,3],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];"),
+     "MoveL pOut,v5,z0,tool0\\WObj:=[FALSE,TRUE,\"\",[[1,2,3],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];"),
 ]  # fmt: skip
 
 

@@ -60,7 +60,7 @@ ROUTINE_HEAD = re.compile(
     + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
 )  # fmt: skip
 # A search does not start again at every letter of a long word, nor at every blank before it.
-_NOT_INSIDE = rb"(?<![\w\x80-\xff\s!])"
+_NOT_INSIDE = rb"(?:(?=[,|(\\])|(?<![\w\x80-\xff\s!]))"
 PARAMETER = _spaced(
     _NOT_INSIDE, rb"([,|(]?)", rb"(\\?)", _maybe(rb"(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])") + WORDED, WORDED,
     rb"(\{[^{}]*+\})?",
