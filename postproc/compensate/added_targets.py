@@ -115,7 +115,8 @@ class TargetAdder:
             if not parts:
                 continue
             path = float(path_mm[group].min())
-            allowed = Allowed(path / 4, [max(path / 2, self._gap(part) / 2) for part in parts])
+            gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
+            allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
             added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
             if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added):
                 added = OWN_FUNCTIONS
@@ -320,7 +321,14 @@ class TargetAdder:
         if start is not None and end is not None and start != end:
             ways = np.array([run.starts_at - run.ends_at for run in runs])
             along = np.sum(rest * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
-            yield _bent(_squares(start, end, ways), rest - along[:, None] * ways, fine)  # on the line any place will do
+            squares = _squares(start, end, ways)
+            yield _bent(squares, rest - along[:, None] * ways, fine)  # on the line any place will do
+            regressors = [
+                dict(run.event.numbers) | {name: float(values[n]) for name, values in squares.items()}
+                for n, run in enumerate(runs)
+            ]
+            law = fit_affine(regressors, rest, fine)
+            yield law, rest - [law.at(r) for r in regressors]
 
 
 def _frames(event: MotionEvent) -> tuple[object, ...]:

@@ -5,8 +5,9 @@ Every argument of a statement is at a level, and levels only rise, so the rounds
 1. ``SLOT``: the numbers that its target comes from (a declaration, an element, an aggregate, the argument of a call) get
    one value that is within the tolerance of all requests.
 2. ``OFFSET``: what that leaves is an offset around the expression, constant or affine in numbers that it names.
-3. ``RELAXED``: one value that takes at least half of the correction off in every run.
-4. ``LEFT``: the statement stays uncorrected, and so does every slot that serves it.
+3. ``RELAXED``: the offset that leaves least, if that is at most half of what one for all runs would leave.
+4. ``MIDDLE``: one value for all runs that takes at least half of the correction off in each.
+5. ``LEFT``: the statement stays uncorrected, and so does every slot that serves it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.expressions import TargetExpression
-from postproc.compensate.laws import OffsetLaw, fit_affine, midrange
+from postproc.compensate.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
 from postproc.compensate.slots import ArgumentKey, Incidence, SlotKey
 from postproc.compensate.values import Conf, TargetRequest
 from postproc.rapid.program.events import StatementKey
@@ -34,8 +35,8 @@ CONFIGURATION = (
 )
 OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
-SLOT, OFFSET, RELAXED, LEFT = range(4)
-SHARE = 0.5  # of a correction that may stay off at level RELAXED
+SLOT, OFFSET, RELAXED, MIDDLE, LEFT = range(5)
+SHARE = 0.5  # of a correction that may stay off from level RELAXED on; of that, where numbers are worth naming
 AROUND = 4.0  # an `Offs` around a name that stood plainly counts as much as so many changed amounts of an `Offs`
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 MOST_SEEDS = 40  # values that are tried for a slot whose requests differ
@@ -62,7 +63,7 @@ class Assignment:
     Args:
         slots: values by slot; offsets: laws by argument, beside what the slots do.
         slot_of: the slot that serves each request, None where none does.
-        left: statements that stay uncorrected, with the reason; relaxed: statements at level ``RELAXED``.
+        left: statements that stay uncorrected, with the reason; relaxed: statements at level ``RELAXED`` or ``MIDDLE``.
         unserved: (n, 3) what stays off at each request [mm], object axes.
     """
 
@@ -126,7 +127,7 @@ class Assigner:
         for key, law in offsets.items():
             rows = list(self.incidence.of_argument[key])
             unserved[rows] -= self._in_object_axes(key, rows, law)
-        relaxed = frozenset(key for (key, _), level in now.levels.items() if level == RELAXED)
+        relaxed = frozenset(key for (key, _), level in now.levels.items() if level in (RELAXED, MIDDLE))
         return Assignment(slots, offsets, slot_of, now.reasons, relaxed, unserved)
 
     def _slots_in_use(self, now: _Round) -> list[SlotKey | None]:
@@ -143,18 +144,26 @@ class Assigner:
         """One value for each slot, from the arguments that it serves alone."""
         requests = self.incidence.requests
         voters: dict[SlotKey, list[int]] = {}
-        others: dict[SlotKey, list[int]] = {}
-        for row, slot in enumerate(slot_of):
-            if slot is None or slot in self.fixed:
+        silent: list[list[int]] = []
+        for key, rows in self.incidence.of_argument.items():
+            lent = requests[rows[0]].event.statement.source.lent
+            complete = all(slot_of[row] is not None for row in rows)
+            level = now.levels[key]
+            if lent or not (level == SLOT or (level == MIDDLE and complete)):
+                silent.append(list(rows))
                 continue
-            request = requests[row]
-            key = request.event.statement.key
-            votes = now.levels[key, request.role] in (SLOT, RELAXED) and not request.event.statement.source.lent
-            (voters if votes else others).setdefault(slot, []).append(row)
-        for slot, rows in others.items():
-            lent = [row for row in rows if requests[row].event.statement.source.lent]
-            if slot not in voters and lent:
-                voters[slot] = lent
+            for row in rows:
+                if (slot := slot_of[row]) is not None and slot not in self.fixed:
+                    voters.setdefault(slot, []).append(row)
+        # What cannot be displaced, or comes from slots of which some are edited, has a say in those that nobody else asks for.
+        more: dict[SlotKey, list[int]] = {}
+        for rows in silent:
+            lent = requests[rows[0]].event.statement.source.lent
+            if lent or any(slot_of[row] in voters for row in rows):
+                for row in rows:
+                    if (slot := slot_of[row]) is not None and slot not in voters and slot not in self.fixed:
+                        more.setdefault(slot, []).append(row)
+        voters |= more
         found = {slot: value for slot, value in self.fixed.items()}
         for slot, rows in voters.items():
             found[slot] = self._common(now, rows)
@@ -194,7 +203,7 @@ class Assigner:
 
     def _within(self, now: _Round, row: int) -> float:
         request = self.incidence.requests[row]
-        relaxed = now.levels[request.event.statement.key, request.role] == RELAXED
+        relaxed = now.levels[request.event.statement.key, request.role] in (RELAXED, MIDDLE)
         return float(self.relaxed[row] if relaxed else self.within[row])
 
     def _moved_by(self, slots: Mapping[SlotKey, SlotValue], slot_of: Sequence[SlotKey | None]) -> Array:
@@ -239,8 +248,8 @@ class Assigner:
             law, why = self._offset(key, rows, base, valued, slots, level)
             if law is not None:
                 offsets[key] = law
-            elif level == OFFSET and why is None:
-                levels[key] = RELAXED
+            elif level in (OFFSET, RELAXED) and why is None:
+                levels[key] = level + 1
             else:
                 levels[key], reasons[statement] = LEFT, why or self._unlike(rows)
         return None if levels == dict(now.levels) and reasons == dict(now.reasons) else _Round(levels, reasons)
@@ -278,18 +287,26 @@ class Assigner:
             return None, OWN_OFFS
         chosen = list(rows)
         rest = self._along(key, chosen, self.shift[chosen] - base[chosen])
-        within = (self.relaxed if level == RELAXED else self.within)[chosen]
-        regressors = [dict(r.event.numbers) for r in requests]
-        middle = midrange(rest)
-        if np.all(np.linalg.norm(rest - middle, axis=1) <= within + ROUNDING_MM):
-            return OffsetLaw(_vec(middle)), None
-        least = float(self.within[chosen].min())
-        for finest in (least, least / 4):  # with fewer regressors if that will do
-            law = fit_affine(regressors, rest, finest)
-            off = np.linalg.norm(rest - [law.at(run) for run in regressors], axis=1)
-            if np.all(off <= within + ROUNDING_MM):
-                return law, None
-        return None, None
+        return self._law(chosen, rest, level), None
+
+    def _law(self, rows: Sequence[int], rest: Array, level: int) -> OffsetLaw | None:
+        """The law of an offset (n, 3) [mm] that the level allows, with as few numbers as will do."""
+        regressors = [dict(self.incidence.requests[row].event.numbers) for row in rows]
+        within = self.within[rows]
+        laws = [constant_law(rest)]
+        if (np.linalg.norm(laws[0][1], axis=1) <= within + ROUNDING_MM).all():
+            return laws[0][0]
+        for fine in (within.min(), within.min() / 4):
+            law = fit_affine(regressors, rest, float(fine))
+            laws.append((law, rest - [law.at(run) for run in regressors]))
+            if (np.linalg.norm(laws[-1][1], axis=1) <= within + ROUNDING_MM).all():
+                return law
+        if level == OFFSET:
+            return None
+        most = self.relaxed[rows]
+        if level == RELAXED:
+            most = np.minimum(most, SHARE * float(np.linalg.norm(laws[0][1], axis=1).max()))
+        return nearest_law(laws, Allowed(0.0, most.tolist()))
 
     def _along(self, key: ArgumentKey, rows: Sequence[int], offsets: Array) -> Array:
         """Offsets (n, 3) in the axes in which the argument displaces: those of the tool for ``RelTool``."""

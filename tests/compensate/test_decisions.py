@@ -304,7 +304,9 @@ def test_displacements_of_different_targets_share_an_offset() -> None:
     text = module(data, f"MoveJ {B},v500,fine,tT;\n{loop}")
     found = convert(text)
     assert [o.edited for o in found.outcomes] == ["aggregate", "argument"]
-    assert re.search(r"^MoveL Offs\(p(,[-\d.]+[-+][\d.]+\*i){2},10\*i[-+][\d.]+[-+][\d.]+\*i\),v50", body_of(written(found))[3])
+    assert re.search(
+        r"^MoveL Offs\(p(,[-\d.]+[-+][\d.]+\*i){2},10\*i[-+][\d.]+[-+][\d.]+\*i\),v50", body_of(written(found))[3]
+    )
     again = independent(text, found)
     assert again.violations == []
     assert again.before > 1.0 and again.goal_after < 0.001
