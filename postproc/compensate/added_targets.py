@@ -4,9 +4,9 @@ Where an end is a name or an expression, an added target is written with it, so 
 
     P = (1 - s) S + s E + c
 
-with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant, or
-what goes with numbers that the statement names, or, where runs are lines of unlike lengths, with the square of the length
-(the correction bends evenly). Ends that are numbers give numbers.
+with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant; where
+runs are lines of unlike lengths, what goes with the square of the length (the correction bends evenly); or what goes with
+numbers that the statement names. Ends that are numbers give numbers.
 """
 
 from __future__ import annotations
@@ -310,25 +310,25 @@ class TargetAdder:
 
     @staticmethod
     def _laws(runs: Sequence[_Run], rest: Array, fine: float) -> Iterator[tuple[OffsetLaw, Array]]:
-        """What may be added to the share of the way (n, 3) [mm]: a constant, an affine law, or squares of the way."""
+        """What may be added to the share of the way (n, 3) [mm]: a constant, squares of the way, an affine law."""
         yield constant_law(rest)
         start, end = runs[0].start.reference, runs[0].end.reference
-        regressors: list[Mapping[str, float]] = [
-            {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in (start, end)} for run in runs
-        ]
-        law = fit_affine(regressors, rest, fine)
-        yield law, rest - [law.at(r) for r in regressors]
-        if start is not None and end is not None and start != end:
+        ends = start is not None and end is not None and start != end
+        squares: Mapping[str, Array] = {}
+        if ends:
             ways = np.array([run.starts_at - run.ends_at for run in runs])
             along = np.sum(rest * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
-            squares = _squares(start, end, ways)
+            squares = _squares(str(start), str(end), ways)
             yield _bent(squares, rest - along[:, None] * ways, fine)  # on the line any place will do
+        for names in [(start, end), ()] if ends else [(start, end)]:
             regressors = [
-                dict(run.event.numbers) | {name: float(values[n]) for name, values in squares.items()}
-                for n, run in enumerate(runs)
+                {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in names} for run in runs
             ]
+            if not names:  # ends that are displaced where they are used lack their own corrections, too
+                for n, run in enumerate(regressors):
+                    run.update((name, float(values[n])) for name, values in squares.items())
             law = fit_affine(regressors, rest, fine)
-            yield law, rest - [law.at(r) for r in regressors]
+            yield law, rest - [law.at(run) for run in regressors]
 
 
 def _frames(event: MotionEvent) -> tuple[object, ...]:

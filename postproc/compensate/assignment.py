@@ -2,8 +2,8 @@
 
 Every argument of a statement is at a level, and levels only rise, so the rounds end:
 
-1. ``SLOT``: the numbers that its target comes from (a declaration, an element, an aggregate, the argument of a call) get
-   one value that is within the tolerance of all requests.
+1. ``SLOT``: the numbers that its target comes from (a declaration, an element, an aggregate, the argument of a call)
+   get one value that is within the tolerance of all requests.
 2. ``OFFSET``: what that leaves is an offset around the expression, constant or affine in numbers that it names.
 3. ``RELAXED``: the offset that leaves least, if that is at most half of what one for all runs would leave.
 4. ``MIDDLE``: one value for all runs that takes at least half of the correction off in each.
@@ -83,6 +83,20 @@ class _Round:
     reasons: Mapping[StatementKey, str]
 
 
+@dataclass(frozen=True, slots=True)
+class _Filled:
+    """Slots with their values: the slot of each request, the values, and (n, 3) how far each target moves with it [mm]."""
+
+    slot_of: Sequence[SlotKey | None]
+    slots: Mapping[SlotKey, SlotValue]
+    base: Array
+
+    def slot(self, row: int) -> SlotKey | None:
+        """The slot that moves a request, None where nothing does."""
+        slot = self.slot_of[row]
+        return slot if slot in self.slots else None
+
+
 class Assigner:
     """Assigns the requests of one kind (goals or circle points).
 
@@ -117,13 +131,13 @@ class Assigner:
         while True:
             slot_of = self._slots_in_use(now)
             slots = self._slot_values(now, slot_of)
-            base = self._moved_by(slots, slot_of)
+            filled = _Filled(slot_of, slots, self._moved_by(slots, slot_of))
             offsets: dict[ArgumentKey, OffsetLaw] = {}
-            raised = self._raised(now, slot_of, slots, base, offsets)
+            raised = self._raised(now, filled, offsets)
             if raised is None:
                 break
             now = raised
-        unserved = self.shift - base
+        unserved = self.shift - filled.base
         for key, law in offsets.items():
             rows = list(self.incidence.of_argument[key])
             unserved[rows] -= self._in_object_axes(key, rows, law)
@@ -155,7 +169,7 @@ class Assigner:
             for row in rows:
                 if (slot := slot_of[row]) is not None and slot not in self.fixed:
                     voters.setdefault(slot, []).append(row)
-        # What cannot be displaced, or comes from slots of which some are edited, has a say in those that nobody else asks for.
+        # What cannot be displaced, or comes from slots of which some are edited, has a say in those that nobody asks for.
         more: dict[SlotKey, list[int]] = {}
         for rows in silent:
             lent = requests[rows[0]].event.statement.source.lent
@@ -217,35 +231,27 @@ class Assigner:
                     base[row] += np.cross(value.turn, self.lever[row])
         return base
 
-    def _raised(
-        self,
-        now: _Round,
-        slot_of: Sequence[SlotKey | None],
-        slots: Mapping[SlotKey, SlotValue],
-        base: Array,
-        offsets: dict[ArgumentKey, OffsetLaw],
-    ) -> _Round | None:
+    def _raised(self, now: _Round, filled: _Filled, offsets: dict[ArgumentKey, OffsetLaw]) -> _Round | None:
         """The next round, None where every argument is served or left; the offsets of those that have one."""
         levels, reasons = dict(now.levels), dict(now.reasons)
-        rest = np.linalg.norm(self.shift - base, axis=1)
+        rest = np.linalg.norm(self.shift - filled.base, axis=1)
         for key, rows in self.incidence.of_argument.items():
             level, statement = now.levels[key], key[0]
             if level == LEFT or statement in reasons:
                 levels[key] = LEFT
                 continue
-            valued = [slot_of[row] if slot_of[row] in slots else None for row in rows]
-            served = all(slot is not None for slot in valued)
+            served = all(filled.slot(row) is not None for row in rows)
             if self.incidence.requests[rows[0]].event.statement.source.lent:
                 if not served:
                     levels[key], reasons[statement] = LEFT, LENT
                 continue
-            fits = served and self._configured(rows, valued, slots)
+            fits = served and self._configured(rows, filled)
             if fits and all(rest[row] <= self._within(now, row) + ROUNDING_MM for row in rows):
                 continue
             if level == SLOT:
                 levels[key] = OFFSET
                 continue
-            law, why = self._offset(key, rows, base, valued, slots, level)
+            law, why = self._offset(key, rows, filled, level)
             if law is not None:
                 offsets[key] = law
             elif level in (OFFSET, RELAXED) and why is None:
@@ -254,43 +260,46 @@ class Assigner:
                 levels[key], reasons[statement] = LEFT, why or self._unlike(rows)
         return None if levels == dict(now.levels) and reasons == dict(now.reasons) else _Round(levels, reasons)
 
-    def _configured(
-        self, rows: Sequence[int], valued: Sequence[SlotKey | None], slots: Mapping[SlotKey, SlotValue]
-    ) -> bool:
+    def _configured(self, rows: Sequence[int], filled: _Filled) -> bool:
         """Whether the configuration that the requests ask for is what stands in their slots, or as it was."""
-        for row, slot in zip(rows, valued, strict=True):
-            request = self.incidence.requests[row]
-            conf = request.target.robconf if slot is None else slots[slot].robconf
+        for row in rows:
+            request, slot = self.incidence.requests[row], filled.slot(row)
+            conf = request.target.robconf if slot is None else filled.slots[slot].robconf
             if request.value.robconf != conf:
                 return False
         return True
 
     def _offset(
-        self,
-        key: ArgumentKey,
-        rows: Sequence[int],
-        base: Array,
-        valued: Sequence[SlotKey | None],
-        slots: Mapping[SlotKey, SlotValue],
-        level: int,
+        self, key: ArgumentKey, rows: Sequence[int], filled: _Filled, level: int
     ) -> tuple[OffsetLaw | None, str | None]:
-        """The offset around an argument that serves all of its runs, or why there can be none; neither where none fits."""
+        """The offset around an argument that serves its runs, or why there can be none; neither where none fits."""
         requests = [self.incidence.requests[row] for row in rows]
         expression = self.expression(key)
         if key[0] in self.astray or any(r.event.elsewhere for r in requests):
             return None, ELSEWHERE
-        if not self._configured(rows, valued, slots):
+        if not self._configured(rows, filled):
             same = len({r.value.robconf for r in requests}) == 1
             if not same or not expression.named:
                 return None, CONFIGURATION
         elif expression.form is None:
             return None, OWN_OFFS
         chosen = list(rows)
-        rest = self._along(key, chosen, self.shift[chosen] - base[chosen])
-        return self._law(chosen, rest, level), None
+        rest = self._along(key, chosen, self.shift[chosen] - filled.base[chosen])
+        worth = SHARE * self._left_by_middle(chosen, filled) if level == RELAXED else np.inf
+        return self._law(chosen, rest, level, worth), None
 
-    def _law(self, rows: Sequence[int], rest: Array, level: int) -> OffsetLaw | None:
-        """The law of an offset (n, 3) [mm] that the level allows, with as few numbers as will do."""
+    def _left_by_middle(self, rows: Sequence[int], filled: _Filled) -> float:
+        """What one value for all runs that share a slot would leave [mm]; they share an offset where some have none."""
+        shares = grouped((filled.slot_of[row], row) for row in rows)
+        parts = [list(rows)] if None in shares else list(shares.values())
+        return max(float(np.linalg.norm(constant_law(self.shift[part])[1], axis=1).max()) for part in parts)
+
+    def _law(self, rows: Sequence[int], rest: Array, level: int, worth: float) -> OffsetLaw | None:
+        """The law of an offset (n, 3) [mm] that the level allows, with as few numbers as will do.
+
+        Args:
+            worth: what it may leave at most where it is not within the tolerance [mm].
+        """
         regressors = [dict(self.incidence.requests[row].event.numbers) for row in rows]
         within = self.within[rows]
         laws = [constant_law(rest)]
@@ -303,10 +312,7 @@ class Assigner:
                 return law
         if level == OFFSET:
             return None
-        most = self.relaxed[rows]
-        if level == RELAXED:
-            most = np.minimum(most, SHARE * float(np.linalg.norm(laws[0][1], axis=1).max()))
-        return nearest_law(laws, Allowed(0.0, most.tolist()))
+        return nearest_law(laws, Allowed(0.0, np.minimum(self.relaxed[rows], worth).tolist()))
 
     def _along(self, key: ArgumentKey, rows: Sequence[int], offsets: Array) -> Array:
         """Offsets (n, 3) in the axes in which the argument displaces: those of the tool for ``RelTool``."""
