@@ -4,9 +4,9 @@ Where an end is a name or an expression, an added target is written with it, so 
 
     P = (1 - s) S + s E + c
 
-with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant; where
-runs are lines of unlike lengths, what goes with the square of the length (the correction bends evenly); or what goes with
-numbers that the statement names. Ends that are numbers give numbers.
+with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant;
+where runs are lines of unlike lengths, what goes with the square of the length (the correction bends evenly); or what
+goes with numbers that the statement names. Ends that are numbers give numbers.
 """
 
 from __future__ import annotations

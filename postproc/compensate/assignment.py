@@ -23,6 +23,7 @@ from postproc.compensate.expressions import TargetExpression
 from postproc.compensate.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
 from postproc.compensate.slots import ArgumentKey, Incidence, SlotKey
 from postproc.compensate.values import Conf, TargetRequest
+from postproc.grouping import grouped
 from postproc.rapid.program.events import StatementKey
 from postproc.rapid.program.records import Vec3
 
@@ -85,7 +86,7 @@ class _Round:
 
 @dataclass(frozen=True, slots=True)
 class _Filled:
-    """Slots with their values: the slot of each request, the values, and (n, 3) how far each target moves with it [mm]."""
+    """Slots with their values: the slot of each request, the values, (n, 3) how far each target moves with it [mm]."""
 
     slot_of: Sequence[SlotKey | None]
     slots: Mapping[SlotKey, SlotValue]
@@ -169,7 +170,7 @@ class Assigner:
             for row in rows:
                 if (slot := slot_of[row]) is not None and slot not in self.fixed:
                     voters.setdefault(slot, []).append(row)
-        # What cannot be displaced, or comes from slots of which some are edited, has a say in those that nobody asks for.
+        # What cannot be displaced, or comes from slots of which some are edited, votes for those that have no votes.
         more: dict[SlotKey, list[int]] = {}
         for rows in silent:
             lent = requests[rows[0]].event.statement.source.lent
