@@ -46,7 +46,7 @@ FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
-SHARE_DECIMALS, BEND_DECIMALS = 3, 4
+SHARE_DECIMALS, BEND_DECIMALS = 4, 4
 PAIRS = tuple(combinations_with_replacement("xyz", 2))
 NOTHING = Position(None)
 
