@@ -209,5 +209,5 @@ def test_comments_inside_a_replaced_argument_stay(newline: str) -> None:
     )
     text = written(done)
     assert done.outcomes[1].edited == "derived" and target(1350, -400) not in text
-    assert f"], ! the seam's end{newline}      0,0,-2 ! above it{newline}      ),v50,fine,tT;" in text
+    assert f"], ! the seam's end{newline}    0,0,-2 ! above it{newline}    ),v50,fine,tT;" in text
     assert text.count("\n") == text.count(newline)
