@@ -85,7 +85,9 @@ def run(
     source.write_bytes(text.encode("latin-1"))
     output.unlink(missing_ok=True)
     start = time.perf_counter()
-    code, out, err = convert(source, output, "--force", force, "--json", "--robot", geometry)
+    code, out, err = convert(
+        source, output, "--force", force, "--air-tolerance", str(air), "--json", "--robot", geometry
+    )
     seconds = time.perf_counter() - start
     if not output.exists():
         return Outcome(seed, code, err.strip() or out.strip(), seconds, None, air=air)
