@@ -4,9 +4,9 @@ Where an end is a name or an expression, an added target is written with it, so 
 
     P = (1 - s) S + s E + c
 
-with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant, or
-what goes with numbers that the statement names, or, where runs are lines of unlike lengths, with the square of the length
-(the correction bends evenly). Ends that are numbers give numbers.
+with the start S and the end E as the program calls them, the share s of the way, and the correction c: a constant;
+where runs are lines of unlike lengths, what goes with the square of the length (the correction bends evenly); or what
+goes with numbers that the statement names. Ends that are numbers give numbers.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
-SHARE_DECIMALS, BEND_DECIMALS = 3, 4
+SHARE_DECIMALS, BEND_DECIMALS = 4, 4
 PAIRS = tuple(combinations_with_replacement("xyz", 2))
 NOTHING = Position(None)
 
@@ -115,7 +115,8 @@ class TargetAdder:
             if not parts:
                 continue
             path = float(path_mm[group].min())
-            allowed = Allowed(path / 4, [max(path / 2, self._gap(part) / 2) for part in parts])
+            gaps = [self._gap(part) for part in parts]  # the worst is to be halved, no run to be worse than without
+            allowed = Allowed(path / 4, [max(path / 2, min(gap, max(gaps) / 2)) for gap in gaps])
             added = self._of_statement(parts, allowed) if len(parts) == len(group) else UNLIKE
             if not isinstance(added, str) and self._own_functions(self.moves[group[0]].event, added):
                 added = OWN_FUNCTIONS
@@ -309,18 +310,25 @@ class TargetAdder:
 
     @staticmethod
     def _laws(runs: Sequence[_Run], rest: Array, fine: float) -> Iterator[tuple[OffsetLaw, Array]]:
-        """What may be added to the share of the way (n, 3) [mm]: a constant, an affine law, or squares of the way."""
+        """What may be added to the share of the way (n, 3) [mm]: a constant, squares of the way, an affine law."""
         yield constant_law(rest)
         start, end = runs[0].start.reference, runs[0].end.reference
-        regressors: list[Mapping[str, float]] = [
-            {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in (start, end)} for run in runs
-        ]
-        law = fit_affine(regressors, rest, fine)
-        yield law, rest - [law.at(r) for r in regressors]
-        if start is not None and end is not None and start != end:
+        ends = start is not None and end is not None and start != end
+        squares: Mapping[str, Array] = {}
+        if ends:
             ways = np.array([run.starts_at - run.ends_at for run in runs])
             along = np.sum(rest * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
-            yield _bent(_squares(start, end, ways), rest - along[:, None] * ways, fine)  # on the line any place will do
+            squares = _squares(str(start), str(end), ways)
+            yield _bent(squares, rest - along[:, None] * ways, fine)  # on the line any place will do
+        for names in [(start, end), ()] if ends else [(start, end)]:
+            regressors = [
+                {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in names} for run in runs
+            ]
+            if not names:  # ends that are displaced where they are used lack their own corrections, too
+                for n, run in enumerate(regressors):
+                    run.update((name, float(values[n])) for name, values in squares.items())
+            law = fit_affine(regressors, rest, fine)
+            yield law, rest - [law.at(run) for run in regressors]
 
 
 def _frames(event: MotionEvent) -> tuple[object, ...]:

@@ -2,11 +2,12 @@
 
 Every argument of a statement is at a level, and levels only rise, so the rounds end:
 
-1. ``SLOT``: the numbers that its target comes from (a declaration, an element, an aggregate, the argument of a call) get
-   one value that is within the tolerance of all requests.
+1. ``SLOT``: the numbers that its target comes from (a declaration, an element, an aggregate, the argument of a call)
+   get one value that is within the tolerance of all requests.
 2. ``OFFSET``: what that leaves is an offset around the expression, constant or affine in numbers that it names.
-3. ``RELAXED``: one value that takes at least half of the correction off in every run.
-4. ``LEFT``: the statement stays uncorrected, and so does every slot that serves it.
+3. ``RELAXED``: the offset that leaves least, if that is at most half of what one for all runs would leave.
+4. ``MIDDLE``: one value for all runs that takes at least half of the correction off in each.
+5. ``LEFT``: the statement stays uncorrected, and so does every slot that serves it.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.compensate.expressions import TargetExpression
-from postproc.compensate.laws import OffsetLaw, fit_affine, midrange
+from postproc.compensate.laws import Allowed, OffsetLaw, constant_law, fit_affine, midrange, nearest_law
 from postproc.compensate.slots import ArgumentKey, Incidence, SlotKey
 from postproc.compensate.values import Conf, TargetRequest
+from postproc.grouping import grouped
 from postproc.rapid.program.events import StatementKey
 from postproc.rapid.program.records import Vec3
 
@@ -34,8 +36,8 @@ CONFIGURATION = (
 )
 OWN_OFFS = "the program has an `Offs` of its own: no offset can be put around the target"
 
-SLOT, OFFSET, RELAXED, LEFT = range(4)
-SHARE = 0.5  # of a correction that may stay off at level RELAXED
+SLOT, OFFSET, RELAXED, MIDDLE, LEFT = range(5)
+SHARE = 0.5  # of a correction that may stay off from level RELAXED on; of that, where numbers are worth naming
 AROUND = 4.0  # an `Offs` around a name that stood plainly counts as much as so many changed amounts of an `Offs`
 ROUNDING_MM = 1e-6  # positions that are nearer than that are one
 MOST_SEEDS = 40  # values that are tried for a slot whose requests differ
@@ -62,7 +64,7 @@ class Assignment:
     Args:
         slots: values by slot; offsets: laws by argument, beside what the slots do.
         slot_of: the slot that serves each request, None where none does.
-        left: statements that stay uncorrected, with the reason; relaxed: statements at level ``RELAXED``.
+        left: statements that stay uncorrected, with the reason; relaxed: statements at level ``RELAXED`` or ``MIDDLE``.
         unserved: (n, 3) what stays off at each request [mm], object axes.
     """
 
@@ -80,6 +82,20 @@ class _Round:
 
     levels: Mapping[ArgumentKey, int]
     reasons: Mapping[StatementKey, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Filled:
+    """Slots with their values: the slot of each request, the values, (n, 3) how far each target moves with it [mm]."""
+
+    slot_of: Sequence[SlotKey | None]
+    slots: Mapping[SlotKey, SlotValue]
+    base: Array
+
+    def slot(self, row: int) -> SlotKey | None:
+        """The slot that moves a request, None where nothing does."""
+        slot = self.slot_of[row]
+        return slot if slot in self.slots else None
 
 
 class Assigner:
@@ -116,17 +132,17 @@ class Assigner:
         while True:
             slot_of = self._slots_in_use(now)
             slots = self._slot_values(now, slot_of)
-            base = self._moved_by(slots, slot_of)
+            filled = _Filled(slot_of, slots, self._moved_by(slots, slot_of))
             offsets: dict[ArgumentKey, OffsetLaw] = {}
-            raised = self._raised(now, slot_of, slots, base, offsets)
+            raised = self._raised(now, filled, offsets)
             if raised is None:
                 break
             now = raised
-        unserved = self.shift - base
+        unserved = self.shift - filled.base
         for key, law in offsets.items():
             rows = list(self.incidence.of_argument[key])
             unserved[rows] -= self._in_object_axes(key, rows, law)
-        relaxed = frozenset(key for (key, _), level in now.levels.items() if level == RELAXED)
+        relaxed = frozenset(key for (key, _), level in now.levels.items() if level in (RELAXED, MIDDLE))
         return Assignment(slots, offsets, slot_of, now.reasons, relaxed, unserved)
 
     def _slots_in_use(self, now: _Round) -> list[SlotKey | None]:
@@ -143,18 +159,26 @@ class Assigner:
         """One value for each slot, from the arguments that it serves alone."""
         requests = self.incidence.requests
         voters: dict[SlotKey, list[int]] = {}
-        others: dict[SlotKey, list[int]] = {}
-        for row, slot in enumerate(slot_of):
-            if slot is None or slot in self.fixed:
+        silent: list[list[int]] = []
+        for key, rows in self.incidence.of_argument.items():
+            lent = requests[rows[0]].event.statement.source.lent
+            complete = all(slot_of[row] is not None for row in rows)
+            level = now.levels[key]
+            if lent or not (level == SLOT or (level == MIDDLE and complete)):
+                silent.append(list(rows))
                 continue
-            request = requests[row]
-            key = request.event.statement.key
-            votes = now.levels[key, request.role] in (SLOT, RELAXED) and not request.event.statement.source.lent
-            (voters if votes else others).setdefault(slot, []).append(row)
-        for slot, rows in others.items():
-            lent = [row for row in rows if requests[row].event.statement.source.lent]
-            if slot not in voters and lent:
-                voters[slot] = lent
+            for row in rows:
+                if (slot := slot_of[row]) is not None and slot not in self.fixed:
+                    voters.setdefault(slot, []).append(row)
+        # What cannot be displaced, or comes from slots of which some are edited, votes for those that have no votes.
+        more: dict[SlotKey, list[int]] = {}
+        for rows in silent:
+            lent = requests[rows[0]].event.statement.source.lent
+            if lent or any(slot_of[row] in voters for row in rows):
+                for row in rows:
+                    if (slot := slot_of[row]) is not None and slot not in voters and slot not in self.fixed:
+                        more.setdefault(slot, []).append(row)
+        voters |= more
         found = {slot: value for slot, value in self.fixed.items()}
         for slot, rows in voters.items():
             found[slot] = self._common(now, rows)
@@ -194,7 +218,7 @@ class Assigner:
 
     def _within(self, now: _Round, row: int) -> float:
         request = self.incidence.requests[row]
-        relaxed = now.levels[request.event.statement.key, request.role] == RELAXED
+        relaxed = now.levels[request.event.statement.key, request.role] in (RELAXED, MIDDLE)
         return float(self.relaxed[row] if relaxed else self.within[row])
 
     def _moved_by(self, slots: Mapping[SlotKey, SlotValue], slot_of: Sequence[SlotKey | None]) -> Array:
@@ -208,88 +232,88 @@ class Assigner:
                     base[row] += np.cross(value.turn, self.lever[row])
         return base
 
-    def _raised(
-        self,
-        now: _Round,
-        slot_of: Sequence[SlotKey | None],
-        slots: Mapping[SlotKey, SlotValue],
-        base: Array,
-        offsets: dict[ArgumentKey, OffsetLaw],
-    ) -> _Round | None:
+    def _raised(self, now: _Round, filled: _Filled, offsets: dict[ArgumentKey, OffsetLaw]) -> _Round | None:
         """The next round, None where every argument is served or left; the offsets of those that have one."""
         levels, reasons = dict(now.levels), dict(now.reasons)
-        rest = np.linalg.norm(self.shift - base, axis=1)
+        rest = np.linalg.norm(self.shift - filled.base, axis=1)
         for key, rows in self.incidence.of_argument.items():
             level, statement = now.levels[key], key[0]
             if level == LEFT or statement in reasons:
                 levels[key] = LEFT
                 continue
-            valued = [slot_of[row] if slot_of[row] in slots else None for row in rows]
-            served = all(slot is not None for slot in valued)
+            served = all(filled.slot(row) is not None for row in rows)
             if self.incidence.requests[rows[0]].event.statement.source.lent:
                 if not served:
                     levels[key], reasons[statement] = LEFT, LENT
                 continue
-            fits = served and self._configured(rows, valued, slots)
+            fits = served and self._configured(rows, filled)
             if fits and all(rest[row] <= self._within(now, row) + ROUNDING_MM for row in rows):
                 continue
             if level == SLOT:
                 levels[key] = OFFSET
                 continue
-            law, why = self._offset(key, rows, base, valued, slots, level)
+            law, why = self._offset(key, rows, filled, level)
             if law is not None:
                 offsets[key] = law
-            elif level == OFFSET and why is None:
-                levels[key] = RELAXED
+            elif level in (OFFSET, RELAXED) and why is None:
+                levels[key] = level + 1
             else:
                 levels[key], reasons[statement] = LEFT, why or self._unlike(rows)
         return None if levels == dict(now.levels) and reasons == dict(now.reasons) else _Round(levels, reasons)
 
-    def _configured(
-        self, rows: Sequence[int], valued: Sequence[SlotKey | None], slots: Mapping[SlotKey, SlotValue]
-    ) -> bool:
+    def _configured(self, rows: Sequence[int], filled: _Filled) -> bool:
         """Whether the configuration that the requests ask for is what stands in their slots, or as it was."""
-        for row, slot in zip(rows, valued, strict=True):
-            request = self.incidence.requests[row]
-            conf = request.target.robconf if slot is None else slots[slot].robconf
+        for row in rows:
+            request, slot = self.incidence.requests[row], filled.slot(row)
+            conf = request.target.robconf if slot is None else filled.slots[slot].robconf
             if request.value.robconf != conf:
                 return False
         return True
 
     def _offset(
-        self,
-        key: ArgumentKey,
-        rows: Sequence[int],
-        base: Array,
-        valued: Sequence[SlotKey | None],
-        slots: Mapping[SlotKey, SlotValue],
-        level: int,
+        self, key: ArgumentKey, rows: Sequence[int], filled: _Filled, level: int
     ) -> tuple[OffsetLaw | None, str | None]:
-        """The offset around an argument that serves all of its runs, or why there can be none; neither where none fits."""
+        """The offset around an argument that serves its runs, or why there can be none; neither where none fits."""
         requests = [self.incidence.requests[row] for row in rows]
         expression = self.expression(key)
         if key[0] in self.astray or any(r.event.elsewhere for r in requests):
             return None, ELSEWHERE
-        if not self._configured(rows, valued, slots):
+        if not self._configured(rows, filled):
             same = len({r.value.robconf for r in requests}) == 1
             if not same or not expression.named:
                 return None, CONFIGURATION
         elif expression.form is None:
             return None, OWN_OFFS
         chosen = list(rows)
-        rest = self._along(key, chosen, self.shift[chosen] - base[chosen])
-        within = (self.relaxed if level == RELAXED else self.within)[chosen]
-        regressors = [dict(r.event.numbers) for r in requests]
-        middle = midrange(rest)
-        if np.all(np.linalg.norm(rest - middle, axis=1) <= within + ROUNDING_MM):
-            return OffsetLaw(_vec(middle)), None
-        least = float(self.within[chosen].min())
-        for finest in (least, least / 4):  # with fewer regressors if that will do
-            law = fit_affine(regressors, rest, finest)
-            off = np.linalg.norm(rest - [law.at(run) for run in regressors], axis=1)
-            if np.all(off <= within + ROUNDING_MM):
-                return law, None
-        return None, None
+        rest = self._along(key, chosen, self.shift[chosen] - filled.base[chosen])
+        worth = SHARE * self._left_by_middle(chosen, filled) if level == RELAXED else np.inf
+        return self._law(chosen, rest, level, worth), None
+
+    def _left_by_middle(self, rows: Sequence[int], filled: _Filled) -> float:
+        """What one value for all runs that share a slot would leave [mm]; they share an offset where some have none."""
+        shares = grouped((filled.slot_of[row], row) for row in rows)
+        parts = [list(rows)] if None in shares else list(shares.values())
+        return max(float(np.linalg.norm(constant_law(self.shift[part])[1], axis=1).max()) for part in parts)
+
+    def _law(self, rows: Sequence[int], rest: Array, level: int, worth: float) -> OffsetLaw | None:
+        """The law of an offset (n, 3) [mm] that the level allows, with as few numbers as will do.
+
+        Args:
+            worth: what it may leave at most where it is not within the tolerance [mm].
+        """
+        regressors = [dict(self.incidence.requests[row].event.numbers) for row in rows]
+        within = self.within[rows]
+        laws = [constant_law(rest)]
+        if (np.linalg.norm(laws[0][1], axis=1) <= within + ROUNDING_MM).all():
+            return laws[0][0]
+        for fine in (within.min(), within.min() / 4):
+            law = fit_affine(regressors, rest, float(fine))
+            laws.append((law, rest - [law.at(run) for run in regressors]))
+            if (np.linalg.norm(laws[-1][1], axis=1) <= within + ROUNDING_MM).all():
+                return law
+        if level == OFFSET:
+            return None
+        return nearest_law(laws, Allowed(0.0, np.minimum(self.relaxed[rows], worth).tolist()))
 
     def _along(self, key: ArgumentKey, rows: Sequence[int], offsets: Array) -> Array:
         """Offsets (n, 3) in the axes in which the argument displaces: those of the tool for ``RelTool``."""

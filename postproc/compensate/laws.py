@@ -11,13 +11,13 @@ from postproc.arrays import Array
 from postproc.rapid.program.records import Vec3
 
 APART = 0.03
-"""Share of their spread by which regressors must differ from one another to be told apart: a coordinate that is a rounded
-multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
+"""Share of their spread by which regressors must differ from one another to be told apart: a coordinate that is a
+rounded multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
 
 CANCELLING = 2.0
 """How much more than what the offsets differ by one regressor may contribute: what takes that back again is other
-regressors, and with nearly as many of them as runs that is chance, by which a target that is taught anew would go far off.
-"""
+regressors, and with nearly as many of them as runs that is chance, by which a target that is taught anew would go far
+off."""
 
 Regressors = Mapping[str, float]
 
@@ -97,8 +97,8 @@ def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -
 
 
 def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
-    """The order in which regressors are tried to do without: coordinates, which are taught and measured, before what the
-    program counts; of them those that differ least, of which a little would mean much in another run.
+    """The order in which regressors are tried to do without: coordinates, which are taught and measured, before what
+    the program counts; of them those that differ least, of which a little would mean much in another run.
     """
     values = [run[name] for run in regressors]
     coordinate = ".trans." in name

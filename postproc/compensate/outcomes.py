@@ -178,17 +178,17 @@ def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey
     """How far [mm] each statement may be corrected, whatever its data is when the program runs.
 
     Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
-    statement that stays as it is may follow what it is derived from.
+    statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
     """
     largest = max((o.shift_mm or 0.0 for o in outcomes), default=0.0)
+    shifts = {o.statement.key: o.shift_mm for o in outcomes}
     goal = goal_tolerances(plan.motion.moves, plan.motion.options)
     slack: dict[StatementKey, float] = {}
     for move, tolerance in zip(plan.motion.moves, goal, strict=True):
         key = move.event.statement.key
         slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
-    return {
-        o.statement.key: (o.shift_mm or largest) + slack.get(o.statement.key, 0.0) + ALIKE * largest for o in outcomes
-    }
+    moved = {move.event.statement.key for move in plan.motion.moves}
+    return {key: (shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest for key in shifts.keys() | moved}
 
 
 def _shifts(plan: Plan) -> Array:

@@ -1,4 +1,4 @@
-"""From the motion of a program to the decision what to change: exact corrections, what is written where, added targets."""
+"""From the motion of a program to what is changed: exact corrections, what is written where, added targets."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ SlotKey = tuple[Literal["numbers", "call"], str, int]
 
 @dataclass(frozen=True, slots=True)
 class Users:
-    """Motion statements whose targets come from a declaration or a parameter, and which of them derive theirs from it."""
+    """Motion statements whose targets come from a declaration or a parameter; ``derived`` displace what they get."""
 
     statements: frozenset[StatementKey]
     derived: frozenset[StatementKey]

@@ -1,4 +1,4 @@
-"""How far the torch may stay off: the tolerance of motions that weld, another in the air; which motions are in scope."""
+"""How far the torch may stay off: one tolerance for motions that weld, one in the air; which motions are in scope."""
 
 from __future__ import annotations
 

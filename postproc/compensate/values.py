@@ -14,8 +14,8 @@ from postproc.rapid.program.records import Ax6, Pose, RobTarget, Vec3
 
 Status = Literal["compensated", "unchanged", "skipped"]
 Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
-"""Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the aggregate
-that is the argument; in an offset around the argument; in the argument of the call that hands it to a routine; or
+"""Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the
+aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine; or
 nowhere, because it moves with the target that it is derived from."""
 
 OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
@@ -92,8 +92,9 @@ class TargetRequest:
 
 
 Form = Literal["numbers", "amounts", "offset", "components"]
-"""How a correction is written: literal numbers in the place of literal numbers; what ``Offs`` or ``RelTool`` displaces by
-changed; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration data."""
+"""How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration
+data."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +103,9 @@ class Change:
 
     Args:
         source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
-        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on an
-            arc it stands instead of the text.
-        law: what is added to the position [mm]: along the axes of the object frame, of the tool where ``RelTool`` has it.
+        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on
+            an arc it stands instead of the text.
+        law: what is added to the position [mm], along the axes of the object frame or, in ``RelTool``, of the tool.
     """
 
     source: Source

@@ -128,6 +128,7 @@ def _differences(
         traps: statements of trap routines.
     """
     at, last = 0, None
+    largest = max((most for most, _ in bounds.values()), default=0.0)
     for motion in before:
         extra: list[WorldMotion] = []
         while at < len(after) and after[at].statement.key not in own:
@@ -139,7 +140,6 @@ def _differences(
         bound = bounds.get(motion.statement.key, (0.0, 0.0))
         text = _difference(last, motion, after[at], bound)
         off = max((_off_way(last, motion, goal) for goal in extra), default=0.0)
-        largest = max(bound[0], bounds.get(last.statement.key, (0.0, 0.0))[0] if last is not None else 0.0)
         if text:
             yield motion, text
         elif off > largest + ROUNDING_MM:

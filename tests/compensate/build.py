@@ -59,7 +59,9 @@ def arm() -> Model:
 def convert(text: str | bytes, model: Model | None = None, **options: Any) -> Conversion:
     """The conversion under the force of the study; unless asked for without inertia, and with one tolerance on all motions."""
     data = text.encode("latin-1") if isinstance(text, str) else text
-    chosen = Options(**{"force": FORCE, "inertia": False, "air_tolerance_m": options.get("tolerance_m", 1e-5), **options})
+    chosen = Options(
+        **{"force": FORCE, "inertia": False, "air_tolerance_m": options.get("tolerance_m", 1e-5), **options}
+    )
     return compensate_program(Source("m.mod", data), model or arm(), chosen)
 
 

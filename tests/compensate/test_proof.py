@@ -75,7 +75,12 @@ INLINE = TEXT.replace("MoveL p2", f"MoveL {target(1350, -100)}").replace("MoveJ 
         (TEXT, "displaced.j2", 'join(",") }})', 'join(",") }}+0.3)'),
         (TEXT, "arc_target.j2", 'join(",") }})', 'join(",") }}+0.3)'),
         (TEXT, "arc_point.j2", "ENDIF\n    RETURN s.trans+c", "ENDIF\n    RETURN [0,0,0.3]+s.trans+c"),
-        (INLINE, "target.j2", "target.pose.trans | mm", "[target.pose.trans[0], target.pose.trans[1], target.pose.trans[2] + 0.3] | mm"),
+        (
+            INLINE,
+            "target.j2",
+            "target.pose.trans | mm",
+            "[target.pose.trans[0], target.pose.trans[1], target.pose.trans[2] + 0.3] | mm",
+        ),
     ],
 )
 def test_a_wrong_added_target_is_found(tmp_path: Path, text: str, name: str, right: str, wrong: str) -> None:
@@ -85,7 +90,9 @@ def test_a_wrong_added_target_is_found(tmp_path: Path, text: str, name: str, rig
     (tmp_path / name).write_text(shipped.replace(right, wrong))
     found = convert(text, template_dir=tmp_path, tolerance_m=5e-6)
     assert found.report["added_targets"] > 0
-    assert 0.29 < found.report["max_error_after_mm"] < 0.34  # a circle that misses two of its points misses more elsewhere
+    assert (
+        0.29 < found.report["max_error_after_mm"] < 0.34
+    )  # a circle that misses two of its points misses more elsewhere
     assert found.report["max_error_after_mm"] == pytest.approx(independent(text, found).after, abs=1e-3)
     assert convert(text, tolerance_m=5e-6).report["max_error_after_mm"] < 0.01
 

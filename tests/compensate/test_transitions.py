@@ -209,7 +209,8 @@ def test_a_jump_of_the_load_stays_one_where_runs_share_their_targets() -> None:
     )
     body = "seam;\nPDispSet [[0,40,60],[1,0,0,0]];\nseam;\nPDispOff;"
     found = convert(module(data, body, seam), force_on="arc")
-    assert [o.reason for o in found.outcomes] == [SHARED] * 5
+    assert [o.reason for o in found.outcomes] == [None] * 5
+    assert "C_PROGDISP.pdisp.trans" in written(found)
     assert found.report["max_transition_mm"] > 1.0
     told = {d.span: d for d in found.diagnostics if d.code == "CMP007"}
     assert {found.outcomes[1].statement.span, found.outcomes[4].statement.span} <= told.keys()

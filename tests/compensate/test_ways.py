@@ -22,7 +22,11 @@ from tests.compensate.build import (
     outcome,
     target,
     written,
+<<<<<<< HEAD
 )  # fmt: skip
+=======
+)
+>>>>>>> coretests
 from tests.independent.arm import ARMS
 from tests.independent.verify import check
 

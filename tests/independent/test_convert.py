@@ -18,9 +18,14 @@ from tests.independent import convert_many
         (108, "irb4600_60_205_seed", False),
     ],
 )
-def test_a_converted_program_reaches_the_programmed_path(tmp_path: Path, seed: int, geometry: str, hard: bool) -> None:
-    """At most 0.01 mm along lines and arcs and at goals, 15 added targets a metre, nothing else changed in the text."""
-    outcome = convert_many.run(tmp_path, seed, geometry, hard=hard)
+@pytest.mark.parametrize("air", [0.01, 0.2])
+def test_a_converted_program_reaches_the_programmed_path(
+    tmp_path: Path, seed: int, geometry: str, hard: bool, air: float
+) -> None:
+    """At most 0.01 mm along what welds, the air's tolerance (0.2 mm is the default) along other lines and arcs and at
+    goals, 15 added targets a metre, nothing else changed in the text.
+    """
+    outcome = convert_many.run(tmp_path, seed, geometry, hard=hard, air=air)
     assert outcome.faults == []
     assert outcome.report is not None
     assert outcome.report.before > 0.5

@@ -208,6 +208,6 @@ def test_comments_inside_a_replaced_argument_stay(newline: str) -> None:
         module("", f"MoveJ {target(1350, -500)},v200,fine,tT;\nMoveL {place},v50,fine,tT;").replace("\n", newline)
     )
     text = written(done)
-    assert "RelTool" not in text and done.outcomes[1].edited == "argument"
-    assert f"] ! the seam's end{newline} ! above it{newline},v50,fine,tT;" in text
+    assert done.outcomes[1].edited == "derived" and target(1350, -400) not in text
+    assert f"], ! the seam's end{newline}    0,0,-2 ! above it{newline}    ),v50,fine,tT;" in text
     assert text.count("\n") == text.count(newline)
