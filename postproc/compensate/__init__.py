@@ -9,14 +9,7 @@ How the text gets it: `plan` goes round until nothing changes. `requests` are th
 by `laws`, `writer` makes changes of that (`values`, `expressions`). Targets to add: how many (`targets`, `placement`),
 what they follow (`added_targets`, `arcs`), which statement (`insertions`); `circles` are arcs that would suffer.
 
-<<<<<<< HEAD
-The proof: `readback` runs the written text, `worlds` follows it where run-time data differs, `proof` measures how
-far the real arm is off; `figures`, `outcomes`,
-`transitions`, `dynamics` (limits), `accuracy` (what the model itself is sure of) and `belief` say what came out,
-`document` as JSON and in a line.
-=======
 The proof: `readback` runs the written text, `worlds` follows it where run-time data differs, `proof` measures how far
 the real arm is off; `figures`, `seams`, `outcomes`, `transitions`, `dynamics` (limits), `accuracy` (what the model
 itself is sure of) and `belief` say what came out, `document` as JSON and in a line.
->>>>>>> coretests
 """

@@ -22,11 +22,7 @@ from tests.compensate.build import (
     outcome,
     target,
     written,
-<<<<<<< HEAD
-)  # fmt: skip
-=======
 )
->>>>>>> coretests
 from tests.independent.arm import ARMS
 from tests.independent.verify import check
 
