@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-FORCE = (200.0, -200.0, -200.0)
+ARM, FORCE = "irb4600_60_205", (200.0, -200.0, -200.0)
 
 
 @dataclass(frozen=True)
@@ -19,13 +19,14 @@ class Converted:
 
 def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
     """Corrects the files of one task for the IRB 4600-60/2.05 under a constant force, inertia off."""
-    from postproc.cli.conversion import ConvertOptions
+    from postproc.compensate.options import Options
     from postproc.convert import compensate_program
     from postproc.diagnostics import Source
+    from postproc.model.file import default_model
 
-    options = ConvertOptions(force="200,-200,-200", inertia="off", tolerance=tolerance_mm)
+    options = Options(tolerance_m=1e-3 * tolerance_mm, force=FORCE, inertia=False)
     sources = [Source(path, text.encode("latin-1")) for path, text in texts.items()]
-    result = compensate_program(sources, _arm(options), options.options())
+    result = compensate_program(sources, default_model(ARM), options)
     said = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error")
     shifts: dict[tuple[str, int], float] = {}
     for s in result.report.get("statements", []):
@@ -33,11 +34,3 @@ def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
         shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"] or 0.0))
     return Converted({path: data.decode("latin-1") for path, data in result.outputs.items()}, shifts, said)
 
-
-_ARMS: list[object] = []
-
-
-def _arm(options: object) -> object:
-    if not _ARMS:
-        _ARMS.append(options.arm())  # type: ignore[attr-defined]
-    return _ARMS[0]
