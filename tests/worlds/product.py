@@ -1,0 +1,43 @@
+"""The product, asked as its users ask it: programs in, corrected programs and what it says of each statement out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+FORCE = (200.0, -200.0, -200.0)
+
+
+@dataclass(frozen=True)
+class Converted:
+    """Texts by path, empty where nothing was written; correction [mm] by line of the file; what it said."""
+
+    texts: dict[str, str]
+    corrections: dict[tuple[str, int], float] = field(default_factory=dict)
+    said: str = ""
+
+
+def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
+    """Corrects the files of one task for the IRB 4600-60/2.05 under a constant force, inertia off."""
+    from postproc.cli.conversion import ConvertOptions
+    from postproc.convert import compensate_program
+    from postproc.diagnostics import Source
+
+    options = ConvertOptions(force="200,-200,-200", inertia="off", tolerance=tolerance_mm)
+    sources = [Source(path, text.encode("latin-1")) for path, text in texts.items()]
+    result = compensate_program(sources, _arm(options), options.options())
+    said = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error")
+    shifts: dict[tuple[str, int], float] = {}
+    for s in result.report.get("statements", []):
+        key = (s["path"], s["line"])
+        shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"]))
+    return Converted({path: data.decode("latin-1") for path, data in result.outputs.items()}, shifts, said)
+
+
+_ARMS: list[object] = []
+
+
+def _arm(options: object) -> object:
+    if not _ARMS:
+        _ARMS.append(options.arm())  # type: ignore[attr-defined]
+    return _ARMS[0]
