@@ -141,6 +141,7 @@ class Written:
 @dataclass
 class _Writer:
     uses: dict[int, int]
+    taken: int
     texts: dict[int, str] = field(default_factory=dict)
     names: list[str] = field(default_factory=list)
     statements: list[str] = field(default_factory=list)
@@ -151,7 +152,7 @@ class _Writer:
         text = self._formula(one)
         simple = one.operation in ("constant", "input")
         if not simple and (self.uses[id(one)] > 1 or len(text) > LONGEST or one.operation in ("curve", "Sin", "Cos")):
-            self.names.append(f"a{len(self.names) + 1}")
+            self.names.append(f"a{self.taken + len(self.names) + 1}")
             self.statements.append(f"{self.names[-1]}:={text}")
             text = self.names[-1]
         self.texts[id(one)] = text
@@ -215,8 +216,8 @@ def shared(results: Sequence[Scalar]) -> list[Scalar]:
     return [one_of(one) for one in results]
 
 
-def written(results: Sequence[Scalar]) -> Written:
-    """Formulas as RAPID statements."""
+def written(results: Sequence[Scalar], taken: int = 0) -> Written:
+    """Formulas as RAPID statements; variables are numbered from ``taken`` on."""
     results = shared(results)
     uses: dict[int, int] = {}
     counts = {"operations": 0, "functions": 0, "lookups": 0}
@@ -228,7 +229,7 @@ def written(results: Sequence[Scalar]) -> Written:
             stack.extend(one.parts)
             kind = {"curve": "lookups", "Sin": "functions", "Cos": "functions"}.get(one.operation, "operations")
             counts[kind] += one.operation not in ("constant", "input")
-    writer = _Writer(uses)
+    writer = _Writer(uses, taken)
     texts = tuple(writer.text(one) for one in results)
     return Written(tuple(writer.names), tuple(writer.statements), texts, **counts)
 
