@@ -165,11 +165,10 @@ def _inputs(done: Conditions, q: Array) -> dict[str, Array]:
 
 
 def quaternion(R: Array) -> Array:
-    """(4,) of a rotation, scalar first and not negative, as RAPID writes it."""
+    """(.., 4) of rotations (.., 3, 3), scalar first and not negative, as RAPID writes it."""
     from scipy.spatial.transform import Rotation
 
-    x, y, z, w = Rotation.from_matrix(R).as_quat(canonical=True)
-    return np.array([w, x, y, z])
+    return np.asarray(np.roll(Rotation.from_matrix(R).as_quat(canonical=True), 1, axis=-1))
 
 
 def _largest_loads(model: Model, done: Conditions) -> Array:

@@ -19,6 +19,7 @@ SINGLE = np.float32
 Singles = NDArray[np.float32]
 LONGEST = 100
 """Characters after which a part of a formula becomes a variable of its own."""
+SHORT_SUM = 8
 NOTHING = 1e-13
 """Constants below that are rounding of a zero (cosines of right angles)."""
 
@@ -113,9 +114,13 @@ def along(curve: Curve, x: Scalar) -> Scalar:
 
 
 def total(terms: Iterable[Number]) -> Scalar:
-    """The sum of numbers."""
+    """The sum of numbers; long ones in halves, so that no formula is nested deeply."""
+    every = list(terms)
+    if len(every) > SHORT_SUM:
+        half = len(every) // 2
+        return total(every[:half]) + total(every[half:])
     result = scalar(0.0)
-    for term in terms:
+    for term in every:
         result = result + term
     return result
 
