@@ -23,6 +23,9 @@ from postproc.runtime.module import MARKER
 
 TARGETS = 1000
 REACHED_M = 1e-6
+REASONS = {
+    1: "not reached", 2: "by tool or load", 3: "outside the region", 4: "next to a singular pose", 5: "too large",
+}  # fmt: skip
 FUNCTION = "ppCorrected"
 FORCE, MOMENT = "ppforce", "ppmoment"
 
@@ -43,6 +46,16 @@ class Check:
     largest_m: float
     rms_m: float
     correction_m: float
+
+
+def said(found: Check, done: Conditions) -> str:
+    """What a check found, as one line."""
+    returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
+    return (
+        f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
+        f"{1e3 * found.largest_m:.4f} mm, rms {1e3 * found.rms_m:.4f} mm, largest correction "
+        f"{1e3 * found.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
+    )
 
 
 def check_module(source: Source, model: Model, conditions: Conditions, count: int = TARGETS, seed: int = 5) -> Check:

@@ -1,4 +1,4 @@
-"""The correction that a module works out, made from a model and measured against the exact inverse of the model."""
+"""The correction that a module works out, made from a model and the exact one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PASSES = 3
 """Times that functions of the command are put in: each shrinks what is left by their slope, 0.01 at most."""
 FINE = 2e-8
 """What a table may be off [rad, m], and the torque that it may be off in parts of the largest."""
-SAMPLES, UNSEEN = 4000, 2000
+SAMPLES = 4000
 MOST_TERMS, ENOUGH_M = 160, 2e-6
 LARGEST_TURN = np.radians(1.0)
 """Correction of one joint [rad] beyond which the pose is next to a singular one, and a target is returned as it came."""
@@ -113,39 +113,6 @@ def exact(correction: RunTimeCorrection, q: Array) -> tuple[Array, Flags]:
     done = correction.conditions
     found = command(correction.model, done.states(q), forward(correction.model.robot, q) @ done.T_flange_tcp)
     return found.T_base_tcp, found.residual_m < SOLVED_M
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """How near corrected targets come to the exact ones, over targets drawn from the region.
-
-    Args:
-        count: number of targets that are corrected, returned: that are returned as they came. largest_m, rms_m: distance; largest_rad: angle; correction_m: largest correction.
-    """
-
-    count: int
-    returned: int
-    largest_m: float
-    rms_m: float
-    largest_rad: float
-    correction_m: float
-
-
-def accuracy(correction: RunTimeCorrection, count: int = UNSEEN, seed: int = 3) -> Accuracy:
-    """Compare with the exact correction on targets that no fit has seen."""
-    q = correction.conditions.drawn(count, seed)
-    (target, good), (wanted, solved) = corrected(correction, q), exact(correction, q)
-    used = good & solved
-    q, target, wanted = q[used], target[used], wanted[used]
-    error = pose_error(target, wanted)
-    plain = forward(correction.model.robot, q) @ correction.conditions.T_flange_tcp
-    far = np.linalg.norm(error[:, :3], axis=1)
-    turn = np.linalg.norm(error[:, 3:], axis=1)
-    moved = np.linalg.norm(wanted[:, :3, 3] - plain[:, :3, 3], axis=1)
-    returned = int(np.count_nonzero(~good))
-    if not len(q):
-        return Accuracy(0, returned, 0.0, 0.0, 0.0, 0.0)
-    return Accuracy(len(q), returned, float(far.max()), float(np.sqrt(np.mean(far**2))), float(turn.max()), float(moved.max()))
 
 
 def _inputs(done: Conditions, q: Array) -> dict[str, Array]:

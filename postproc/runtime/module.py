@@ -10,7 +10,7 @@ import numpy as np
 from postproc.diagnostics import PostprocError
 from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST
-from postproc.runtime.correction import LARGEST_TURN, PASSES, Accuracy, RunTimeCorrection
+from postproc.runtime.correction import LARGEST_TURN, PASSES, RunTimeCorrection
 from postproc.runtime.curves import Curve
 from postproc.runtime.tape import number, written
 
@@ -23,12 +23,12 @@ NAME = "ppModel"
 
 
 def runtime_module(
-    correction: RunTimeCorrection, measured: Accuracy, name: str = NAME, template_dir: Path | None = None
+    correction: RunTimeCorrection, errors: Sequence[str] = (), name: str = NAME, template_dir: Path | None = None
 ) -> bytes:
     """The text of the module.
 
     Args:
-        measured: what the header says of its error. name: of the module.
+        errors: lines of the header that say how large its error is. name: of the module.
         template_dir: folder whose `runtime_module.j2` takes the place of the shipped one.
 
     Raises:
@@ -46,7 +46,7 @@ def runtime_module(
     values = {
         "module": name,
         "marker": MARKER,
-        "header": list(header(correction, measured)),
+        "header": [*header(correction), *errors],
         "bound": number(1e3 * done.bound_m),
         "force": [number(x) for x in done.force] if done.forced else [],
         "moment": [number(x) for x in done.moment],
@@ -69,8 +69,8 @@ def runtime_module(
     return (text.rstrip("\n") + "\n").encode("ascii", "replace")
 
 
-def header(correction: RunTimeCorrection, measured: Accuracy) -> Iterator[str]:
-    """Lines that say what the module is made for and how large its error is."""
+def header(correction: RunTimeCorrection) -> Iterator[str]:
+    """Lines that say what the module is made for."""
     done, laws = correction.conditions, correction.laws
     yield f"arm: {correction.model.robot.name}"
     yield f"in closed form or as tables: {_words(laws.exact)}"
@@ -91,11 +91,6 @@ def header(correction: RunTimeCorrection, measured: Accuracy) -> Iterator[str]:
         f"errors are stated for TCP {_numbers(1e3 * done.T_flange_tcp[:3, 3])} mm, {done.mass:g} kg "
         f"at {_numbers(1e3 * done.center)} mm"
     )
-    yield (
-        f"largest error over {measured.count} unseen targets of the region: {1e3 * measured.largest_m:.4f} mm, "
-        f"rms {1e3 * measured.rms_m:.4f} mm"
-    )
-    yield f"of corrections of up to {1e3 * measured.correction_m:.3f} mm; {measured.returned} more are returned as they came"
     yield f"one target costs {cost(correction)}"
 
 
