@@ -73,9 +73,7 @@ class RunTimeOptions:
                 raise PostprocError.of("CLI006", f"`--region {self.region}` is not six ranges", help=f"write {REGION}")
             low, high = np.radians(ranges).T
             lower, upper = np.maximum(low, lower), np.minimum(high, upper)
-        return Conditions(
-            lower, upper, frame, mass, centre, channels=dict(map(parse_channel, self.channel))
-        )
+        return Conditions(lower, upper, frame, mass, centre, channels=dict(map(parse_channel, self.channel)))
 
 
 REGION = "`--region=-90:90,-30:60,-60:30,-180:180,20:100,-180:180`"
@@ -132,9 +130,7 @@ def write(
     check_outputs((made_for.model, *made_for.effects), output)
     model = made_for.arm()
     push, turn = (np.array(parse_vector(f"--{n}", v)) for n, v in (("force", force), ("moment", moment)))
-    conditions = replace(
-        made_for.conditions(model), force=push, moment=turn, force_on=force_on, bound_m=1e-3 * bound
-    )
+    conditions = replace(made_for.conditions(model), force=push, moment=turn, force_on=force_on, bound_m=1e-3 * bound)
     result = write_module(model, conditions, output.stem, template)
     show(result.diagnostics)
     failed = has_errors(result.diagnostics)

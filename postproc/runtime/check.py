@@ -135,7 +135,9 @@ class Controller:
             "cos": lambda x: np.cos(np.radians(x.astype(float))).astype(SINGLE),
             "abs": np.abs,
             "trunc": np.trunc,
-            "dim": lambda table, _: np.full(len(self.near), len(table.values) if isinstance(table, Table) else 0, SINGLE),
+            "dim": lambda table, _: np.full(
+                len(self.near), len(table.values) if isinstance(table, Table) else 0, SINGLE
+            ),
             "distance": lambda a, b: np.linalg.norm(np.array(a) - np.array(b), axis=0).astype(SINGLE),
             "numtostr": lambda *_: "",
             "posevect": self._pose_vect,
@@ -188,4 +190,3 @@ class Controller:
         q = np.radians(np.array(joints[0], dtype=float).T)
         trans, rot, conf, _ = self.target(forward(self.model.robot, q) @ self._pose(tool[1]), q)
         return [trans, rot, conf, joints[1]], None
-

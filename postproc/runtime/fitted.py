@@ -38,7 +38,9 @@ class Fitted:
         """(6,) as formulas of the joint angles."""
         waves = {(j, k): given(ANGLES[j]) * float(k) for term in self.terms for j, _, k in term}
         every = {
-            wave: (sine if wave[1] == "Sin" else cosine)(waves[wave[0], wave[2]]) for term in self.terms for wave in term
+            wave: (sine if wave[1] == "Sin" else cosine)(waves[wave[0], wave[2]])
+            for term in self.terms
+            for wave in term
         }
         products = []
         for term in self.terms:

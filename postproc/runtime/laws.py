@@ -177,9 +177,9 @@ def _load_law(model: Model, effect: Effect, states: State) -> Laws | None:
         for j in moved or ([k] if first[0, k] else []):
             level = first[0, k] if j == (moved or [k])[0] else 0.0
             curves[k, j] = (
-                lambda x, k=k, j=j, level=level: ask(_only(np.outer(x, np.ones(6)), j, still))[0][:, k]
-                - first[0, k]
-                + level,
+                lambda x, k=k, j=j, level=level: (
+                    ask(_only(np.outer(x, np.ones(6)), j, still))[0][:, k] - first[0, k] + level
+                ),
             )
     mass, moment = np.zeros(7), np.zeros((7, 3))
     poses = body_poses(model.robot, q)

@@ -19,6 +19,8 @@ SINGLE = np.float32
 Singles = NDArray[np.float32]
 LONGEST = 100
 """Characters after which a part of a formula becomes a variable of its own."""
+SHORT = 24
+"""Characters of a result that need no variable."""
 SHORT_SUM = 8
 NOTHING = 1e-13
 """Constants below that are rounding of a zero (cosines of right angles)."""
@@ -157,11 +159,15 @@ class _Writer:
         text = self._formula(one)
         simple = one.operation in ("constant", "input")
         if not simple and (self.uses[id(one)] > 1 or len(text) > LONGEST or one.operation in ("curve", "Sin", "Cos")):
-            self.names.append(f"a{self.taken + len(self.names) + 1}")
-            self.statements.append(f"{self.names[-1]}:={text}")
-            text = self.names[-1]
+            text = self.variable(text)
         self.texts[id(one)] = text
         return text
+
+    def variable(self, text: str) -> str:
+        """The name of a variable that holds a formula."""
+        self.names.append(f"a{self.taken + len(self.names) + 1}")
+        self.statements.append(f"{self.names[-1]}:={text}")
+        return self.names[-1]
 
     def _formula(self, one: Scalar) -> str:
         if one.constant:
@@ -235,7 +241,7 @@ def written(results: Sequence[Scalar], taken: int = 0) -> Written:
             kind = {"curve": "lookups", "Sin": "functions", "Cos": "functions"}.get(one.operation, "operations")
             counts[kind] += one.operation not in ("constant", "input")
     writer = _Writer(uses, taken)
-    texts = tuple(writer.text(one) for one in results)
+    texts = tuple(t if len(t := writer.text(one)) <= SHORT else writer.variable(t) for one in results)
     return Written(tuple(writer.names), tuple(writer.statements), texts, **counts)
 
 

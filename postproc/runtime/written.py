@@ -51,7 +51,10 @@ def _findings(correction: RunTimeCorrection, checks: tuple[tuple[Conditions, Che
     found = []
     if correction.left_out:
         keys = ", ".join(f"`{key}`" for key in correction.left_out)
-        text, help_ = f"{keys} is left out: a target does not tell what it follows", "state it with --channel, if it can be"
+        text, help_ = (
+            f"{keys} is left out: a target does not tell what it follows",
+            "state it with --channel, if it can be",
+        )
         found.append(Diagnostic("RUN004", "warning", text, help=help_))
     worst = max(check.largest_m for _, check in checks)
     if worst > COARSE_M:

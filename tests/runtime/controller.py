@@ -121,7 +121,10 @@ class Controller:
 
     def _calc_joint_t(self, task: Interpreter, arguments: Any) -> Any:
         target, tool, frame = self._arguments(task, arguments, "robtarget")
-        if not np.isfinite(np.array(target[0] + target[1])).all() or abs(np.linalg.norm(target[1]) - 1) > 0.01:
+        if (
+            not np.isfinite(np.array(target[0] + target[1] + target[2])).all()
+            or abs(np.linalg.norm(target[1]) - 1) > 0.01
+        ):
             raise self._error(ERR_OUTSIDE_REACH)
         flange = frame @ pose_matrix(target) @ np.linalg.inv(tool)
         flange[:3, 3] *= 1e-3
@@ -141,7 +144,9 @@ class Controller:
             for j, quarter in zip((0, 3, 5), conf[:3], strict=True):
                 middle = (quarter + 0.5) * np.pi / 2
                 turned[j] = middle + (q[j] - middle + np.pi) % (2 * np.pi) - np.pi
-            outside = max(abs(turned[j] - (c + 0.5) * np.pi / 2) - np.pi / 4 for j, c in zip((0, 3, 5), conf, strict=False))
+            outside = max(
+                abs(turned[j] - (c + 0.5) * np.pi / 2) - np.pi / 4 for j, c in zip((0, 3, 5), conf, strict=False)
+            )
             same = I.confdata(self.arm, turned)[0][3] == conf[3]
             if same and outside < far:
                 best, far = turned, outside
