@@ -19,9 +19,7 @@ def main(names: list[str]) -> int:
     """Exit code 1 where a program is not the same in every world."""
     words = [w for w in names if w != "-v"]
     groups = [[Path(n)] for n in words] or tasks()
-    print(
-        f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict"
-    )
+    print(f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict")
     bad = 0
     for paths in groups:
         c = check(paths)

@@ -80,9 +80,7 @@ def _place(e: Expr | None, declared: dict[str, list[float]]) -> list[float] | No
     if e[0] == "call" and e[1] == "offs" and len(e[2]) == 4:
         base = _place(e[2][0].value, declared)
         shifts = [numbers_in(a.value) for a in e[2][1:]]
-        if base is not None and all(
-            len(s) == 1 and not names_in(a.value) for s, a in zip(shifts, e[2][1:], strict=True)
-        ):
+        if base is not None and all(len(s) == 1 and not names_in(a.value) for s, a in zip(shifts, e[2][1:], strict=True)):
             return [x + s[0] for x, s in zip(base, shifts, strict=True)]
     return None
 
@@ -143,3 +141,5 @@ def identities(original: list[Module], corrected: list[Module]) -> dict[Statemen
 def name_kept(a: Statement, b: Statement) -> bool:
     """A name that the original's target states is still there."""
     return bool(names_in(_split(a)[0]) <= names_in(_split(b)[0]))
+
+

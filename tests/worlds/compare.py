@@ -37,9 +37,7 @@ class Outcome:
         self.faults.append(f"{kind}: {where}: {text}")
 
 
-def compare_worlds(
-    original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World
-) -> Outcome:
+def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World) -> Outcome:
     """Runs both programs in one world and compares motions and effects.
 
     Args:
@@ -58,9 +56,7 @@ def compare_worlds(
     return out
 
 
-def _events(
-    out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float
-) -> None:
+def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float) -> None:
     k, waiting = 0, []
     for e in after:
         if e.inserted:
@@ -81,9 +77,7 @@ def _events(
             for added in waiting:
                 _added(out, added, o, largest)
             waiting = []
-            bound = (
-                largest if isinstance(bounds, float) else bounds.get(o.line) or largest
-            )  # what is left alone may stand on others
+            bound = largest if isinstance(bounds, float) else bounds.get(o.line) or largest  # what is left alone may stand on others
             _motion(out, o, e, bound)
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")

@@ -119,11 +119,7 @@ def _orobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _crobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    o = {
-        a.name: task.evaluate(a.value)
-        for a in arguments
-        if a.kind == "opt" and a.value is not None and a.name != "taskref"
-    }
+    o = {a.name: task.evaluate(a.value) for a in arguments if a.kind == "opt" and a.value is not None and a.name != "taskref"}
     return task.motion.target(task, o.get("tool"), o.get("wobj"))
 
 

@@ -47,11 +47,7 @@ class MotionState:
     trigger: dict[str, Any] = field(default_factory=dict)
 
     def displacement(self, task: Interpreter) -> Array:
-        return (
-            pose_matrix(task.builtin["c_progdisp"].get()[0])
-            if task.builtin["c_progdisp"].get()[0][1] != [0.0] * 4
-            else np.eye(4)
-        )
+        return pose_matrix(task.builtin["c_progdisp"].get()[0]) if task.builtin["c_progdisp"].get()[0][1] != [0.0] * 4 else np.eye(4)
 
     def frame(self, task: Interpreter, wobj: Any) -> Array:
         """Base to the coordinates of programmed targets: user frame, object frame, program displacement."""
@@ -126,12 +122,7 @@ def _handed(task: Interpreter, name: str, arguments: tuple[Arg, ...]) -> list[An
             out.append(a.value[1])
             continue
         out.append(copy.deepcopy(task.evaluate(a.value)))
-        if (
-            ref is not None
-            and ref.storage != "const"
-            and task.world.unknown
-            and task.world.chance(0.7, name, k, task.here)
-        ):
+        if ref is not None and ref.storage != "const" and task.world.unknown and task.world.chance(0.7, name, k, task.here):
             _vary(task, ref, name, k)
     return out
 
@@ -151,9 +142,7 @@ def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], 
     for data, ref in sorted(task.shared.items()):
         if ref.storage == "const" or ref.name != data or (named is not None and data not in [n.lower() for n in named]):
             continue
-        if named is None and not (
-            ref.type in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.35, name, data, task.here)
-        ):
+        if named is None and not (ref.type in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.35, name, data, task.here)):
             continue
         _vary(task, ref, name)
 
@@ -282,9 +271,7 @@ def _disp_on(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
 
 
 def _offsets_set(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
-    task.builtin["c_progdisp"].get()[1] = convert(
-        task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records
-    )
+    task.builtin["c_progdisp"].get()[1] = convert(task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records)
 
 
 def _offsets_off(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:

@@ -92,9 +92,7 @@ class RapidError(Exception):
 class Interpreter:
     """A task. ``identities`` maps statements of a corrected program to those of the original, see `alignment`."""
 
-    def __init__(
-        self, modules: list[Module], world: World, identities: dict[Statement, tuple[Identity, bool]] | None = None
-    ) -> None:
+    def __init__(self, modules: list[Module], world: World, identities: dict[Statement, tuple[Identity, bool]] | None = None) -> None:
         self.modules, self.world = modules, world
         self.identities = identities
         self.records = dict(RECORDS)
@@ -256,11 +254,7 @@ class Interpreter:
 
     def _result_type(self, name: str) -> str:
         routine = self.find_routine(name)
-        return (
-            self.aliases.get(routine.type or "", routine.type or "")
-            if routine
-            else functions.RESULTS.get(name, "robtarget")
-        )
+        return self.aliases.get(routine.type or "", routine.type or "") if routine else functions.RESULTS.get(name, "robtarget")
 
     @staticmethod
     def _unary(op: str, a: Any) -> Any:
@@ -348,9 +342,7 @@ class Interpreter:
             elif p.mode == "in":  # 5.1: a copy, which the routine may change
                 type_ = self._type(p.type)
                 assert value is not None
-                frame.names[p.name] = Ref(
-                    [convert(self.evaluate(value, type_), type_, self.records)], 0, type_, "var", p.name
-                )
+                frame.names[p.name] = Ref([convert(self.evaluate(value, type_), type_, self.records)], 0, type_, "var", p.name)
             else:  # the argument itself, also one element or component of it
                 assert value is not None
                 frame.names[p.name] = self.ref(value)

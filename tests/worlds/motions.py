@@ -16,14 +16,7 @@ if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter
 
 ERR_WHLSEARCH = predefined()["err_whlsearch"][1]
-TYPES = {
-    "to": "robtarget",
-    "cir": "robtarget",
-    "joints": "jointtarget",
-    "speed": "speeddata",
-    "zone": "zonedata",
-    "tool": "tooldata",
-}
+TYPES = {"to": "robtarget", "cir": "robtarget", "joints": "jointtarget", "speed": "speeddata", "zone": "zonedata", "tool": "tooldata"}
 
 
 def _roles() -> dict[str, list[str]]:
@@ -69,13 +62,7 @@ def move(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) ->
     if "wobj" in options and (given_wobj := options["wobj"].value) is not None and not _absent(task, options["wobj"]):
         wobj = task.evaluate(given_wobj, "wobjdata")
     tool = value.get("tool", state.tool)
-    said: dict[str, Any] = {
-        "family": family(name),
-        "speed": value["speed"],
-        "zone": value.get("zone"),
-        "tool": tool,
-        "wobj": wobj,
-    }
+    said: dict[str, Any] = {"family": family(name), "speed": value["speed"], "zone": value.get("zone"), "tool": tool, "wobj": wobj}
     frame = state.frame(task, wobj)
     start = state.pose @ pose_matrix(tool[1])
     if "joints" in value:

@@ -20,9 +20,7 @@ _TOKEN = re.compile(
     |(?P<op>:=|<>|<=|>=|.)""",
     re.S | re.X,
 )
-_ENDS = frozenset(
-    "endproc endfunc endtrap endif endfor endwhile endtest else elseif case default error undo backward".split()
-)
+_ENDS = frozenset("endproc endfunc endtrap endif endfor endwhile endtest else elseif case default error undo backward".split())
 _STORAGE = frozenset("const pers var local task".split())
 
 
@@ -381,9 +379,7 @@ class _Reader:
         condition = self.expression()
         header = self.at
         if not self.accept("then"):
-            return Statement(
-                "if", line, {"arms": [(condition, [self.statement()])], "otherwise": None, "header": header}
-            )
+            return Statement("if", line, {"arms": [(condition, [self.statement()])], "otherwise": None, "header": header})
         header = self.at
         arms.append((condition, self.block("elseif", "else", "endif")))
         while self.accept("elseif"):

@@ -128,9 +128,7 @@ def predefined() -> dict[str, tuple[str, Any]]:
     constants = {"low": 0, "high": 1, "edge": 2, "single": 1, "op_auto": 1, "stempty": 0}
     keywords = "btnok btnabrtrytrgn btnokcancel btnyesno icon_info iconinfo iconwarning resok rescancel resyes resno"
     errors = "err_whlsearch err_wait_maxtime err_maxint err_divzero err_refunkprc err_signsupsearch err_path_stop"
-    more = (
-        "err_strtooling err_norununit err_tp_maxtime err_awunkerr err_outofbnd err_strtoolng err_argname err_sym_access"
-    )
+    more = "err_strtooling err_norununit err_tp_maxtime err_awunkerr err_outofbnd err_strtoolng err_argname err_sym_access"
     for i, name in enumerate(f"{errors} {more}".split()):
         constants[name] = 1000 + i
     for i, name in enumerate(keywords.split()):
