@@ -11,7 +11,8 @@ from cyclopts import Parameter
 from postproc.cli.conversion import VectorText, parse_channel, parse_vector
 from postproc.cli.inputs import load_model, read_source
 from postproc.cli.options import EffectFiles, Flag, ModelFile, Names, Tolerance
-from postproc.cli.output import check_outputs, write as write_file
+from postproc.cli.output import check_outputs
+from postproc.cli.output import write as write_file
 from postproc.cli.report import print_json, say, show
 from postproc.diagnostics import PostprocError
 
@@ -30,7 +31,7 @@ class RunTimeOptions:
         model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
         robot: arm of the library, in place of the model's.
         tcp: TCP for which errors are stated, in tool0 [mm]. Default: the tool of the model.
-        load: mass of tool and payload and its centre in tool0, KG,X,Y,Z [kg, mm]. Default: half of what the arm carries.
+        load: mass of tool and payload and its centre in tool0, KG,X,Y,Z [kg, mm]. Default: half the rated payload.
         region: ranges of the six joint angles, LOW:HIGH,.. [deg]. Default: the limits of the arm.
         channel: what effects read and a controller does not tell, NAME=NUMBER: temperature [degC], columns of your own.
     """

@@ -18,7 +18,7 @@ from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace, transform
 from postproc.runtime.conditions import Conditions, at_run_time
 from postproc.runtime.correction import SOLVED_M, quaternion
-from postproc.runtime.execution import SINGLE, Answer, Execution, Table, Value
+from postproc.runtime.execution import SINGLE, Answer, Execution, Value
 from postproc.runtime.module import MARKER
 
 TARGETS = 1000
@@ -135,9 +135,7 @@ class Controller:
             "cos": lambda x: np.cos(np.radians(x.astype(float))).astype(SINGLE),
             "abs": np.abs,
             "trunc": np.trunc,
-            "dim": lambda table, _: np.full(
-                len(self.near), len(table.values) if isinstance(table, Table) else 0, SINGLE
-            ),
+            "dim": lambda table, _: np.full(len(self.near), len(table.values), SINGLE),
             "distance": lambda a, b: np.linalg.norm(np.array(a) - np.array(b), axis=0).astype(SINGLE),
             "numtostr": lambda *_: "",
             "posevect": self._pose_vect,

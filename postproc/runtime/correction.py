@@ -30,7 +30,7 @@ FINE = 2e-8
 SAMPLES = 4000
 MOST_TERMS, ENOUGH_M = 160, 2e-6
 LARGEST_TURN = np.radians(1.0)
-"""Correction of one joint [rad] beyond which the pose is next to a singular one, and a target is returned as it came."""
+"""Correction of one joint [rad] beyond which the pose is next to a singular one: the target is returned as it came."""
 SOLVED_M = 1e-7
 TORQUE_SPAN = 1.5
 """How far beyond the largest torque of the region functions of a torque are tabulated."""
@@ -177,7 +177,7 @@ def _tables(laws: Laws, model: Model, done: Conditions) -> Tables:
 
 
 def _rest(plain: RunTimeCorrection, q: Array) -> tuple[Array, Array]:
-    """What closed forms do not have: angles (n, 6), displacement of the flange in axes of body 6 (n, 6) [m, rad] there."""
+    """What closed forms lack: angles (n, 6), displacement of the flange in axes of body 6 (n, 6) [m, rad]."""
     (here, good), (there, solved) = corrected(plain, q), exact(plain, q)
     used = good & solved
     tool = invert(plain.conditions.T_flange_tcp)

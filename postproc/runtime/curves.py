@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 
+Singles = NDArray[np.float32]
+
 COARSEST, FINEST = 8, 4096
 """Numbers of intervals that are tried, each twice the one before."""
 
@@ -26,10 +28,10 @@ class Curve:
     name: str
     low: float
     step: float
-    values: NDArray[np.float32]
+    values: Singles
 
 
-def at(curve: Curve, x: NDArray[np.float32]) -> NDArray[np.float32]:
+def at(curve: Curve, x: Singles) -> Singles:
     """Values at x (n,) by Lagrange's cubic through four neighbours, as `ppCurve` of the module does; level outside."""
     one = np.float32
     f, last = curve.values, np.float32(len(curve.values) - 3)
@@ -55,8 +57,8 @@ def tabulated(name: str, function: Callable[[Array], Array], low: float, high: f
     wanted = function(between)
     while True:
         step = (high - low) / count
-        knots = low + step * np.arange(-1, count + 2)
-        curve = Curve(name, low, step, function(knots).astype(np.float32))
+        knots: Array = low + step * np.arange(-1.0, count + 2.0)
+        curve = Curve(name, low, step, np.asarray(function(knots), dtype=np.float32))
         worst = np.abs(at(curve, between.astype(np.float32)) - wanted).max()
         if worst <= tolerance or count >= FINEST:
             return curve

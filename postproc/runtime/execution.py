@@ -1,7 +1,7 @@
 """Functions of a RAPID module worked out for many arguments at once, in single precision.
 
-Every number is an array with one entry for each lane; a condition splits the lanes, and both ways are followed, each for
-its own. Made for functions that calculate: assignments, IF, FOR, RETURN, error handlers, calls inside the module.
+Every number is an array with one entry for each lane; a condition splits the lanes, and both ways are followed, each
+for its own. Made for functions that calculate: assignments, IF, FOR, RETURN, error handlers, calls inside the module.
 """
 
 from __future__ import annotations

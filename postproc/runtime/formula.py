@@ -1,8 +1,9 @@
 """The correction of one target as a formula: where the bodies are, what they carry, how far the arm gives way.
 
-The joint angles of a target are those at which the real joints have to stand (but for what the bodies give way). There
-the loads are the real ones, so nothing is iterated: theta from the target, xi and tau at theta, the target moved back by
-what xi displaces, and the command q = theta - dq(tau, q). What is left out is of second order: 1e-3 of the correction.
+The joint angles theta of a target are those at which the real joints have to stand, but for what the bodies give way.
+There the loads are the real ones, so that nothing is iterated: displacements xi and torques tau at theta, the target
+moved back by what xi displaces, and the command q = theta - dq(tau, q). What is left out is of second order, 1e-3 of
+the correction.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What the effects of a model do, found by asking them: constants, shares of loads, functions of one number, the rest.
+"""What the effects of a model do, found by asking them: constants, shares of loads, functions of one number.
 
-No effect is known by its name. Each is asked at chosen states; where its answers are a sum of constants, of terms linear
-in the loads and of functions of one joint angle or one joint torque, these are its law, exact. What is no such sum is
-left to a function that is fitted (`fitted`).
+No effect is known by its name. Each is asked at chosen states; where its answers are a sum of constants, of terms
+linear in the loads and of functions of one joint angle or one joint torque, these are its law, exact. What is no such
+sum is left to a function that is fitted (`fitted`).
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ PROBES = 96
 
 OfOne = Callable[[Array], Array]
 """A function of one number for many values, (n,) to (n,)."""
+Asked = Callable[[Array], tuple[Array, Mapping[int, Array]]]
+"""Torques (n, 6) on joints and wrenches (n, 6) on bodies at joint angles (n, 6)."""
 
 
 @dataclass(frozen=True)
@@ -176,11 +178,7 @@ def _load_law(model: Model, effect: Effect, states: State) -> Laws | None:
         # A constant torque goes with the first angle that it has, or with that of its own joint.
         for j in moved or ([k] if first[0, k] else []):
             level = first[0, k] if j == (moved or [k])[0] else 0.0
-            curves[k, j] = (
-                lambda x, k=k, j=j, level=level: (
-                    ask(_only(np.outer(x, np.ones(6)), j, still))[0][:, k] - first[0, k] + level
-                ),
-            )
+            curves[k, j] = (_torque_of(ask, still, k, j, level - first[0, k]),)
     mass, moment = np.zeros(7), np.zeros((7, 3))
     poses = body_poses(model.robot, q)
     for b, wrench in bodies.items():
@@ -191,8 +189,13 @@ def _load_law(model: Model, effect: Effect, states: State) -> Laws | None:
     return Laws(torque=curves, mass=mass, first_moment=moment)
 
 
+def _torque_of(ask: Asked, still: Array, joint: int, angle: int, level: float) -> OfOne:
+    """Torque on a joint as a function of one angle, with a constant added [N m]."""
+    return lambda x: np.asarray(ask(_only(np.outer(x, np.ones(6)), angle, still))[0][:, joint] + level)
+
+
 def _compact_mass(T: Array, wrench: Array, gravity: Array) -> tuple[float, Array] | None:
-    """Mass [kg] and first moment (3,) [kg m] whose weight on a body (n, 4, 4) is the wrench (n, 6); None for another."""
+    """Mass [kg] and first moment (3,) [kg m] whose weight on a body (n, 4, 4) is the wrench (n, 6), if any."""
     n, (gx, gy, gz) = len(T), gravity
     across = -np.array([[0.0, -gz, gy], [gz, 0.0, -gx], [-gy, gx, 0.0]])
     force = np.hstack([np.tile(gravity, n)[:, None], np.zeros((3 * n, 3))])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.diagnostics import PostprocError
 from postproc.render.templates import environment, fill, load_template
 from postproc.runtime.conditions import WRIST
@@ -120,5 +121,5 @@ def _words(keys: Sequence[str]) -> str:
     return ", ".join(keys) or "nothing"
 
 
-def _numbers(values: Sequence[float]) -> str:
+def _numbers(values: Array) -> str:
     return "[" + ",".join(f"{x:.6g}" for x in values) + "]"

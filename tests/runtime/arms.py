@@ -74,8 +74,8 @@ def springs() -> Real:
 
 
 def soft_bodies() -> Real:
-    """Joint springs, beams, bearings and a floor that give way."""
-    arm, tilt = A.irb4600(), np.array([2e-8, 5e-8, 5e-8, 1e-7, 1e-7, 1e-7])
+    """Joint springs, beams, bearings and a floor that give way; joint 1 sits on the floor, as the arm of the tests has it."""
+    arm, tilt = A.irb4600(), np.array([2e-8, 5e-8, 5e-8, 1e-7, 1e-7, 0.0])
     floor, bend, twist = np.array([5e-8, 8e-8, 0.0]), 5e-7, 1e-6
     bodies: dict[int, np.ndarray] = {}
     for j in range(6):
@@ -102,7 +102,7 @@ def soft_bodies() -> Real:
     model = default_model()
     more: tuple[Effect, ...] = (
         BaseCompliance(tilt_rad_per_Nm=floor[:2]),
-        BearingTilt(tilt_rad_per_Nm=tilt),
+        BearingTilt(pivot="floor", tilt_rad_per_Nm=tilt),
         LinkCompliance(body=(2, 4), bending_per_Nm2=[bend] * 2, torsion_per_Nm2=[twist] * 2, stretch_per_N=[0.0] * 2),
     )
     return Real(arm, model.with_effects(*model.effects, *more), place, 30.0)

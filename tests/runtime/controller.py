@@ -82,15 +82,19 @@ class Controller:
     def ask(self, target: list[Any], routine: str = "object") -> list[Any]:
         """What the function gives for a robtarget."""
         self.set("pIn", target)
+        self.run(routine)
+        return list(self.get("pOut"))
+
+    def run(self, routine: str) -> None:
+        """Run a procedure, with the functions of this controller."""
         self.task.steps = 0
         kept = dict(functions.FUNCTIONS)
         functions.FUNCTIONS.update(self.task_functions)
         try:
-            self.task.run_routine(self.task.routines[routine], ())
+            self.task.run_routine(self.task.routines[routine.lower()], ())
         finally:
             functions.FUNCTIONS.clear()
             functions.FUNCTIONS.update(kept)
-        return list(self.get("pOut"))
 
     def target(self, q: np.ndarray, tool: np.ndarray, frame: np.ndarray | None = None) -> list[Any]:
         """The robtarget in single precision at joint angles (6,) [rad], with TCP (4, 4) [m] in a frame (4, 4) [m]."""

@@ -17,11 +17,16 @@ from tests.runtime.controller import ERR_OUTSIDE_REACH, ERR_ROBLIMIT, Controller
 from tests.worlds.syntax import parse
 
 Q = np.radians([20.0, 30, -20, 40, 60, 10])
-RESERVED = set(
-    """alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc endrecord
+RESERVED = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc endrecord
     endtest endtrap endwhile error exit false for from func goto if inout local mod module nostepin not noview or pers
     proc raise readonly record retry return step sysmodule task test then to trap true trynext undo var viewonly while
-    with xor""".split()
+    with xor
+    """,
+    )
 )
 
 
