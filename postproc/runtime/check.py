@@ -18,7 +18,8 @@ from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace, transform
 from postproc.runtime.conditions import Conditions, at_run_time
 from postproc.runtime.correction import SOLVED_M, quaternion
-from postproc.runtime.execution import SINGLE, Answer, Execution, Value
+from postproc.runtime.execution import Execution
+from postproc.runtime.lanes import SINGLE, Answer, Value
 from postproc.runtime.module import MARKER
 
 TARGETS = 1000
@@ -76,7 +77,8 @@ def check_module(source: Source, model: Model, conditions: Conditions, count: in
     kept, _ = at_run_time(model, done.channels)
     desired = forward(model.robot, q) @ done.T_flange_tcp
     target = controller.target(desired, q)
-    (trans, *rest), raised = run.call(FUNCTION, [target, _tool(done, len(q))], {"weld": run.everywhere})
+    answer, raised = run.call(FUNCTION, [target, _tool(done, len(q))], {"weld": run.everywhere})
+    trans, *rest = answer or target  # nothing is returned where an error leaves the function everywhere
     here = transform(1e-3 * np.array(trans, dtype=float).T, controller.rotation(rest[0]))
     exact = command(kept, done.states(q), desired)
     moved = np.linalg.norm(here[:, :3, 3] - desired[:, :3, 3], axis=1)

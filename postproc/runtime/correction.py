@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array, invert
 from postproc.compensate.inverse import command
+from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium
 from postproc.robot.kinematics import forward
@@ -64,8 +65,11 @@ def run_time_correction(model: Model, conditions: Conditions) -> RunTimeCorrecti
     """The correction of a model for the controller.
 
     Raises:
-        PostprocError: MOD010, the arm is so soft that its loads do not settle.
+        PostprocError: RUN006, the region holds nothing but singular poses; MOD010, the loads of the arm do not settle.
     """
+    if np.any(conditions.lower > conditions.upper) or len(conditions.drawn(PROBES, 1)) < PROBES:
+        text = "the region holds nothing but singular poses, or lies beyond the limits of the arm"
+        raise PostprocError.of("RUN006", text, help="give a region in which axis 5 is bent", exit_code=1)
     kept, left_out = at_run_time(model, conditions.channels)
     states = conditions.states(conditions.drawn(PROBES, 1))
     laws = laws_of(kept, states, _largest_loads(kept, conditions))

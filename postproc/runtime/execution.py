@@ -1,134 +1,39 @@
-"""Functions of a RAPID module worked out for many arguments at once, in single precision.
+"""Functions of a RAPID module run for many arguments at once.
 
-Every number is an array with one entry for each lane; a condition splits the lanes, and both ways are followed, each
-for its own. Made for functions that calculate: assignments, IF, FOR, RETURN, error handlers, calls inside the module.
+A condition splits the lanes, and both ways are followed, each for its own. Made for functions that calculate:
+assignments, IF, FOR, RETURN, error handlers, calls inside the module.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
+from postproc.diagnostics import PostprocError
 from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.values import known_records, zero
-from postproc.rapid.syntax.expressions import ExpressionError, read_expression
-from postproc.rapid.syntax.modules import parse
-from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
-from postproc.rapid.syntax.trees import (
-    Aggregate,
-    Binary,
-    Call,
-    Component,
-    Expression,
-    Index,
-    Name,
-    Number,
-    Text,
-    Truth,
-    Unary,
-)
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.runtime.lanes import SINGLE, Calculation, Frame, Lanes, Place, Value, cannot, chosen
 
-Lanes = NDArray[np.bool_]
-Value = Any
-"""Arrays (n,) of float32 or bool, a text, a table (numpy array of rank 1 in a `Table`), or a list of values."""
-Answer = tuple[Value, Lanes | None]
-"""Value of a function and the lanes in which it raises an error."""
-SINGLE = np.float32
 SILENT = frozenset({"errwrite", "tpwrite", "tperase"})
 """Procedures that tell an operator something."""
 TURNS = 1000
 
 
-@dataclass(frozen=True)
-class Table:
-    """An array of numbers, the same in all lanes."""
-
-    values: NDArray[np.float32]
-
-
-@dataclass
-class Place:
-    """Where a value is kept, with its type; parameters by reference share it."""
-
-    value: Value
-    type: str
-
-
-@dataclass
-class Frame:
-    """A call that runs: its data, which optional parameters it got, what it returns, where it raised an error."""
-
-    routine: Routine
-    names: dict[str, Place] = field(default_factory=dict)
-    result: Value = None
-    raised: Lanes | None = None
-
-
-class Execution:
-    """A module whose functions are called for n lanes.
-
-    Args:
-        count: number of lanes. functions: those of the controller, by lower-case name: values of arguments by position
-            and by name in, value and lanes of an error out.
-
-    Raises:
-        PostprocError: the text cannot be read, or holds what is not calculated here (RUN003).
-    """
-
-    def __init__(self, source: Source, count: int, functions: Mapping[str, Callable[..., Answer]]) -> None:
-        modules, found = parse(source)
-        if found or len(modules) != 1:
-            raise PostprocError(found or [_cannot(source, None, "a file with one module is expected")])
-        self.source, self.count, self.functions = source, count, functions
-        self.records = known_records(modules)
-        self.routines = {r.name.lower(): r for r in modules[0].routines}
-        self.trees: dict[Span, Expression] = {}
-        self.raised: Lanes = np.zeros(count, dtype=bool)
-        self.everywhere: Lanes = np.ones(count, dtype=bool)
-        self.data = {d.name.lower(): self._declared(d, None) for d in modules[0].declarations}
+class Execution(Calculation):
+    """A module whose functions are called for n lanes; one error handler a routine."""
 
     def call(self, name: str, arguments: Sequence[Value], options: Mapping[str, Value]) -> tuple[Value, Lanes]:
         """What a function gives, and the lanes in which an error leaves it."""
         routine = self.routines.get(name.lower())
         if routine is None:
-            raise PostprocError([_cannot(self.source, None, f"there is no function `{name}`")])
+            raise PostprocError([cannot(self.source, None, f"there is no function `{name}`")])
         places = [Place(value, "") for value in arguments]
-        result = self._run(routine, places, {key: Place(value, "") for key, value in options.items()}, self.everywhere)
+        result = self.run(routine, places, {key: Place(value, "") for key, value in options.items()}, self.everywhere)
         raised, self.raised = self.raised, np.zeros(self.count, dtype=bool)
         return result, raised
 
-    def _declared(self, declaration: Declaration, frame: Frame | None) -> Place:
-        kind = declaration.type.lower()
-        if declaration.init is None:
-            return Place(self._all(zero(kind, self.records)), kind)
-        value = self._value(self._tree(declaration.init), frame, self.everywhere)
-        if declaration.dims:
-            value = Table(np.array([x if np.ndim(x) == 0 else x[0] for x in value], dtype=SINGLE))
-        return Place(value, kind)
-
-    def _all(self, data: Any) -> Value:
-        """Data of one lane in all lanes."""
-        if isinstance(data, tuple):
-            return [self._all(part) for part in data]
-        if isinstance(data, str):
-            return data
-        return np.full(self.count, data, dtype=bool if isinstance(data, bool) else SINGLE)
-
-    def _tree(self, span: Span) -> Expression:
-        if span not in self.trees:
-            try:
-                self.trees[span] = read_expression(self.source.data, *span)
-            except ExpressionError:
-                raise PostprocError([_cannot(self.source, span, "this is no expression")]) from None
-        return self.trees[span]
-
-    # routines
-    def _run(self, routine: Routine, given: Sequence[Place], options: Mapping[str, Place], active: Lanes) -> Value:
+    def run(self, routine: Routine, given: Sequence[Place], options: Mapping[str, Place], active: Lanes) -> Value:
         frame, rest = Frame(routine), iter(given)
         for parameter in routine.parameters:
             place = options.get(parameter.name) if parameter.optional else next(rest, None)
@@ -136,9 +41,9 @@ class Execution:
                 kind = parameter.type.lower()
                 shared = parameter.mode.upper() in ("INOUT", "PERS", "VAR")
                 place.type = place.type or kind
-                frame.names[parameter.name] = place if shared else Place(_copied(place.value), kind)
+                frame.names[parameter.name] = place if shared else Place(copied(place.value), kind)
         for declaration in routine.declarations:
-            frame.names[declaration.name.lower()] = self._declared(declaration, frame)
+            frame.names[declaration.name.lower()] = self.declared(declaration, frame)
         self._block(routine.body, frame, active)
         if frame.raised is not None:
             self.raised = self.raised | frame.raised
@@ -166,23 +71,23 @@ class Execution:
     def _statement(self, statement: Statement, frame: Frame, active: Lanes) -> Lanes:
         match statement.kind:
             case "assign":
-                value = self._value(self._tree(statement.parts[1]), frame, active)
-                self._assign(self._tree(statement.parts[0]), value, frame, active & ~self.raised)
+                value = self.value_of(self.tree_at(statement.parts[1]), frame, active)
+                self.assign(self.tree_at(statement.parts[0]), value, frame, active & ~self.raised)
             case "if":
                 return self._if(statement, frame, active)
             case "for":
                 return self._for(statement, frame, active)
             case "return":
                 if statement.parts and statement.parts[0][0] < statement.parts[0][1]:
-                    value = self._value(self._tree(statement.parts[0]), frame, active)
+                    value = self.value_of(self.tree_at(statement.parts[0]), frame, active)
                     done = active & ~self.raised
-                    frame.result = value if frame.result is None else _chosen(done, value, frame.result)
+                    frame.result = value if frame.result is None else chosen(done, value, frame.result)
                     return active & self.raised
                 return np.zeros(self.count, dtype=bool)
             case "call":
                 self._procedure(statement, frame, active)
             case _:
-                raise PostprocError([_cannot(self.source, statement.span, "this statement is not calculated here")])
+                raise PostprocError([cannot(self.source, statement.span, "this statement is not calculated here")])
         return active
 
     def _if(self, statement: Statement, frame: Frame, active: Lanes) -> Lanes:
@@ -190,18 +95,18 @@ class Execution:
         for branch in statement.branches:
             hit = rest
             if branch.conditions:
-                hit = rest & np.asarray(self._value(self._tree(branch.conditions[0]), frame, rest), dtype=bool)
+                hit = rest & np.asarray(self.value_of(self.tree_at(branch.conditions[0]), frame, rest), dtype=bool)
                 hit = hit & ~self.raised
             reached = reached | (self._block(branch.body, frame, hit) if hit.any() else hit)
             rest = rest & ~hit
         return reached | rest
 
     def _for(self, statement: Statement, frame: Frame, active: Lanes) -> Lanes:
-        bounds = [self._value(self._tree(span), frame, active) for span in statement.parts if span[0] < span[1]]
+        bounds = [self.value_of(self.tree_at(span), frame, active) for span in statement.parts if span[0] < span[1]]
         begin, end, *step = (float(np.asarray(x).flat[0]) for x in bounds)
         turns = np.arange(begin, end + 0.5, step[0] if step else 1.0)
         if len(turns) > TURNS:
-            raise PostprocError([_cannot(self.source, statement.span, "this loop has too many turns")])
+            raise PostprocError([cannot(self.source, statement.span, "this loop has too many turns")])
         for turn in turns:
             frame.names[statement.word] = Place(np.full(self.count, turn, dtype=SINGLE), "num")
             active = self._block(statement.branches[0].body, frame, active)
@@ -212,151 +117,12 @@ class Execution:
         if routine is None:
             if statement.word not in SILENT:
                 text = f"`{statement.word}` is not calculated here"
-                raise PostprocError([_cannot(self.source, statement.span, text)])
+                raise PostprocError([cannot(self.source, statement.span, text)])
             return
         start = statement.span[0] + len(statement.word)
         pieces = [span for option, span, _ in read_arguments(self.source.data, start, statement.span[1]) if not option]
-        self._run(routine, [self._place(self._tree(span), frame, active) for span in pieces], {}, active)
-
-    # data
-    def _found(self, name: Name, frame: Frame | None) -> Place:
-        known = (frame.names if frame else {}).get(name.name) or self.data.get(name.name)
-        if known is None:
-            raise PostprocError([_cannot(self.source, name.span, f"`{name.text}` is not declared in this module")])
-        return known
-
-    def _place(self, tree: Expression, frame: Frame | None, active: Lanes) -> Place:
-        """Data that a name stands for, or the value of an expression."""
-        if isinstance(tree, Name):
-            return self._found(tree, frame)
-        return Place(self._value(tree, frame, active), "")
-
-    def _assign(self, target: Expression, value: Value, frame: Frame, active: Lanes) -> None:
-        path: list[str] = []
-        while isinstance(target, Component):
-            path.append(target.name)
-            target = target.base
-        if not isinstance(target, Name):
-            raise PostprocError([_cannot(self.source, target.span, "an element of an array is not written here")])
-        place = self._found(target, frame)
-        place.value = self._written(place.value, place.type, path[::-1], value, active)
-
-    def _written(self, old: Value, kind: str, path: Sequence[str], value: Value, active: Lanes) -> Value:
-        if not path:
-            return _chosen(active, value, old)
-        fields = [name for name, _ in self.records[kind]]
-        at = fields.index(path[0])
-        parts = list(old)
-        parts[at] = self._written(old[at], self.records[kind][at][1], path[1:], value, active)
-        return parts
-
-    # expressions
-    def _value(self, tree: Expression, frame: Frame | None, active: Lanes) -> Value:
-        match tree:
-            case Number(_, value):
-                return np.full(self.count, value, dtype=SINGLE)
-            case Truth(_, truth):
-                return np.full(self.count, truth)
-            case Text(_, text):
-                return text
-            case Name():
-                return self._found(tree, frame).value
-            case Aggregate(_, items):
-                return [self._value(item, frame, active) for item in items]
-            case Component(_, base, name):
-                return self._component(base, name, frame, active)
-            case Index(_, base, (index,)):
-                return self._element(self._value(base, frame, active), self._value(index, frame, active), active)
-            case Unary(_, operator, operand):
-                inner = self._value(operand, frame, active)
-                return inner if operator in ("()", "+") else ~inner if operator == "not" else -inner
-            case Binary(_, operator, left, right):
-                sides = self._value(left, frame, active), self._value(right, frame, active)
-                return self._combined(operator, *sides, active)
-            case Call():
-                return self._called(tree, frame, active)
-            case _:
-                raise PostprocError([_cannot(self.source, tree.span, "this expression is not calculated here")])
-
-    def _component(self, base: Expression, name: str, frame: Frame | None, active: Lanes) -> Value:
-        fields = self.records.get(self._type(base, frame), ())
-        at = next((i for i, (field_, _) in enumerate(fields) if field_ == name), None)
-        if at is None:
-            raise PostprocError([_cannot(self.source, base.span, f"`{name}` is no component of this")])
-        return self._value(base, frame, active)[at]
-
-    def _type(self, tree: Expression, frame: Frame | None) -> str:
-        if isinstance(tree, Name):
-            return self._found(tree, frame).type
-        if isinstance(tree, Component):
-            return dict(self.records.get(self._type(tree.base, frame), ())).get(tree.name, "")
-        routine = self.routines.get(tree.name) if isinstance(tree, Call) else None
-        return routine.type.lower() if routine else ""
-
-    def _element(self, table: Value, index: Value, active: Lanes) -> Value:
-        assert isinstance(table, Table)
-        at = np.nan_to_num(index).astype(int) - 1
-        outside = (at < 0) | (at >= len(table.values)) | (index != np.trunc(index))
-        self.raised = self.raised | (outside & active)
-        return table.values[np.clip(at, 0, len(table.values) - 1)]
-
-    def _combined(self, operator: str, a: Value, b: Value, active: Lanes) -> Value:
-        if isinstance(a, str) or isinstance(b, str):
-            return ""
-        with np.errstate(all="ignore"):
-            match operator:
-                case "+" | "-" | "*":
-                    value = a + b if operator == "+" else a - b if operator == "-" else a * b
-                case "/":
-                    self.raised = self.raised | ((b == 0) & active)
-                    value = a / np.where(b == 0, SINGLE(1), b)
-                case "and" | "or" | "xor":
-                    value = a & b if operator == "and" else a | b if operator == "or" else a ^ b
-                case _:
-                    compare = {"<": np.less, ">": np.greater, "<=": np.less_equal, ">=": np.greater_equal}
-                    value = {**compare, "=": np.equal, "<>": np.not_equal}[operator](a, b)
-        return value
-
-    def _called(self, call: Call, frame: Frame | None, active: Lanes) -> Value:
-        if call.name == "present":
-            argument = call.arguments[0]
-            given = frame is not None and isinstance(argument, Name) and argument.name in frame.names
-            return np.full(self.count, given)
-        routine = self.routines.get(call.name)
-        options = {}
-        for name, tree in call.options:
-            handed_on = tree is not None and self._handed_on(tree)
-            if handed_on and (frame is None or not isinstance(tree, Name) or tree.name not in frame.names):
-                continue
-            options[name] = Place(self.everywhere, "switch") if tree is None else self._place(tree, frame, active)
-        if routine is not None:
-            return self._run(routine, [self._place(a, frame, active) for a in call.arguments], options, active)
-        if call.name not in self.functions:
-            raise PostprocError([_cannot(self.source, call.span, f"`{call.text}` is not calculated here")])
-        arguments = [self._value(a, frame, active) for a in call.arguments]
-        with np.errstate(all="ignore"):
-            value, bad = self.functions[call.name](*arguments, **{name: p.value for name, p in options.items()})
-        if bad is not None:
-            self.raised = self.raised | (bad & active)
-        return value
-
-    def _handed_on(self, tree: Expression) -> bool:
-        r"""Whether an optional argument is written ``\Opt?name``."""
-        return self.source.data[: tree.span[0]].rstrip().endswith(b"?")
+        self.run(routine, [self.place_of(self.tree_at(span), frame, active) for span in pieces], {}, active)
 
 
-def _copied(value: Value) -> Value:
-    return [_copied(part) for part in value] if isinstance(value, list) else value
-
-
-def _chosen(lanes: Lanes, value: Value, old: Value) -> Value:
-    """A value in some lanes, the old one in the others."""
-    if isinstance(value, (list, tuple)):
-        return [_chosen(lanes, a, b) for a, b in zip(value, old, strict=True)]
-    if isinstance(value, (str, Table)):
-        return value
-    return np.where(lanes, value, old)
-
-
-def _cannot(source: Source, span: Span | None, text: str) -> Diagnostic:
-    return Diagnostic("RUN003", "error", text, source, span, "check modules that `postproc runtime write` wrote")
+def copied(value: Value) -> Value:
+    return [copied(part) for part in value] if isinstance(value, list) else value

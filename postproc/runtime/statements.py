@@ -31,8 +31,10 @@ class LeftAlone(Exception):
 
 
 def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
-    r"""The edits that send the targets of a statement through the function: ``p`` becomes
-    ``ppCorrected(p,tool\WObj:=w)``, a circle point ``ppCorrectedCirc(c,p,tool\WObj:=w)``, ``\Weld`` while the arc burns.
+    r"""The edits that send the targets of a statement through the function.
+
+    ``p`` becomes ``ppCorrected(p,tool\WObj:=w)``, a circle point ``ppCorrectedCirc(c,p,tool\WObj:=w)``; with ``\Weld``
+    while the arc burns.
 
     Returns:
         One edit for each target, none where the statement has them already.
