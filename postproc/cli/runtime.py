@@ -111,4 +111,6 @@ def _document(done: Conditions, found: Check) -> dict[str, object]:
         "max_error_mm": 1e3 * found.largest_m,
         "rms_error_mm": 1e3 * found.rms_m,
         "max_correction_mm": 1e3 * found.correction_m,
+        "max_chord_500_mm": 1e3 * found.chord_m,
+        "rms_chord_500_mm": 1e3 * found.chord_rms_m,
     }

@@ -9,9 +9,12 @@ from typing import Literal
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.effects.asking import displacement_of
 from postproc.effects.base import FILLED_BY_MODEL, Effect
 from postproc.effects.contract import State
+from postproc.effects.tool_frame import ToolFrame
 from postproc.model.arm import Model
+from postproc.robot.kinematics import body_poses
 
 TOLD = frozenset({"q", "payload", "wrench", *FILLED_BY_MODEL})
 """What a controller knows of the arm at a target; side of approach, speeds and time it does not know yet."""
@@ -74,12 +77,23 @@ def at_run_time(model: Model, channels: Mapping[str, float]) -> tuple[Model, tup
     """The effects that a controller can correct at a target, and the keys of those that are left out.
 
     An effect is left out that reads a channel which nobody states (side of approach, speeds, time, temperature), and
-    one that speaks of the measurement or of the measured tool: another tool is taken as calibrated.
+    the error of the measured tool: another tool is taken as calibrated. What speaks of the measurement alone is none.
     """
+    ours = [e for e in model.effects if not e.about_data and not e.is_null and not _moves_instrument(e, model)]
 
     def told(effect: Effect) -> bool:
-        return not effect.about_data and all(name in TOLD or name in channels for name in effect.reads)
+        known = all(name in TOLD or name in channels for name in effect.reads)
+        return known and not isinstance(effect, ToolFrame)
 
-    kept = [e for e in model.effects if told(e) and not e.is_null]
-    out = tuple(e.key for e in model.effects if not told(e))
-    return model.with_effects(*kept), out
+    return model.with_effects(*filter(told, ours)), tuple(e.key for e in ours if not told(e))
+
+
+def _moves_instrument(effect: Effect, model: Model) -> bool:
+    """Whether an effect says where the measuring instrument is (its frame, its drift), asked of one pose."""
+    one, six = np.ones(1), np.zeros((1, 6))
+    probe = State(
+        q=six + 0.1, v=six, a=six, approach=six + 1.0, payload_mass=one, payload_center=np.zeros((1, 3)), wrench=six,
+        temperature=20.0 * one, time=one, session=np.zeros(1, dtype=int), robot=model.robot, joint_load=six,
+        T_base_body=body_poses(model.robot, six), body_load=np.zeros((1, 7, 6)),
+    )  # fmt: skip
+    return displacement_of(effect, probe).instrument is not None

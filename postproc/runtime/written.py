@@ -42,7 +42,7 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     masses = dict.fromkeys((conditions.mass, 0.0, rated))
     every = [replace(conditions, mass=mass) for mass in masses]
     checks = tuple((each, check_module(source, model, each)) for each in every)
-    lines = [said(found, each) for each, found in checks]
+    lines = [line for each, found in checks for line in said(found, each).split("; ")]
     text = runtime_module(correction, lines, name, template)
     return RunTimeModule(text, correction, checks, tuple(_findings(correction, checks)))
 
