@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tests.worlds.checking import Check, check, tasks
+from tests.worlds.checking import Check, check, grouped, tasks
 
 
 def row(c: Check) -> str:
@@ -18,8 +18,10 @@ def row(c: Check) -> str:
 def main(names: list[str]) -> int:
     """Exit code 1 where a program is not the same in every world."""
     words = [w for w in names if w != "-v"]
-    groups = [[Path(n)] for n in words] or tasks()
-    print(f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict")
+    groups = grouped([Path(n) for n in words]) if words else tasks()
+    print(
+        f"{'program':34}{'worlds':>7}{'bad':>5}{'statements':>11}{'corrected':>10}{'named':>6}{'goal':>10}{'added':>10}  verdict"
+    )
     bad = 0
     for paths in groups:
         c = check(paths)

@@ -39,9 +39,14 @@ class Check:
 
 
 def tasks(folder: Path = PROGRAMS) -> list[list[Path]]:
-    """Programs by file; files of one task share what stands before ``.part`` in their names."""
+    """The programs of a folder, task by task."""
+    return grouped(sorted(folder.glob("*.mod")) + sorted(folder.glob("*.sys")))
+
+
+def grouped(paths: list[Path]) -> list[list[Path]]:
+    """Programs by task: its files share what stands before ``_part`` in their names."""
     out: dict[str, list[Path]] = {}
-    for path in sorted(folder.glob("*.mod")) + sorted(folder.glob("*.sys")):
+    for path in paths:
         out.setdefault(path.name.split(".")[0].split("_part")[0], []).append(path)
     return [out[k] for k in sorted(out)]
 
@@ -54,15 +59,15 @@ def check(paths: list[Path], converted: Converted | None = None) -> Check:
     """Corrects the files of a task and compares them with the originals in five worlds."""
     texts = {p.name: p.read_text("latin-1") for p in paths}
     out = Check(paths[0].stem)
-    result = converted or convert(texts)
+    says: dict[str, list[str]] = {}
+    for text in texts.values():
+        says |= annotations(text)
+    result = converted or convert(texts, float(says.get("tolerance", ["0.01"])[0]))
     if not result.texts:
         out.refused = result.said
         return out
     original, corrected = load(texts.values()), load({**texts, **result.texts}.values())
     _count(out, original, corrected, result)
-    says: dict[str, list[str]] = {}
-    for text in texts.values():
-        says |= annotations(text)
     # Statements are known by their lines; those of several files may share one, the larger correction holds.
     bounds: dict[int, float] = {}
     for (_, line), mm in result.corrections.items():

@@ -10,14 +10,20 @@ import numpy as np
 
 from tests.worlds.alignment import identities
 from tests.worlds.geometry import angle_between, distance_to_arc, distance_to_segment
-from tests.worlds.interpreter import Event, Interpreter
+from tests.worlds.interpreter import Interpreter
 from tests.worlds.syntax import Module
+from tests.worlds.task import Event
 from tests.worlds.world import World
 
 ROUNDING = 0.004
 """mm: three decimals in the text, and single precision (0.00012 at 2 m) in a few operations."""
 TURN = math.radians(0.5)
 """Corrections turn a target by at most this."""
+
+
+FOLLOWING = 0.1
+"""A correction that follows a run-time value may grow by this share of the largest one: the deflection of the arm changes
+by less than a tenth over the displacements that a world draws."""
 
 
 @dataclass
@@ -37,7 +43,9 @@ class Outcome:
         self.faults.append(f"{kind}: {where}: {text}")
 
 
-def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World) -> Outcome:
+def compare_worlds(
+    original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World
+) -> Outcome:
     """Runs both programs in one world and compares motions and effects.
 
     Args:
@@ -56,7 +64,9 @@ def compare_worlds(original: list[Module], corrected: list[Module], bound_mm: di
     return out
 
 
-def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float) -> None:
+def _events(
+    out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float
+) -> None:
     k, waiting = 0, []
     for e in after:
         if e.inserted:
@@ -75,10 +85,12 @@ def _events(out: Outcome, before: list[Event], after: list[Event], bounds: dict[
             return
         if o.motion:
             for added in waiting:
-                _added(out, added, o, largest)
+                _added(out, added, o, (1 + FOLLOWING) * largest)
+            own = 0.0 if isinstance(bounds, float) else bounds.get(o.line, 0.0)
+            # a motion that is left alone may stand on data that are corrected for others
+            _time(out, o, [*waiting, e])
+            _motion(out, o, e, own + FOLLOWING * largest if own else largest)
             waiting = []
-            bound = largest if isinstance(bounds, float) else bounds.get(o.line) or largest  # what is left alone may stand on others
-            _motion(out, o, e, bound)
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")
     for added in waiting:
@@ -100,9 +112,18 @@ def _motion(out: Outcome, o: Event, e: Event, bound: float) -> None:
         arc = distance_to_arc(b["via"][:3, 3], a["start"][:3, 3], a["via"][:3, 3], a["goal"][:3, 3])
         if arc > bound + ROUNDING + 0.05:
             out.fault("goal", o, f"the circle point is {arc:.3f} mm from the original's arc")
-    for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld"):
-        if not close(a.get(part), b.get(part), 1e-3):
+    for part in ("speed", "zone", "tool", "wobj", "conf", "extax", "signal", "value", "seam", "weld", "options"):
+        if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", o, f"{part} is {b.get(part)}, not {a.get(part)}")
+
+
+def _time(out: Outcome, o: Event, parts: list[Event]) -> None:
+    """The argument T gives the time of a whole way: its parts must take that time together."""
+    times = [e.values["options"].pop("t", None) for e in (o, *parts)]
+    if times[0] is None and any(times[1:]):
+        out.fault("argument", o, "a time where the original has none")
+    elif times[0] is not None and (None in times or abs(times[0][1] - sum(t[1] for t in times[1:])) > 1e-3):
+        out.fault("argument", o, f"T is {times[0]}, its parts have {times[1:]}")
 
 
 def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
@@ -120,19 +141,29 @@ def _added(out: Outcome, e: Event, o: Event, bound: float) -> None:
     out.added_mm = max(out.added_mm, d - bound)
     if d > bound + ROUNDING:
         out.fault("added", e, f"{d:.3f} mm from the original's way, the largest correction is {bound:.3f} mm")
-    for part in ("tool", "wobj"):
-        if not close(a.get(part), b.get(part), 1e-3):
+    turned = angle_between(a["start"], a["goal"])
+    if max(angle_between(a["start"], b["goal"]), angle_between(b["goal"], a["goal"])) > turned + TURN:
+        out.fault("added", e, "turned away from the orientations at both ends")
+    if b["zone"] is not None and b["zone"][0]:
+        out.fault("added", e, "the arm would stop at it")
+    for part in ("tool", "wobj", "speed", "seam", "weld"):
+        if not close(a.get(part), b.get(part), bound + ROUNDING if part == "wobj" else 1e-3):
             out.fault("argument", e, f"{part} of an added target")
 
 
 def close(a: Any, b: Any, slack: float) -> bool:
-    """Equal, numbers to within the slack (lengths in mm)."""
+    """Equal; coordinates (three numbers or more together) to within the slack [mm], so are single numbers that may be one:
+    whole ones and those below 1 are compared exactly."""
     if isinstance(a, dict):
         return isinstance(b, dict) and a.keys() == b.keys() and all(close(a[k], b[k], slack) for k in a)
     if isinstance(a, list):
+        if isinstance(b, list) and len(a) == len(b) >= 3 and all(type(v) is float for v in [*a, *b]):
+            return all(abs(x - y) <= slack for x, y in zip(a, b, strict=True))
         return isinstance(b, list) and len(a) == len(b) and all(close(x, y, slack) for x, y in zip(a, b, strict=True))
     if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, float) or not isinstance(b, float):
         return bool(a == b)
+    if slack > 0.1 and (abs(a) < 1 or (a == int(a) and b == int(b))):
+        return a == b
     return abs(a - b) <= slack
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from collections.abc import Callable
@@ -10,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tests.worlds import instructions as I
+from tests.worlds import outside
+from tests.worlds.state import target_of_joints, with_offsets
 from tests.worlds.syntax import Arg
-from tests.worlds.values import Dnum, Fault, euler, matrix_pose, orient_zyx, pose_matrix, single, singles
+from tests.worlds.values import Dnum, Fault, clone, euler, matrix_pose, orient_zyx, pose_matrix, single, singles
 
 if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter
 
-RESULTS = {"crobt": "robtarget", "offs": "robtarget", "reltool": "robtarget", "posemult": "pose", "poseinv": "pose", "defframe": "pose", "cpos": "pos", "posevect": "pos", "ctool": "tooldata", "cwobj": "wobjdata"}  # fmt: skip
+RESULTS = {"crobt": "robtarget", "offs": "robtarget", "reltool": "robtarget", "posemult": "pose", "poseinv": "pose", "defframe": "pose", "defdframe": "pose", "cpos": "pos", "posevect": "pos", "ctool": "tooldata", "cwobj": "wobjdata"}  # fmt: skip
 
 
 def operate(op: str, a: Any, b: Any, error: Callable[[float], Exception]) -> Any:
@@ -70,7 +70,7 @@ def values(task: Interpreter, arguments: tuple[Arg, ...], *types: str) -> tuple[
 
 def _offs(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     (p, *d), _ = values(task, arguments, "robtarget")
-    return [[single(a + b) for a, b in zip(p[0], d, strict=True)], *copy.deepcopy(p[1:])]
+    return [[single(a + b) for a, b in zip(p[0], d, strict=True)], *clone(p[1:])]
 
 
 def _reltool(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -79,7 +79,7 @@ def _reltool(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     step[:3, :3], step[:3, 3] = euler(o.get("rx", 0.0), o.get("ry", 0.0), o.get("rz", 0.0)), d
     moved = pose_matrix(p) @ step
     rot = matrix_pose(moved)[1] if {"rx", "ry", "rz"} & set(o) else list(p[1])
-    return [singles(moved[:3, 3]), rot, *copy.deepcopy(p[2:])]
+    return [singles(moved[:3, 3]), rot, *clone(p[2:])]
 
 
 def _pose_mult(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -99,27 +99,43 @@ def _pose_vect(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 def _def_frame(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     """DefFrame NewP1, NewP2, NewP3 [\\Origin]: x through the first two, the third on the side of +y."""
-    (a, b, c), o = values(task, arguments, "robtarget", "robtarget", "robtarget")
-    p, q, r = (np.array(v[0]) for v in (a, b, c))
+    points, o = values(task, arguments, "robtarget", "robtarget", "robtarget")
+    return matrix_pose(_frame(points, o.get("origin", 1.0)))
+
+
+def _def_dframe(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
+    """DefDFrame OldP1, OldP2, OldP3, NewP1, NewP2, NewP3: the displacement that carries the old points to the new ones."""
+    points, o = values(task, arguments, *["robtarget"] * 6)
+    if o:
+        raise Fault("DefDFrame with \\Origin")
+    return matrix_pose(_frame(points[3:], 1.0) @ np.linalg.inv(_frame(points[:3], 1.0)))
+
+
+def _frame(points: list[Any], origin: float) -> Any:
+    p, q, r = (np.array(v[0]) for v in points)
     x = (q - p) / np.linalg.norm(q - p)
     z = np.cross(x, r - p)
     z /= np.linalg.norm(z)
     t = np.eye(4)
     t[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    t[:3, 3] = {1.0: p, 2.0: q, 3.0: p + x * float((r - p) @ x)}[o.get("origin", 1.0)]
-    return matrix_pose(t)
+    t[:3, 3] = {1.0: p, 2.0: q, 3.0: p + x * float((r - p) @ x)}[origin]
+    return t
 
 
 def _orobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     """ORobT p [\\InPDisp] | [\\InEOffs]: p without program displacement and offset of external axes."""
     (p,), o = values(task, arguments, "robtarget")
     place = p[:2] if "inpdisp" in o else matrix_pose(task.motion.displacement(task) @ pose_matrix(p))
-    axes = p[3] if "ineoffs" in o else I.with_offsets(task, p[3])
-    return [*copy.deepcopy(place), list(p[2]), list(axes)]
+    axes = p[3] if "ineoffs" in o else with_offsets(task, p[3])
+    return [*clone(place), list(p[2]), list(axes)]
 
 
 def _crobt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    o = {a.name: task.evaluate(a.value) for a in arguments if a.kind == "opt" and a.value is not None and a.name != "taskref"}
+    o = {
+        a.name: task.evaluate(a.value)
+        for a in arguments
+        if a.kind == "opt" and a.value is not None and a.name != "taskref"
+    }
     return task.motion.target(task, o.get("tool"), o.get("wobj"))
 
 
@@ -127,7 +143,7 @@ def _calc_robt(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     given = [a.value for a in arguments if a.kind == "pos" and a.value]
     joints, tool = task.evaluate(given[0], "jointtarget"), task.evaluate(given[1], "tooldata")
     wobj = next((task.evaluate(a.value) for a in arguments if a.name == "wobj" and a.value), None)
-    return I.target_of_joints(task, joints, tool, wobj)
+    return target_of_joints(task, joints, tool, wobj)
 
 
 def _present(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -231,7 +247,7 @@ def _string(f: Callable[[str], Any]) -> Any:
 
 def _signal_value(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
     assert arguments[0].value is not None
-    return I.signal(task, arguments[0].value[1])
+    return outside.signal(task, arguments[0].value[1])
 
 
 def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -239,7 +255,7 @@ def _test_di(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _answer(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
-    return I.answer(task, "answer")
+    return outside.answer(task, "answer")
 
 
 def _euler_zyx(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
@@ -274,7 +290,7 @@ def _magnitude(task: Interpreter, arguments: tuple[Arg, ...]) -> Any:
 
 
 def _current(kind: str) -> Any:
-    return lambda task, arguments: copy.deepcopy(getattr(task.motion, kind))
+    return lambda task, arguments: clone(getattr(task.motion, kind))
 
 
 FUNCTIONS: dict[str, Any] = {
@@ -284,6 +300,7 @@ FUNCTIONS: dict[str, Any] = {
     "poseinv": _pose_inv,
     "posevect": _pose_vect,
     "defframe": _def_frame,
+    "defdframe": _def_dframe,
     "orientzyx": lambda task, a: orient_zyx(*values(task, a)[0]),
     "eulerzyx": _euler_zyx,
     "norient": _norient,

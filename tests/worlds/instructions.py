@@ -1,197 +1,27 @@
-"""RAPID's own instructions, what they leave to the world, and where the robot stands.
+"""RAPID's own instructions that do not move.
 
 Sources: instruction signatures of 3HAC050917-001 (RL) and the Instructions manual; see the functions.
 """
 
 from __future__ import annotations
 
-import copy
-import re
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tests.worlds import motions
-from tests.worlds.geometry import Array, flange
+from tests.worlds.outside import answer, raise_interrupt, unknown_procedure
+from tests.worlds.state import plain
 from tests.worlds.syntax import Arg, Expr
-from tests.worlds.values import NO_TURN, Fault, convert, default, matrix_pose, pose_matrix, predefined, single
+from tests.worlds.values import NO_TURN, Fault, RapidError, convert, matrix_pose, pose_matrix, predefined, single
 
 if TYPE_CHECKING:
-    from tests.worlds.interpreter import Interpreter, Ref
+    from tests.worlds.interpreter import Interpreter
+    from tests.worlds.task import Ref
 
-ERR_WAIT_MAXTIME, ERR_REFUNKPRC = predefined()["err_wait_maxtime"][1], predefined()["err_refunkprc"][1]
-
-
-@dataclass
-class Interrupt:
-    """An interrupt: the trap that it runs, the variable that holds its number, what orders it."""
-
-    trap: str
-    name: str
-    order: str = ""
-    single: bool = False
-    asleep: bool = False
+ERR_WAIT_MAXTIME = predefined()["err_wait_maxtime"][1]
 
 
-@dataclass
-class MotionState:
-    """Where the robot was sent last, and what holds for later motions."""
-
-    pose: Array = field(default_factory=lambda: flange([0, 0, 0, 0, 30, 0]))  # base to tool0
-    conf: list[float] = field(default_factory=lambda: [0.0] * 4)
-    extax: list[float] = field(default_factory=lambda: [9e9] * 6)
-    tool: Any = field(default_factory=lambda: copy.deepcopy(predefined()["tool0"][1]))
-    wobj: Any = field(default_factory=lambda: copy.deepcopy(predefined()["wobj0"][1]))
-    trigger: dict[str, Any] = field(default_factory=dict)
-
-    def displacement(self, task: Interpreter) -> Array:
-        return pose_matrix(task.builtin["c_progdisp"].get()[0]) if task.builtin["c_progdisp"].get()[0][1] != [0.0] * 4 else np.eye(4)
-
-    def frame(self, task: Interpreter, wobj: Any) -> Array:
-        """Base to the coordinates of programmed targets: user frame, object frame, program displacement."""
-        return pose_matrix(wobj[3]) @ pose_matrix(wobj[4]) @ self.displacement(task)
-
-    def target(self, task: Interpreter, tool: Any, wobj: Any) -> list[Any]:
-        """CRobT: the present position as a target that would lead here (with the displacement that is on)."""
-        tool, wobj = tool or self.tool, wobj or predefined()["wobj0"][1]
-        t = np.linalg.inv(self.frame(task, wobj)) @ self.pose @ pose_matrix(tool[1])
-        return [*matrix_pose(t), list(self.conf), list(self.extax)]
-
-
-def with_offsets(task: Interpreter, axes: list[float]) -> list[float]:
-    offsets = task.builtin["c_progdisp"].get()[1]
-    return [single(a + o) if a < 8e9 and o < 8e9 else a for a, o in zip(axes, offsets, strict=True)]
-
-
-def target_of_joints(task: Interpreter, joints: Any, tool: Any, wobj: Any) -> list[Any]:
-    """CalcRobT: where the joints would put the tool, in the work object and with the displacement that is on."""
-    frame = task.motion.frame(task, wobj or predefined()["wobj0"][1])
-    t = np.linalg.inv(frame) @ flange(joints[0]) @ pose_matrix(tool[1])
-    quarters = [float(np.floor(joints[0][i] / 90)) for i in (0, 3, 5)]
-    return [*matrix_pose(t), [*quarters, 0.0], list(joints[1])]
-
-
-# What the world answers. A signal keeps its value while one statement runs.
-def signal(task: Interpreter, name: str) -> float:
-    said = task.world.value(name, task.here)
-    if said is not None:
-        return float(said)
-    r = task.world.random("signal", name, task.here)
-    if re.match(r"a[io]", name):
-        return single(round(r.uniform(0, 10), 2))
-    if re.match(r"g[io]", name):
-        return float(r.randint(0, 3))
-    return float(r.randint(0, 1))
-
-
-def answer(task: Interpreter, name: str) -> float:
-    said = task.world.value(name, task.here)
-    return float(said) if said is not None else float(task.world.random("answer", name, task.here).randint(1, 3))
-
-
-def unknown_function(task: Interpreter, name: str, arguments: tuple[Arg, ...], want: str | None) -> Any:
-    """A function of no file: the world says what it returns, and what it does to the variables that it was handed."""
-    given = _handed(task, name, arguments)
-    said = task.world.value(name, task.here)
-    if said is not None:
-        return convert(said, want or "num", task.records)
-    if want in task.records:
-        like = next((v for v in given if isinstance(v, list) and len(v) == len(task.records[want])), None)
-        base = like if like is not None else default(want, task.records)
-        other = task.world.varied(base, want, name, task.here)
-        return base if other is None else convert(other, want, task.records)
-    r = task.world.random("returned", name, task.here)
-    if want == "bool":
-        return r.random() < 0.5
-    if want == "string":
-        return r.choice(["A", "B", ""])
-    return single(round(r.uniform(-15, 15), 2))
-
-
-def _handed(task: Interpreter, name: str, arguments: tuple[Arg, ...]) -> list[Any]:
-    """The values handed to a routine of no file, as they were; it may have taken the variables as INOUT."""
-    out = []
-    for k, a in enumerate(arguments):
-        if a.value is None:
-            continue
-        try:
-            ref = task.ref(a.value) if a.value[0] == "ref" else None
-        except KeyError:
-            out.append(a.value[1])
-            continue
-        out.append(copy.deepcopy(task.evaluate(a.value)))
-        if ref is not None and ref.storage != "const" and task.world.unknown and task.world.chance(0.7, name, k, task.here):
-            _vary(task, ref, name, k)
-    return out
-
-
-def _vary(task: Interpreter, ref: Ref, *key: Any) -> None:
-    other = task.world.varied(ref.get(), ref.type, ref.name, *key, task.here)
-    if other is not None and not isinstance(ref.get(), list) or ref.type in task.records and other is not None:
-        ref.set(other, task.records)
-
-
-def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) -> None:
-    """A procedure of no file writes global data by name (not LOCAL ones) and what it was handed."""
-    task.log(name, line, {"handed": _handed(task, name, arguments)})
-    if not task.world.unknown:
-        return
-    named = task.world.says.get(f"writes {name}")
-    for data, ref in sorted(task.shared.items()):
-        if ref.storage == "const" or ref.name != data or (named is not None and data not in [n.lower() for n in named]):
-            continue
-        if named is None and not (ref.type in ("num", "pos", "pose", "robtarget", "bool") and task.world.chance(0.35, name, data, task.here)):
-            continue
-        _vary(task, ref, name)
-
-
-# Interrupts, synchronised procedures, other tasks: before a statement of the original, in both programs before the same.
-def meanwhile(task: Interpreter) -> None:
-    if task.in_trap:
-        return
-    for data, ref in task.shared.items():
-        if f"task {data}" in task.world.says and task.world.traps and task.world.chance(0.3, data, task.here):
-            said = task.world.value(f"task {data}", task.here)
-            ref.set(single(float(said or 0)), task.records)
-    due = [(n - 1, run) for n, run in task.pending]
-    task.pending = [(n, run) for n, run in due if n > 0]
-    for n, run in due:
-        if n <= 0:
-            _interrupting(task, run)
-    if task.disabled or not task.world.traps:
-        return
-    for number, interrupt in list(task.interrupts.items()):
-        if interrupt.order == "signal" and not interrupt.asleep and task.world.chance(0.25, interrupt.name, task.here):
-            if interrupt.single:
-                interrupt.order = ""
-            _interrupting(task, lambda number=number: raise_interrupt(task, number))  # type: ignore[misc]
-
-
-def _interrupting(task: Interpreter, run: Callable[[], None]) -> None:
-    task.in_trap += 1
-    here = task.here
-    try:
-        run()
-    finally:
-        task.in_trap -= 1
-        task.here = here
-
-
-def raise_interrupt(task: Interpreter, number: float) -> None:
-    routine = task.find_routine(task.interrupts[number].trap)
-    if routine is None:
-        raise Fault("a trap that is declared nowhere")
-    task.run_routine(routine, ())
-
-
-def later(task: Interpreter, run: Callable[[], None], *key: Any) -> None:
-    """Before one of the next three statements: the program runs ahead of the motion, nobody knows how far."""
-    task.pending.append((task.world.random("later", *key, task.here).randint(1, 3), run))
-
-
-# Instructions by name: (task, arguments, line).
 def _given(arguments: tuple[Arg, ...]) -> list[Expr]:
     return [a.value for a in arguments if a.kind in ("pos", "named") and a.value is not None]
 
@@ -271,7 +101,9 @@ def _disp_on(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
 
 
 def _offsets_set(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
-    task.builtin["c_progdisp"].get()[1] = convert(task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records)
+    task.builtin["c_progdisp"].get()[1] = convert(
+        task.evaluate(_given(arguments)[0], "extjoint"), "extjoint", task.records
+    )
 
 
 def _offsets_off(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
@@ -288,8 +120,6 @@ def _wait(task: Interpreter, arguments: tuple[Arg, ...], line: int) -> None:
     if flag is not None and flag.value is not None:
         task.ref(flag.value).set(late, task.records)
     elif late:
-        from tests.worlds.interpreter import RapidError
-
         raise RapidError(ERR_WAIT_MAXTIME)
 
 
@@ -362,16 +192,78 @@ INSTRUCTIONS: dict[str, Any] = {
     "triggint": _trigger_interrupt,
     "stop": _stop,
     **dict.fromkeys(["triggio", "triggequip", "triggspeed", "triggcheckio", "triggrampao"], _trigger),
-    **dict.fromkeys("isignaldi isignaldo isignalai isignalao isignalgi isignalgo itimer ipers ierror".split(), _order),
-    **dict.fromkeys("waitdi waitdo waitai waitao waitgi waitgo waituntil".split(), _wait),
+    **dict.fromkeys(
+        ["isignaldi", "isignaldo", "isignalai", "isignalao", "isignalgi", "isignalgo", "itimer", "ipers", "ierror"],
+        _order,
+    ),
+    **dict.fromkeys(["waitdi", "waitdo", "waitai", "waitao", "waitgi", "waitgo", "waituntil"], _wait),
 }
 
 EFFECTS = frozenset(
-    """set reset setdo setao setgo pulsedo invertdo tpwrite tperase tpshow waittime waitrob waitsyncload accset velset
-    confl confj singarea cirpathmode clkreset clkstart clkstop errwrite errlog setallsignals stopmove startmove storepath
-    restopath clearpath actunit deactunit softact softdeact worldacclim pathacclim motionsup speedrefresh pathresol
-    tryint bookerrno open close write writebin writestrbin systemstopaction ioenable iodisable settpmode corrcon corrclear
-    corrwrite corrdiscon indreset uimsgbox uimsgwrite break speedoverride sethwsim resetretrycount trigg""".split()
+    [
+        "set",
+        "reset",
+        "setdo",
+        "setao",
+        "setgo",
+        "pulsedo",
+        "invertdo",
+        "tpwrite",
+        "tperase",
+        "tpshow",
+        "waittime",
+        "waitrob",
+        "waitsyncload",
+        "accset",
+        "velset",
+        "confl",
+        "confj",
+        "singarea",
+        "cirpathmode",
+        "clkreset",
+        "clkstart",
+        "clkstop",
+        "errwrite",
+        "errlog",
+        "setallsignals",
+        "stopmove",
+        "startmove",
+        "storepath",
+        "restopath",
+        "clearpath",
+        "actunit",
+        "deactunit",
+        "softact",
+        "softdeact",
+        "worldacclim",
+        "pathacclim",
+        "motionsup",
+        "speedrefresh",
+        "pathresol",
+        "tryint",
+        "bookerrno",
+        "open",
+        "close",
+        "write",
+        "writebin",
+        "writestrbin",
+        "systemstopaction",
+        "ioenable",
+        "iodisable",
+        "settpmode",
+        "corrcon",
+        "corrclear",
+        "corrwrite",
+        "corrdiscon",
+        "indreset",
+        "uimsgbox",
+        "uimsgwrite",
+        "break",
+        "speedoverride",
+        "sethwsim",
+        "resetretrycount",
+        "trigg",
+    ]
 )
 """Instructions that do nothing to data: they are listed with the values of their arguments."""
 
@@ -383,14 +275,6 @@ def run(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) -> 
     elif name in INSTRUCTIONS:
         INSTRUCTIONS[name](task, arguments, line)
     elif name in EFFECTS:
-        task.log(name, line, {"handed": [_plain(task, a) for a in arguments]})
+        task.log(name, line, {"handed": [plain(task, a) for a in arguments]})
     else:
         unknown_procedure(task, name, arguments, line)
-
-
-def _plain(task: Interpreter, a: Arg) -> Any:
-    if a.value is None:
-        return a.name
-    if a.value[0] == "ref" and task.find(a.value[1]) is None:
-        return a.value[1]
-    return [a.name, copy.deepcopy(task.evaluate(a.value))]

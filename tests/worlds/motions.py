@@ -7,16 +7,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tests.worlds import instructions as I
 from tests.worlds.geometry import flange
+from tests.worlds.outside import later
+from tests.worlds.state import plain, with_offsets
 from tests.worlds.syntax import Arg
-from tests.worlds.values import Fault, matrix_pose, pose_matrix, predefined
+from tests.worlds.values import Fault, RapidError, matrix_pose, pose_matrix, predefined
 
 if TYPE_CHECKING:
     from tests.worlds.interpreter import Interpreter
 
 ERR_WHLSEARCH = predefined()["err_whlsearch"][1]
-TYPES = {"to": "robtarget", "cir": "robtarget", "joints": "jointtarget", "speed": "speeddata", "zone": "zonedata", "tool": "tooldata"}
+TYPES = {
+    "to": "robtarget",
+    "cir": "robtarget",
+    "joints": "jointtarget",
+    "speed": "speeddata",
+    "zone": "zonedata",
+    "tool": "tooldata",
+}
 
 
 def _roles() -> dict[str, list[str]]:
@@ -62,7 +70,13 @@ def move(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) ->
     if "wobj" in options and (given_wobj := options["wobj"].value) is not None and not _absent(task, options["wobj"]):
         wobj = task.evaluate(given_wobj, "wobjdata")
     tool = value.get("tool", state.tool)
-    said: dict[str, Any] = {"family": family(name), "speed": value["speed"], "zone": value.get("zone"), "tool": tool, "wobj": wobj}
+    said: dict[str, Any] = {
+        "family": family(name),
+        "speed": value["speed"],
+        "zone": value.get("zone"),
+        "tool": tool,
+        "wobj": wobj,
+    }
     frame = state.frame(task, wobj)
     start = state.pose @ pose_matrix(tool[1])
     if "joints" in value:
@@ -70,7 +84,7 @@ def move(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) ->
         said |= {"joints": value["joints"][0], "extax": value["joints"][1], "conf": None}
     else:
         goal = frame @ pose_matrix(value["to"])
-        said |= {"conf": value["to"][2], "extax": I.with_offsets(task, value["to"][3])}
+        said |= {"conf": value["to"][2], "extax": with_offsets(task, value["to"][3])}
         if "cir" in value:
             said["via"] = frame @ pose_matrix(value["cir"])
     if name.startswith("search"):
@@ -79,9 +93,10 @@ def move(task: Interpreter, name: str, arguments: tuple[Arg, ...], line: int) ->
     for extra in ("value", "signal"):
         if extra in at and not name.startswith("search"):
             said[extra] = at[extra][1] if extra == "signal" else task.evaluate(at[extra])  # type: ignore[index, arg-type]
+    said["options"] = {k: plain(task, a) for k, a in options.items() if k != "wobj" and not _absent(task, a)}
     for role in ("seam", "weld"):
         if role in at and at[role] is not None:
-            said[role] = I._plain(task, Arg("pos", "", at[role]))
+            said[role] = plain(task, Arg("pos", "", at[role]))
     task.log(name, line, said, motion=True)
     state.pose, state.tool, state.wobj = goal @ np.linalg.inv(pose_matrix(tool[1])), tool, wobj
     if said["conf"] is not None:
@@ -100,13 +115,13 @@ def _meanwhile(task: Interpreter, at: dict[str, Any], options: dict[str, Arg], l
         name = str(task.evaluate(at["procedure"], "string")).lower()
         if task.inserted:
             raise Fault("an added motion calls a procedure")
-        I.later(task, lambda: task.call(name, (), line), name)
+        later(task, lambda: task.call(name, (), line), name)
     for e in [at.get("trigger"), *(options[k].value for k in sorted(options) if re.fullmatch(r"t\d", k))]:
         if e is not None and e[0] == "ref":
             ref = task.ref(e)
             run = task.motion.trigger.get(f"{ref.name}/{ref.key}")
             if run is not None and task.world.traps and not task.inserted:
-                I.later(task, run, "trigger")
+                later(task, run, "trigger")
 
 
 def _search(task: Interpreter, at: dict[str, Any], start: Any, goal: Any, frame: Any, to: Any) -> Any:
@@ -124,8 +139,6 @@ def _search(task: Interpreter, at: dict[str, Any], start: Any, goal: Any, frame:
     way = goal[:3, 3] - start[:3, 3]
     t = 2.0 if plane is None else float((plane[0] - start[:3, 3]) @ plane[1]) / max(1e-9, float(way @ plane[1]))
     if not 0 <= t <= 1:
-        from tests.worlds.interpreter import RapidError
-
         task.log("search", -1, {"missed": True})
         task.motion.pose = goal @ np.linalg.inv(pose_matrix(task.evaluate(at["tool"], "tooldata")[1]))
         raise RapidError(ERR_WHLSEARCH)

@@ -30,7 +30,7 @@ def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
     shifts: dict[tuple[str, int], float] = {}
     for s in result.report.get("statements", []):
         key = (s["path"], s["line"])
-        shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"]))
+        shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"] or 0.0))
     return Converted({path: data.decode("latin-1") for path, data in result.outputs.items()}, shifts, said)
 
 

@@ -6,8 +6,9 @@ A ``num`` is a Python float that holds an IEEE 754 single (K3, "Basic elements":
 
 from __future__ import annotations
 
-import copy
 import math
+from ctypes import c_float
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,28 @@ class Fault(Exception):
     """The program does what the language forbids, or what this interpreter does not know."""
 
 
+class Ended(Exception):
+    """EXIT, or an error nobody handles: the program stops."""
+
+
+class RapidError(Exception):
+    """An error of the running program; ``left`` is the routine whose handler has had it."""
+
+    def __init__(self, number: float, left: object = None) -> None:
+        self.number, self.left = number, left
+
+
 class Dnum(float):
     """A number of double precision."""
 
 
 def single(x: float) -> float:
-    return float(np.float32(x))
+    return c_float(x).value
+
+
+def clone(value: Any) -> Any:
+    """A copy of lists in lists."""
+    return [clone(v) for v in value] if isinstance(value, list) else value
 
 
 RECORDS: dict[str, list[tuple[str, str]]] = {
@@ -59,7 +76,9 @@ def default(type_: str, records: dict[str, list[tuple[str, str]]]) -> Any:
 
 
 def convert(value: Any, type_: str, records: dict[str, list[tuple[str, str]]]) -> Any:
-    """The value as data of that type holds it: a copy, each number in the precision of its place."""
+    """The value as data of that type holds it: a copy, each number in the precision of its place; ``*`` an array of it."""
+    if type_[:1] == "*":
+        return [convert(v, type_[1:], records) for v in value]
     if isinstance(value, list):
         if type_ in records:
             parts = records[type_]
@@ -68,7 +87,7 @@ def convert(value: Any, type_: str, records: dict[str, list[tuple[str, str]]]) -
             return [convert(v, t, records) for v, (_, t) in zip(value, parts, strict=True)]
         return [convert(v, type_, records) for v in value]
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return copy.deepcopy(value)
+        return clone(value)
     return Dnum(value) if type_ == "dnum" else single(value)
 
 
@@ -111,6 +130,7 @@ _ZONES = (0, 1, 5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 150, 200)
 _SPEEDS = (5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, *range(1000, 8000, 500))
 
 
+@cache
 def predefined() -> dict[str, tuple[str, Any]]:
     """Name to (type, value) of the data that every system has."""
     zero = [[0.0, 0.0, 0.0], list(NO_TURN)]
@@ -122,13 +142,15 @@ def predefined() -> dict[str, tuple[str, Any]]:
         names[f"z{z}"] = ("zonedata", [False, *singles([r, r * 1.5, r * 1.5, r * 0.15, r * 1.5, r * 0.15])])
     names["fine"] = ("zonedata", [True, *[0.0] * 6])
     names["load0"] = ("loaddata", load)
-    names["tool0"] = ("tooldata", [True, copy.deepcopy(zero), load])
-    names["wobj0"] = ("wobjdata", [False, True, "", copy.deepcopy(zero), copy.deepcopy(zero)])
+    names["tool0"] = ("tooldata", [True, clone(zero), load])
+    names["wobj0"] = ("wobjdata", [False, True, "", clone(zero), clone(zero)])
     names["pi"] = ("num", single(math.pi))
     constants = {"low": 0, "high": 1, "edge": 2, "single": 1, "op_auto": 1, "stempty": 0}
     keywords = "btnok btnabrtrytrgn btnokcancel btnyesno icon_info iconinfo iconwarning resok rescancel resyes resno"
     errors = "err_whlsearch err_wait_maxtime err_maxint err_divzero err_refunkprc err_signsupsearch err_path_stop"
-    more = "err_strtooling err_norununit err_tp_maxtime err_awunkerr err_outofbnd err_strtoolng err_argname err_sym_access"
+    more = (
+        "err_strtooling err_norununit err_tp_maxtime err_awunkerr err_outofbnd err_strtoolng err_argname err_sym_access"
+    )
     for i, name in enumerate(f"{errors} {more}".split()):
         constants[name] = 1000 + i
     for i, name in enumerate(keywords.split()):

@@ -52,10 +52,12 @@ class World:
         return float(word) if word.lstrip("-").replace(".", "", 1).isdigit() else word.strip('"')
 
     def number(self, name: str, now: float, *key: Any) -> float:
-        """A plausible other value of a number: counters and indices stay, distances change by up to 60 %."""
+        """A plausible other value of a number: small counts and indices stay, offsets of 0 and others change."""
         said = self.value(name, *key)
         if said is not None:
             return float(said)
+        if now == 0:
+            return round(self.random("number", name, *key).uniform(-20, 20), 2)
         if abs(now) <= 12 and now == int(now):
             return now
         return round(now * self.random("number", name, *key).uniform(0.4, 1.6), 2)
@@ -76,6 +78,8 @@ class World:
             return self.random("bool", name, *key).random() < 0.5
         if type_ == "string":
             return self.value(name, *key)
+        if type_ == "speeddata":
+            return [round(value[0] * self.random("speed", name, *key).uniform(0.5, 1.5), 1), *value[1:]]
         if type_ == "pos":
             return self._moved(value, name, *key)
         if type_ in ("robtarget", "pose"):
