@@ -71,6 +71,14 @@ def test_what_follows_the_command_is_reached_in_more_than_one_sweep(effect: Effe
     assert np.abs(real - desired)[:, :3, 3].max() <= 1e-9
 
 
+def test_a_pose_out_of_reach_is_given_up_where_a_constant_moves_the_joints() -> None:
+    model = default_model()
+    model = model.with_effects(*model.effects, JointOffset(offset_rad=[1e-4] * 6))
+    far = forward(model.robot, np.zeros((1, 6)))
+    far[:, 0, 3] += 3.0
+    assert command(model, model.state(np.zeros((1, 6))), far).residual_m[0] > 0.1
+
+
 @pytest.mark.parametrize("extra", [(), OTHERS[:1], OTHERS[1:], OTHERS])
 def test_the_real_arm_reaches_the_desired_pose(extra: tuple[Effect, ...]) -> None:
     model = default_model()

@@ -14,9 +14,9 @@ import numpy as np
 from tests.independent import arm as A
 from tests.independent import inverse as I
 from tests.worlds import functions
-from tests.worlds.interpreter import Interpreter, RapidError
-from tests.worlds.syntax import parse
-from tests.worlds.values import matrix_pose, pose_matrix, singles
+from tests.worlds.interpreter import Interpreter
+from tests.worlds.parser import parse
+from tests.worlds.values import RapidError, matrix_pose, pose_matrix, singles
 from tests.worlds.world import World
 
 ERR_ROBLIMIT, ERR_OUTSIDE_REACH = 1135.0, 1136.0

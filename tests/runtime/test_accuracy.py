@@ -9,7 +9,7 @@ from tests.independent import arm as A
 from tests.independent import generate_programs
 from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, soft_bodies, springs
 from tests.worlds.interpreter import Interpreter
-from tests.worlds.syntax import parse
+from tests.worlds.parser import parse
 from tests.worlds.values import matrix_pose, pose_matrix
 from tests.worlds.world import World
 

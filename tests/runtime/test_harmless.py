@@ -14,7 +14,7 @@ from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
 from tests.runtime.controller import ERR_OUTSIDE_REACH, ERR_ROBLIMIT, Controller
-from tests.worlds.syntax import parse
+from tests.worlds.parser import parse
 
 Q = np.radians([20.0, 30, -20, 40, 60, 10])
 RESERVED = frozenset(

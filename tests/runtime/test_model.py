@@ -50,7 +50,7 @@ def test_most_effects_need_no_fit(effect: Effect) -> None:
     result = written(effect)
     assert result.correction.laws.exact == ("joint_compliance", effect.key)
     assert result.correction.fitted is None
-    assert max(check.largest_m for _, check in result.checks) < 1e-5
+    assert max(check.largest_m for _, check in result.checks) < 2e-5
 
 
 def test_a_hose_is_fitted_and_the_header_says_how_well() -> None:

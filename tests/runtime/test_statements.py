@@ -12,7 +12,7 @@ from postproc.runtime.statements import LeftAlone, run_time_edits
 from postproc.runtime.written import write_module
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, TOOL, springs
-from tests.worlds.syntax import parse
+from tests.worlds.parser import parse
 
 FRAME = "[[0,0,0],[1,0,0,0]]"
 HEAD = f"""
