@@ -63,12 +63,19 @@ def write(
     say(f"{output}: `{model.robot.name}`, {cost(result.correction)} for one target")
     for done, found in result.checks:
         say(said(found, done))
+    say(str(result.chord))
     if json:
         checks = [_document(done, found) for done, found in result.checks]
         laws = result.correction.laws
         effects = {"exact": laws.exact, "fitted": laws.fitted, "left_out": result.correction.left_out}
         found_ = [d.as_json() for d in result.diagnostics]
-        print_json({"schema": "postproc/runtime/1", "effects": effects, "checks": checks, "diagnostics": found_})
+        chord = {
+            "lines": result.chord.count,
+            "max_mm": 1e3 * result.chord.largest_m,
+            "rms_mm": 1e3 * result.chord.rms_m,
+        }
+        document = {"schema": "postproc/runtime/1", "effects": effects, "checks": checks, "chord_500_mm": chord}
+        print_json({**document, "diagnostics": found_})
     return 1 if failed else 0
 
 
@@ -111,6 +118,4 @@ def _document(done: Conditions, found: Check) -> dict[str, object]:
         "max_error_mm": 1e3 * found.largest_m,
         "rms_error_mm": 1e3 * found.rms_m,
         "max_correction_mm": 1e3 * found.correction_m,
-        "max_chord_500_mm": 1e3 * found.chord_m,
-        "rms_chord_500_mm": 1e3 * found.chord_rms_m,
     }

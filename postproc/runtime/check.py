@@ -24,9 +24,6 @@ from postproc.runtime.module import MARKER
 
 TARGETS = 1000
 REACHED_M = 1e-6
-LINE_M = 0.5
-FOLLOWED = np.radians(90.0)
-"""Travel of a joint on half a line [rad] beyond which the line leads past a singular pose."""
 REASONS = {
     1: "not reached", 2: "by tool or load", 3: "outside the region", 4: "next to a singular pose", 5: "too large",
 }  # fmt: skip
@@ -42,7 +39,6 @@ class Check:
         corrected: number of targets that it corrects; returned: those that it returns as they came, by `ppReason`.
         raised: number of targets at which an error leaves the function.
         largest_m, rms_m: distance from the exact correction; correction_m: largest correction.
-        chord_m, chord_rms_m: what is left in the middle of lines of `LINE_M` between two corrected ends.
     """
 
     corrected: int
@@ -51,19 +47,15 @@ class Check:
     largest_m: float
     rms_m: float
     correction_m: float
-    chord_m: float
-    chord_rms_m: float
 
 
 def said(found: Check, done: Conditions) -> str:
     """What a check found, as one line."""
     returned = ", ".join(f"{times} {REASONS.get(why, 'by an error')}" for why, times in found.returned.items())
-    chord = f"{1e3 * found.chord_m:.3f} mm, rms {1e3 * found.chord_rms_m:.3f} mm"
     return (
         f"with {done.mass:g} kg, over {found.corrected} targets drawn from the region: largest error "
         f"{1e3 * found.largest_m:.4f} mm, rms {1e3 * found.rms_m:.4f} mm, largest correction "
-        f"{1e3 * found.correction_m:.3f} mm; returned as they came: {returned or 'none'}; "
-        f"in the middle of lines of {1e3 * LINE_M:g} mm: {chord}"
+        f"{1e3 * found.correction_m:.3f} mm; returned as they came: {returned or 'none'}"
     )
 
 
@@ -94,7 +86,6 @@ def check_module(source: Source, model: Model, conditions: Conditions, count: in
     good = (reason == 0) & ~raised
     used = good & (exact.residual_m < SOLVED_M)
     far = np.linalg.norm((here - exact.T_base_tcp)[used, :3, 3], axis=1)
-    chord = _chords(kept, done, q[good])
     why, times = np.unique(reason[~good].astype(int), return_counts=True)
     return Check(
         int(np.count_nonzero(good)),
@@ -103,32 +94,7 @@ def check_module(source: Source, model: Model, conditions: Conditions, count: in
         float(far.max(initial=0.0)),
         float(np.sqrt(np.mean(far**2))) if len(far) else 0.0,
         float(moved[used].max(initial=0.0)),
-        float(chord.max(initial=0.0)),
-        float(np.sqrt(np.mean(chord**2))) if len(chord) else 0.0,
     )
-
-
-def _chords(model: Model, done: Conditions, q: Array) -> Array:
-    """How far the correction in the middle of lines is from the mean of the corrections at their ends, (m,) [m].
-
-    The lines have `LINE_M`, any direction, one orientation; only those count that the arm can follow from end to end.
-    """
-    way = np.random.default_rng(6).normal(size=(len(q), 3))
-    way *= 0.5 * LINE_M / np.linalg.norm(way, axis=1, keepdims=True)
-    middle = forward(model.robot, q) @ done.T_flange_tcp
-    rigid = model.with_effects()
-    found, follows = [], np.ones(len(q), dtype=bool)
-    for side in (-1.0, 0.0, 1.0):
-        desired = middle.copy()
-        desired[:, :3, 3] += side * way
-        nominal = command(rigid, done.states(q), desired)
-        exact = command(model, done.states(nominal.q), desired)
-        inside = ((nominal.q >= done.lower) & (nominal.q <= done.upper)).all(axis=1)
-        follows &= inside & (np.maximum(nominal.residual_m, exact.residual_m) < SOLVED_M)
-        follows &= np.abs(nominal.q - q).max(axis=1) < FOLLOWED
-        found.append(exact.T_base_tcp[:, :3, 3] - desired[:, :3, 3])
-    before, here, after = (moved[follows] for moved in found)
-    return np.asarray(np.linalg.norm(here - 0.5 * (before + after), axis=1))
 
 
 def _stated(run: Execution, name: str) -> Array:

@@ -8,6 +8,7 @@ from pathlib import Path
 from postproc.diagnostics import Diagnostic, Source
 from postproc.model.arm import Model
 from postproc.runtime.check import Check, check_module, said
+from postproc.runtime.chord import ChordError, chord_error
 from postproc.runtime.conditions import Conditions
 from postproc.runtime.correction import RunTimeCorrection, run_time_correction
 from postproc.runtime.module import NAME, runtime_module
@@ -22,11 +23,13 @@ class RunTimeModule:
 
     Args:
         text: the file. checks: with the stated load, then with none and with all that the arm carries.
+        chord: what is left between corrected ends.
     """
 
     text: bytes
     correction: RunTimeCorrection
     checks: tuple[tuple[Conditions, Check], ...]
+    chord: ChordError
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -42,9 +45,10 @@ def write_module(model: Model, conditions: Conditions, name: str = NAME, templat
     masses = dict.fromkeys((conditions.mass, 0.0, rated))
     every = [replace(conditions, mass=mass) for mass in masses]
     checks = tuple((each, check_module(source, model, each)) for each in every)
-    lines = [line for each, found in checks for line in said(found, each).split("; ")]
+    chord = chord_error(model, conditions)
+    lines = [line for each, found in checks for line in said(found, each).split("; ")] + [str(chord)]
     text = runtime_module(correction, lines, name, template)
-    return RunTimeModule(text, correction, checks, tuple(_findings(correction, checks)))
+    return RunTimeModule(text, correction, checks, chord, tuple(_findings(correction, checks)))
 
 
 def _findings(correction: RunTimeCorrection, checks: tuple[tuple[Conditions, Check], ...]) -> list[Diagnostic]:
