@@ -70,7 +70,15 @@ class RunTimeOptions:
                 raise PostprocError.of("CLI006", f"`--region {self.region}` is not six ranges", help=f"write {REGION}")
             low, high = np.radians(ranges).T
             lower, upper = np.maximum(low, lower), np.minimum(high, upper)
-        return Conditions(lower, upper, frame, mass, centre, channels=dict(map(parse_channel, self.channel)))
+        return Conditions(
+            lower,
+            upper,
+            frame,
+            mass,
+            centre,
+            channels=dict(map(parse_channel, self.channel)),
+            source=self.model.name if self.model else "",
+        )
 
 
 REGION = "`--region=-90:90,-30:60,-60:30,-180:180,20:100,-180:180`"

@@ -30,6 +30,7 @@ class Conditions:
         force, moment: of the process on the TCP, base axes [N], [N m]. force_on: always, or where `Weld` is given.
         channels: constants of what effects read and a controller does not know: temperature [degC], others.
         lower, upper: (6,) region of joint angles [rad].
+        source: name of the model file; empty for the shipped model.
         bound_m: largest correction [m]; beyond it a target is returned as it came.
     """
 
@@ -43,6 +44,7 @@ class Conditions:
     force_on: Literal["all", "arc"] = "all"
     channels: Mapping[str, float] = field(default_factory=dict)
     bound_m: float = 0.005
+    source: str = ""
 
     @property
     def forced(self) -> bool:
