@@ -54,7 +54,11 @@ class Execution(Calculation):
         for statement in body:
             if not active.any():
                 break
-            active = self._statement(statement, frame, active)
+            try:
+                active = self._statement(statement, frame, active)
+            except (TypeError, ValueError, LookupError, AttributeError, AssertionError) as error:
+                text = "the types of this statement do not fit each other"
+                raise PostprocError([cannot(self.source, statement.span, text)]) from error
             if (bad := self.raised & active).any():
                 self.raised = self.raised & ~bad
                 active = active & ~bad

@@ -119,12 +119,23 @@ def test_another_module_is_refused(call: Call, samples: Path) -> None:
     assert "error[RUN002]" in result.err
 
 
-def test_what_is_not_calculated_is_named_with_its_place(module: Path, folder: Path, call: Call) -> None:
-    edited = folder / "waits.sys"
-    edited.write_text(module.read_text("ascii").replace("ppReason:=2;", "WaitTime 1;", 1), "ascii")
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("WaitTime 1;", "`waittime` is not calculated here"),
+        ("WHILE TRUE DO ENDWHILE", "this statement is not calculated here"),
+        ("ppReason:=nowhere;", "`nowhere` is not declared in this module"),
+        ("ppReason:=CRobT();", "`CRobT` is not calculated here"),
+        ("lm:=t+1;", "the types of this statement do not fit each other"),
+    ],
+)
+def test_what_is_not_calculated_is_named_with_its_place(
+    module: Path, folder: Path, call: Call, statement: str, words: str
+) -> None:
+    edited = folder / "edited_here.sys"
+    edited.write_text(module.read_text("ascii").replace("ppReason:=2;", statement, 1), "ascii")
     result = call("runtime", "check", edited)
     assert result.code == 2
-    line = edited.read_text("ascii").partition("WaitTime")[0].count("\n") + 1
-    assert f"waits.sys:{line}:9" in result.err
-    assert "RUN003" in result.err
-    assert "`waittime` is not calculated here" in result.err
+    line = edited.read_text("ascii").partition(statement)[0].count("\n") + 1
+    assert f"edited_here.sys:{line}:" in result.err
+    assert f"error[RUN003]: {words}" in result.err
