@@ -15,9 +15,9 @@ from typing import Any, NoReturn
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.accuracy import expect_accuracy
+from postproc.compensate.accuracy import expect_accuracy, expect_remaining
 from postproc.compensate.applicable import applicable_model
-from postproc.compensate.belief import doubt_corrections
+from postproc.compensate.belief import doubt_corrections, doubt_weights
 from postproc.compensate.document import document, refused, summary
 from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.figures import Figures, figures_of
@@ -119,7 +119,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     motion = _moving(model, program, events, options, findings)
     plan = plan_changes(model, motion, events, program)
-    findings += doubt_corrections(model, plan)
+    findings += [*doubt_weights(model, plan), *doubt_corrections(model, plan)]
     _stop_at_errors(findings)
     env = environment(options.template_dir)
     edits: dict[str, list[Edit]] = {s.path: [] for s in sources}
@@ -148,6 +148,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += more
     report = document(plan, model.robot.name, events, outcomes, seams, figures, accuracy, limits, findings)
     report["worlds"] = worlds.as_json()
+    report["expected_remaining_fraction"] = expect_remaining(model, motion)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
     return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
 

@@ -13,13 +13,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from postproc.batch.controller import Drive, library_name, read_drives, read_quietly
 from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
 from postproc.rapid.program.program import ENDINGS
 from postproc.rapid.program.records import Pose
+from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 from postproc.settings import NAME, Settings
 
 SYSTEM = frozenset({".sys", ".sysx"})
@@ -52,10 +52,10 @@ def discover(folder: Path, output: Path | None = None) -> Inventory:
             rest.append(name)
         else:
             groups.setdefault(home, []).append(name)
-    drives = {backup: read_drives(folder / backup) for backup in backups}
+    stated = {backup: read_backup(folder / backup) for backup in backups}
     tasks = []
     for home, members in groups.items():
-        drive = _drive(home, drives)
+        drive = _drive(home, stated)
         if PurePosixPath(home).name.lower() == SHARED or (drive is not None and not drive.moves):
             copies += members
             continue
@@ -73,7 +73,7 @@ def task_around(module: Path) -> Task:
     for folder in here.parents:
         home = _task_folder(here.relative_to(folder).as_posix())
         if home is not None and home.lower().startswith("rapid/") and _configured(folder):
-            return _task(home, [], _drive(home, {".": read_drives(folder)}))
+            return _task(home, [], _drive(home, {".": read_backup(folder)}))
     return Task(module.name, ())
 
 
@@ -186,10 +186,11 @@ def _task_folder(name: str) -> str | None:
     return None
 
 
-def _drive(home: str, drives: dict[str, dict[str, Drive]]) -> Drive | None:
-    for backup, found in drives.items():
+def _drive(home: str, stated: dict[str, Backup]) -> Drive | None:
+    """What the task of a folder moves; None outside a backup."""
+    for backup, configuration in stated.items():
         if _below(f"{home}/x", backup, "rapid"):
-            return found.get(PurePosixPath(home).name.upper())
+            return read_drive(configuration, PurePosixPath(home).name)
     return None
 
 
@@ -198,21 +199,17 @@ def _parent(place: str) -> str:
 
 
 def _task(name: str, files: list[str], drive: Drive | None) -> Task:
-    robot = library_name(drive.type) if drive is not None and drive.type is not None else None
+    if drive is None:
+        return Task(name, tuple(files))
     findings = []
-    base = drive.base if drive is not None else Pose()
-    if drive is not None and base is None:
+    if drive.base is None:
         text = f"where the base of the arm that `{drive.task}` drives stands in the world is not known"
         help_ = (
             "it moves, or its base frame in MOC.cfg cannot be read: convert a copy whose work objects are in its base"
         )
         findings.append(Diagnostic("BAT013", "error", text, help=help_))
-    unknown = None
-    if drive is not None and drive.type is not None and robot is None:
-        text = f"nothing says which arm runs `{name}`: its controller says `{drive.type}`, no arm of the library"
-        help_ = "name it with `--robot NAME`; `postproc robots list` has the names"
-        unknown = Diagnostic("CLI013", "error", text, help=help_)
-    return Task(name, tuple(files), robot=robot, unknown=unknown, base=base or Pose(), findings=tuple(findings))
+    base = drive.base or Pose()
+    return Task(name, tuple(files), robot=drive.arm, unknown=drive.unknown, base=base, findings=tuple(findings))
 
 
 def _loose(folder: Path, names: list[str]) -> tuple[list[Task], list[str]]:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from postproc.batch.controller import read_quietly
 from postproc.batch.values import Job, Task
 from postproc.diagnostics import Source
 from postproc.files import real
@@ -20,6 +19,7 @@ from postproc.model.arm import Model
 from postproc.rapid.program.read_only import lent_values
 from postproc.render.templates import environment
 from postproc.resources import resource
+from postproc.robot.controller import read_quietly
 from postproc.settings import Settings
 from postproc.tomlfile import read_source
 

@@ -27,7 +27,7 @@ class Task:
         shared: files it reads and must not change.
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
-        unknown: why that arm is not known: an error where the settings name no arm.
+        unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
         base: the base frame of that arm in the world.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """

@@ -8,7 +8,8 @@ How the text gets it: `plan` goes round until nothing changes: `wishes` (targets
 (by `placement`), `decisions` which text changes (`texts`, `sharing` between runs, `values`), `added` statements
 (`insertions`, for unequal runs `between`), `following` (what stays or is derived), `circles` (arcs that would suffer).
 
-The proof: `readback` runs the written text, `worlds` follows it where run-time data differs, `proof` measures how far the real arm is off; `figures`, `outcomes`,
+The proof: `readback` runs the written text, `worlds` follows it where run-time data differs, `proof` measures how
+far the real arm is off; `figures`, `outcomes`,
 `transitions`, `dynamics` (limits), `accuracy` (what the model itself is sure of) and `belief` say what came out,
 `document` as JSON and in a line.
 """

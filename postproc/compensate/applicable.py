@@ -18,6 +18,7 @@ from postproc.model.equilibrium import equilibrium
 from postproc.rapid.motions.units import pose_matrix, tool_matrix
 from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.records import Pose
+from postproc.robot.catalogue import no_masses
 from postproc.robot.pose import displace
 
 # What a program tells of the arm's state, and what the model fills in.
@@ -34,12 +35,14 @@ def applicable_model(model: Model, events: Sequence[MotionEvent], options: Optio
 
     Returns:
         The model, and findings: CMP011 says what was done about the measured tool, CMP014 in which axes an arm whose
-        base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be.
+        base is turned is programmed, CMP016 what is left out for a channel, MOD005 what no arm can be, KIN010 an arm
+        without weight, MOD006 a model in which nothing yields to a load.
     """
     kept: list[Effect] = []
     stated = {name for name, _ in options.channels}
     source = events[0].statement.source
-    findings = [*doubts(model), *_turned(model, events, options.base)]
+    findings = [d for _, _, d in doubts(model)]
+    findings += [*_without_load(model, options, source), *_turned(model, events, options.base)]
     for name in sorted(stated - {n for e in model.effects for n in e.reads if n not in TOLD}):
         text, help_ = f"no effect of the model waits for a channel `{name}`", "check its spelling, or leave it out"
         findings.append(Diagnostic("CMP016", "error", text, source, None, help_))
@@ -64,6 +67,17 @@ def _left_out(effect: Effect, untold: Sequence[str], source: Source) -> Diagnost
     text = f"`{effect.key}` is left out: it reads {names}, which a program does not tell"
     help_ = f"what it does to the arm stays in the path; say {' '.join(f'--channel {name}=NUMBER' for name in untold)}"
     return Diagnostic("CMP016", "warning", text, source, None, help_)
+
+
+def _without_load(model: Model, options: Options, source: Source) -> Iterator[Diagnostic]:
+    """What makes a correction for weight and force nothing, or next to nothing, where they bend the real arm."""
+    if not any("load" in effect.reads for effect in model.effects):
+        lost = not model.effects or any((*options.force, *options.moment))
+        text = f"nothing in the model of `{model.robot.name}` yields to a load: weight and force bend nothing"
+        help_ = "fit a model with `joint_compliance`, or state one (zeros for joints that are rigid)"
+        yield Diagnostic("MOD006", "error" if lost else "warning", text, source, None, help_)
+    elif not model.robot.mass.any() and not any(type(e).load is not Effect.load for e in model.effects):
+        yield no_masses(model.robot, "error")
 
 
 def _turned(model: Model, events: Sequence[MotionEvent], base: Pose) -> Iterator[Diagnostic]:

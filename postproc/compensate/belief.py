@@ -7,11 +7,26 @@ import numpy as np
 from postproc.compensate.plan import Plan
 from postproc.diagnostics import Diagnostic, Severity
 from postproc.model.arm import Model
+from postproc.model.doubts import flange_mass
 from postproc.model.equilibrium import predict
 from postproc.motion.findings import at_move
 
 # [m]: industrial arms are off by a few millimetres where they are neither calibrated nor loaded beyond what they carry.
 DOUBTFUL, IMPOSSIBLE = 0.01, 0.05
+
+
+def doubt_weights(model: Model, plan: Plan) -> list[Diagnostic]:
+    """MOD005 at the move on which flange and tool weigh least, where that is less than nothing."""
+    samples = plan.motion.samples
+    mass = flange_mass(model, plan.motion.at(samples.goal))
+    lightest = int(np.argmin(mass))
+    if mass[lightest] >= 0:
+        return []
+    text = f"with what the model adds, flange and tool weigh {mass[lightest]:.3g} kg: no tool has that"
+    help_ = (
+        "check the sign of `mass_kg` and `fraction` (`postproc effects show payload_error`), and the program's tooldata"
+    )
+    return [at_move(plan.motion.moves[lightest], "MOD005", "error", text, help_)]
 
 
 def doubt_corrections(model: Model, plan: Plan) -> list[Diagnostic]:

@@ -85,7 +85,20 @@ def summary(r: Mapping[str, Any]) -> str:
     return (
         f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},"
         f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
-        f" cycle time {r['cycle_time_s']:.1f} s{expected}"
+        f" cycle time {r['cycle_time_s']:.1f} s{expected}{'; ' if r['expected_remaining_fraction'] else ''}"
+        f"{estimated_stiffness(r)}"
+    )
+
+
+def estimated_stiffness(document: Mapping[str, Any]) -> str:
+    """What an estimated stiffness means, in a sentence; empty where it is none."""
+    between = document["expected_remaining_fraction"]
+    if between is None:
+        return ""
+    low, high = (f"{100 * x:.0f}" for x in between)
+    return (
+        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection is expected to remain,"
+        " and `postproc fit` with measurements narrows that"
     )
 
 

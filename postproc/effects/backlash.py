@@ -26,7 +26,7 @@ class Backlash(
     Typical size: half a gap of 15 to 150 microradian (a cycloidal gear of 1 arcmin has 145).
     """
 
-    half_gap_rad: Array = param(unit="rad", shape=(6,), low=-0.01, high=0.01, typical=1e-4)
+    half_gap_rad: Array = param(unit="rad", shape=(6,), low=0.0, high=0.01, typical=1e-4)
 
     def displacement(self, state: State) -> Array:
         return -self.half_gap_rad * np.asarray(state.approach)

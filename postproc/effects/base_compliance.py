@@ -30,7 +30,9 @@ class BaseCompliance(
     """
 
     pivot: str = structure("floor", choices=("floor", "joint 1"))
-    tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(2,), low=-1e-5, high=1e-4, typical=1e-7, labels=("x", "y"))
+    tilt_rad_per_Nm: Array = param(
+        unit="rad/(N m)", shape=(2,), low=-1e-5, high=1e-4, typical=1e-7, least=0.0, labels=("x", "y")
+    )
     cross_tilt_rad_per_Nm: float = param(unit="rad/(N m)", low=-1e-4, high=1e-4, typical=1e-7)
 
     def displacement(self, state: State) -> Displacement | None:

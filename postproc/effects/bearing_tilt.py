@@ -34,7 +34,7 @@ class BearingTilt(
     """
 
     pivot: str = structure("joint 1", choices=("joint 1", "floor"))
-    tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-4, typical=1e-7)
+    tilt_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-4, typical=1e-7, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
         if state.body_load is None or state.robot is None:

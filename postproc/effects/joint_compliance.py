@@ -27,7 +27,7 @@ class JointCompliance(
     weight and payload. Axis 1 shows only under forces that turn it (a horizontal wrench, or acceleration).
     """
 
-    compliance_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-3, typical=1e-6)
+    compliance_rad_per_Nm: Array = param(unit="rad/(N m)", shape=(6,), low=-1e-5, high=1e-3, typical=1e-6, least=0.0)
 
     def displacement(self, state: State) -> Array:
         return self.compliance_rad_per_Nm * np.asarray(state.joint_load)

@@ -34,9 +34,9 @@ class LinkCompliance(
     """
 
     body: tuple[int, ...] = structure((2, 4), low=0, high=6)
-    bending_per_Nm2: Array = param(unit="1/(N m^2)", shape=("body",), low=-1e-5, high=1e-3, typical=5e-7)
-    torsion_per_Nm2: Array = param(unit="1/(N m^2)", shape=("body",), low=-1e-5, high=1e-3, typical=1e-6)
-    stretch_per_N: Array = param(unit="1/N", shape=("body",), low=-1e-7, high=1e-5, typical=1e-9)
+    bending_per_Nm2: Array = param(unit="1/(N m^2)", shape=("body",), low=-1e-5, high=1e-3, typical=5e-7, least=0.0)
+    torsion_per_Nm2: Array = param(unit="1/(N m^2)", shape=("body",), low=-1e-5, high=1e-3, typical=1e-6, least=0.0)
+    stretch_per_N: Array = param(unit="1/N", shape=("body",), low=-1e-7, high=1e-5, typical=1e-9, least=0.0)
 
     def displacement(self, state: State) -> Displacement | None:
         if state.body_load is None or state.robot is None:

@@ -26,6 +26,7 @@ class Parameter:
         unit: SI unit, ``"rad/(N m)"``; ``"1"`` for a pure number. The name of the field ends in it: ``.._rad_per_Nm``.
         shape: lengths; a word is the length (or the value) of the structural field of that name.
         low, high: bounds; typical: ordinary size, which also scales the fit.
+        least: lowest value that an arm can have, where a fit may scatter below it: a spring that data does not see.
         null: value at which the effect vanishes.
         amplitude: False for a parameter that only forms the effect (a knee, a point): its value says nothing
             while the amplitudes are null.
@@ -40,6 +41,7 @@ class Parameter:
     null: Number = 0.0
     amplitude: bool = True
     labels: tuple[str, ...] = ()
+    least: Number = -np.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +74,7 @@ class Layout:
     typical: Array
     null: Array
     amplitude: NDArray[np.bool_]
+    least: Array
 
 
 def param(
@@ -84,10 +87,11 @@ def param(
     null: Number = 0.0,
     amplitude: bool = True,
     labels: tuple[str, ...] = (),
+    least: Number = -np.inf,
 ) -> Any:
     """Declare a parameter of an effect (see `Parameter`); its default value is the null value."""
     lengths = shape if isinstance(shape, tuple) else (shape,)
-    meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels)
+    meta = Parameter(unit, lengths, low, high, typical, null, amplitude, labels, least)
     return dataclasses.field(default=None, metadata={META: meta})
 
 
@@ -129,4 +133,5 @@ def layout_of(effect: Any, shapes: tuple[tuple[int, ...], ...]) -> Layout:
         spread(p.typical for p in declared),
         spread(p.null for p in declared),
         spread(float(p.amplitude) for p in declared) > 0.5,
+        spread(p.least for p in declared),
     )

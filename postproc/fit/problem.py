@@ -241,10 +241,11 @@ class Problem:
 def at_least_ordinary(model: Model, spring: Effect) -> Effect:
     """A joint compliance that a missing load has pushed towards zero would hide that load.
 
-    Half the stated one is taken; where none is stated, a fifth of the typical one of the fitted joints.
+    Half the stated one is taken; where none was measured, a fifth of the typical one of the fitted joints.
     """
     if spring.key != "joint_compliance":
         return spring
-    x, stated = spring.vector(), model.robot.joint_compliance
+    x, known = spring.vector(), model.robot.stiffness_source == "measured"
+    stated = model.robot.joint_compliance if known else None
     fitted = float(np.median(x[x > 0])) if (x > 0).any() else 0.0
     return spring.with_vector(np.maximum(x, 0.2 * fitted if stated is None else 0.5 * stated))

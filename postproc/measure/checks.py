@@ -18,7 +18,7 @@ from postproc.measure.readings import (
     RADIANS_BELOW,
     SUSPICIOUS_M,
     fits,
-    other_arm,
+    other_arms,
     other_lengths,
     other_reading,
     seen,
@@ -156,9 +156,8 @@ def _check_readings(
         return []
     size = f"{1e3 * as_read.typical:.0f} mm" if np.isfinite(as_read.typical) else "more than a metre"
     message = f"the measured points do not fit the nominal arm `{robot.name}`: {size} in the median row"
-    name = other_arm(robot, q, y)
-    if name is not None:
-        return found("error", message, f"they fit `{name}`: check the robot's name")
+    if names := other_arms(robot, q, y):
+        return found("error", message, f"they fit {' or '.join(f'`{n}`' for n in names)}: check the robot's name")
     offset, left = zero_errors(robot, q, y) if np.isfinite(as_read.typical) else (np.zeros(6), np.inf)
     if left < SUSPICIOUS_M:
         j = int(np.argmax(np.abs(offset)))

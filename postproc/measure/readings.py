@@ -19,6 +19,8 @@ SUSPICIOUS_M = 0.010
 """No arm with its zeros set misses its nominal kinematics by more than this in the median row."""
 HOPELESS_M = 0.050
 """Where nothing else explains so much, the table and the arm do not belong together."""
+SAME_LENGTHS_M = 1e-9
+"""Arms that a table fits equally well have the same lengths."""
 CLEARER = 5.0
 """Another reading of columns is named only where it follows the arm this many times better."""
 LENGTHS: Mapping[str, str] = {"mm": "millimetres", "m": "metres", "um": "micrometres", "in": "inches"}
@@ -117,8 +119,8 @@ def slipped(robot: Robot, q: Array, position: Array) -> tuple[int, int, int] | N
     return found
 
 
-def other_arm(robot: Robot, q: Array, position: Array) -> str | None:
-    """The arm of the library that the points fit in place of this one."""
+def other_arms(robot: Robot, q: Array, position: Array) -> list[str]:
+    """The arms of the library that the points fit best in place of this one: several where their lengths are equal."""
     found: dict[str, float] = {}
     for name in list_robots():
         try:
@@ -127,7 +129,7 @@ def other_arm(robot: Robot, q: Array, position: Array) -> str | None:
             continue
         if fits(other) and name != robot.name:
             found[name] = other.typical
-    return min(found, key=lambda name: found[name]) if found else None
+    return [name for name, typical in found.items() if typical <= min(found.values()) + SAME_LENGTHS_M]
 
 
 def zero_errors(robot: Robot, q: Array, position: Array) -> tuple[Array, float]:

@@ -3,5 +3,6 @@
 `arm` is the value, `file` reads it and `rewrite` writes it, `doubts` says what no arm can be. `equilibrium` predicts:
 `loads` on the `chain` of bodies (weights by pinocchio, `multibody`) and the `deflection` of all effects in turn.
 Derivatives: `places` where effects act, `sensitivity` of the pose to them and to parameters, `tangent` (how loads and
-displacements answer to each other), `stiffness` and natural frequencies; `uncertainty` of a prediction.
+displacements answer to each other), `stiffness` and natural frequencies; `uncertainty` of a prediction,
+`scatter` of arms about an estimated stiffness.
 """

@@ -14,6 +14,7 @@ from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.model.multibody import Multibody
 from postproc.robot.arm import Robot
+from postproc.robot.cell import Cell
 
 GRAVITY = 9.81  # [m/s^2]
 ALL_BODIES = tuple(range(7))
@@ -30,6 +31,9 @@ class Model:
         T_flange_tcp: (4, 4) nominal tool, where a program or a table does not name another.
         robot_name: what the model file says about the robot (a library name or a path).
         fit: what `fit` and `add` noted about how the parameters were found.
+        stiffness_source: where joint stiffness comes from: ``measured`` on this arm or published for its type,
+            ``estimated``, ``controller``, ``user``; empty where nobody says.
+        cell: the external axes around it, None where none are described.
     """
 
     robot: Robot
@@ -38,6 +42,8 @@ class Model:
     T_flange_tcp: Array = field(default_factory=lambda: np.eye(4))
     robot_name: str = ""
     fit: Mapping[str, Any] = field(default_factory=dict)
+    stiffness_source: str = ""
+    cell: Cell | None = None
 
     @cached_property
     def gravity(self) -> Array:

@@ -5,35 +5,58 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
+from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
+from postproc.effects.asking import load_of
+from postproc.effects.base import Effect
+from postproc.effects.contract import State
 from postproc.model.arm import Model
+from postproc.model.equilibrium import equilibrium
 from postproc.model.uncertainty import read_uncertainty
 
 SURE = 2.0
-"""Standard deviations by which a fitted spring is below zero before that is more than chance."""
+"""Standard deviations by which a fitted value is below the least that an arm has before that is more than chance."""
 
 
-def doubts(model: Model) -> Iterator[Diagnostic]:
-    """Warnings about values that no arm has (MOD005): springs that yield against their load, links without weight."""
+def doubts(model: Model) -> Iterator[tuple[str, str, Diagnostic]]:
+    """Effect, parameter and MOD005 of values that no arm has: springs that yield against their load, links that weigh
+    less than nothing.
+    """
     beside = {effect.key: effect for effect in model.effects}
-    help_ = "check signs and units (`postproc effects show {}`); a fit that came to this misses a load: `diagnose`"
-    for joint in _backward(model):
-        message = f"joint {joint} yields against its load: its compliance is negative"
-        yield Diagnostic("MOD005", "warning", message, help=help_.format("joint_compliance"))
     for key, effect in beside.items():
-        if effect.impossible(model.robot, beside).any():
-            yield Diagnostic("MOD005", "warning", f"no arm has the values of `{key}`", help=help_.format(key))
+        none = effect.impossible(model.robot, beside) | below_least(model, effect)
+        if none.any():
+            first = int(np.argmax(none))
+            entry = f"{effect.names()[first]} = {effect.vector()[first]:g}"
+            help_ = f"check signs and units (`postproc effects show {key}`); a fit that came to this misses a load: "
+            found = Diagnostic("MOD005", "error", f"no arm has `{entry}` of `{key}`", help=help_ + "`diagnose`")
+            yield key, list(effect.parameters())[effect.layout.parameter[first]], found
 
 
-def _backward(model: Model) -> list[int]:
-    """Joints, from 1, whose spring is negative beyond chance."""
-    springs, known = model.effect("joint_compliance"), read_uncertainty(model)
-    if springs is None:
-        return []
-    sigma = np.zeros(6)
+def flange_mass(model: Model, state: State) -> Array:
+    """(n,) mass of the last body and all that hangs on it [kg]: its own, the stated payload, and what effects add.
+
+    Of an effect counts what changes with gravity, F(g) - F(0) = m g: the pull of a hose is no weight.
+    """
+    mass = np.full(len(state), model.robot.mass[6])
+    if state.payload_mass is not None:
+        mass = mass + state.payload_mass
+    adding = [e for e in model.effects if type(e).load is not Effect.load]
+    seen = equilibrium(model, state).state if adding else state
+    for effect in adding:
+        loads = [load_of(effect, s).body.get(6) for s in (seen, seen.with_(gravity=np.zeros(3)))]
+        if loads[0] is not None and loads[1] is not None:
+            mass = mass + (loads[0] - loads[1])[:, :3] @ model.gravity / (model.gravity @ model.gravity)
+    return np.asarray(mass)
+
+
+def below_least(model: Model, effect: Effect) -> NDArray[np.bool_]:
+    """(p,) parameters that are below the least that an arm can have, by more than the chance of their fit."""
+    sigma, known = np.zeros(len(effect.vector())), read_uncertainty(model)
     if known is not None:
         for k, (key, index) in enumerate(known.parameters):
-            if key == springs.key:
+            if key == effect.key:
                 sigma[index] = np.sqrt(max(known.covariance[k, k], 0.0))
-    return [int(j) + 1 for j in np.flatnonzero(springs.vector() < -SURE * sigma)]
+    return np.asarray(effect.vector() < effect.layout.least - SURE * sigma)

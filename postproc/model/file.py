@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,8 +17,10 @@ from postproc.effects.base import Effect
 from postproc.effects.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
+from postproc.model.doubts import doubts
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
+from postproc.robot.cell_file import ExternalAxis, Mounting, stated_cell
 from postproc.robot.pose import rpy, transform
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
@@ -33,10 +36,6 @@ Channel = Literal[
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class _Mounting(_Table):
-    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
 
 class _Tool(_Table):
@@ -90,14 +89,18 @@ class _Fit(_Table):
 
 class _File(_Table):
     robot: Annotated[str, Field(min_length=1)]
-    mounting: _Mounting = _Mounting()
+    stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
+    mounting: Mounting = Mounting()
     tool: _Tool = _Tool()
     effects: dict[str, dict[str, Any]] = {}
     fit: _Fit = _Fit()
+    external_axes: list[ExternalAxis] = []
 
 
 def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
-    """The shipped model of a robot: its published joint stiffness, gravity of links and tool on.
+    """The shipped model of a robot: its published or estimated joint stiffness, gravity of links and tool on.
+
+    A stiffness that is stated with a factor (of one other arm of the type, or by a rule) is an estimate for this one.
 
     Raises:
         PostprocError: KIN006 unknown robot, MOD004 nobody knows how stiff it is.
@@ -110,7 +113,9 @@ def default_model(robot_name: str = DEFAULT_ROBOT) -> Model:
             help=f"measure it, `postproc fit DATA --robot {robot_name} --effects joint_compliance,.. -o MODEL`, "
             "and give that model with -m",
         )
-    return Model(robot, (JointCompliance(compliance_rad_per_Nm=robot.joint_compliance),), robot_name=str(robot_name))
+    source = "estimated" if robot.stiffness_factor is not None else str(robot.stiffness_source)
+    springs = JointCompliance(compliance_rad_per_Nm=robot.joint_compliance)
+    return Model(robot, (springs,), robot_name=str(robot_name), stiffness_source=source)
 
 
 def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = None) -> Model:
@@ -121,7 +126,8 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 
     Raises:
         PostprocError: MOD001 not readable or not TOML, MOD002 a key or value that does not fit, MOD003 an unknown
-            effect, EFF021..EFF024 its parameters, KIN006 or KIN007 its robot; each at file:line:col.
+            effect, EFF021..EFF024 its parameters, MOD005 values that no arm has, KIN006 or KIN007 its robot, KIN016
+            its external axes; each at file:line:col.
     """
     return parse_model(read_source(Path(path), "MOD001"), library)
 
@@ -133,7 +139,19 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
-    return Model(_robot(file.robot, source), effects, mounting, tool, file.robot, content.get("fit", {}))
+    stated, noted = file.stiffness_source or "", content.get("fit", {})
+    cell = stated_cell(file.external_axes, file.mounting, source) if file.external_axes else None
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, cell)
+    if not model.fit:
+        _check_signs(model, source)
+    return model
+
+
+def _check_signs(model: Model, source: Source) -> None:
+    """Raises MOD005 where no arm has a value that the user wrote; what a fit came to is told where it is used."""
+    found = [replace(d, source=source, span=span_of(source, ("effects", *keys))) for *keys, d in doubts(model)]
+    if found:
+        raise PostprocError(found)
 
 
 def _robot(name: str, source: Source) -> Robot:

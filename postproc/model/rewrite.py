@@ -26,13 +26,22 @@ def render_model(model: Model, before: str = "") -> str:
     import tomlkit
 
     document = tomlkit.parse(before) if before else tomlkit.document()
-    content = {"robot": model.robot_name or model.robot.name, **_frames(model, document)}
+    content: dict[str, Any] = {"robot": model.robot_name or model.robot.name}
+    if source := _stiffness_source(model):
+        content["stiffness_source"] = source
+    content |= _frames(model, document)
     content["effects"] = {e.key: e.to_file() for e in model.effects}
     if model.fit:
         content["fit"] = dict(model.fit)
     _merge(document, content, prune=("effects", "fit"))
     text = tomlkit.dumps(document)
     return text if TIGHT.search(before) else TIGHT.sub(r"\1\n", text)
+
+
+def _stiffness_source(model: Model) -> str:
+    """Where joint stiffness comes from: a fit of it is a measurement, whatever was said before."""
+    fitted = any(str(name).startswith("joint_compliance.") for name in model.fit.get("parameters", []))
+    return "measured" if fitted else model.stiffness_source
 
 
 def _frames(model: Model, document: Mapping[str, Any]) -> dict[str, Any]:

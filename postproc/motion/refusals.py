@@ -1,4 +1,4 @@
-"""Motion that cannot be understood from the arm alone: tool and work that do not meet, external axes that move."""
+"""Motion that cannot be understood from the arm alone: tool and work that do not meet, external axes not at zero."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from postproc.rapid.program.records import NO_AXIS
 # [mm] or [deg]: taught positions of one station differ by this much; a robot carried 0.1 deg around an axis 2 m away is
 # corrected for a place 3.5 mm from its own, which changes the correction by micrometres.
 STILL = 0.1
+LETTERS = "abcdef"
 
 
 def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[tuple[int, Diagnostic]]:
     """Findings about motions that cannot be compensated for the arm alone, with the row of the event.
 
     Args:
-        free_axes: letters of external axes that carry neither the robot nor its work: they may move.
+        free_axes: letters of external axes that carry neither the robot nor its work: they may stand and move anywhere.
 
     Returns:
-        MOT007 tool and work object that do not fit together, MOT008 external axes that move.
+        MOT007 tool and work object that do not fit together, MOT008 external axes that move or stand away from zero,
+        where base and work are not where the program's frames say.
     """
     findings: list[tuple[int, Diagnostic]] = []
-    carrying = [k for k in range(6) if "abcdef"[k] not in free_axes]
+    carrying = [k for k in range(6) if LETTERS[k] not in free_axes]
     station: list[float] = [NO_AXIS] * 6  # where each axis was last sent; a target may leave that open
     for row, event in enumerate(events):
         if event.reason is not None or event.target is None:
@@ -32,18 +34,28 @@ def refuse_events(events: Sequence[MotionEvent], free_axes: str = "") -> list[tu
         if event.tool.robhold == event.wobj.robhold:
             findings.append((row, _unfit(event)))
         axes = event.target.extax
-        both = [k for k in carrying if max(station[k], axes[k]) < NO_AXIS]
-        moving = [k for k in both if abs(axes[k] - station[k]) > STILL]
-        if moving:
-            names = ", ".join(f"eax_{'abcdef'[k]}" for k in moving)
-            text = f"external axes move ({names}): where they carry the robot or the work piece is not known"
-            letters = "".join("abcdef"[k] for k in moving)
-            help_ = f"if they carry neither, say `--free-axes {letters}`; else split the program where they move"
-            findings.append((row, Diagnostic("MOT008", "error", text, *place(event), help_)))
+        known = [k for k in carrying if axes[k] < NO_AXIS]
+        moving = [k for k in known if station[k] < NO_AXIS and abs(axes[k] - station[k]) > STILL]
+        standing = [k for k in known if station[k] >= NO_AXIS and abs(axes[k]) > STILL]
+        if moving or standing:
+            findings.append((row, _carrying(event, moving, standing)))
         for k, axis in enumerate(axes):
             if axis < NO_AXIS and (k in moving or station[k] >= NO_AXIS):
                 station[k] = axis
     return findings
+
+
+def _carrying(event: MotionEvent, moving: list[int], standing: list[int]) -> Diagnostic:
+    assert event.target is not None
+    if moving:
+        text = f"external axes move ({', '.join(f'eax_{LETTERS[k]}' for k in moving)})"
+    else:
+        at = ", ".join(f"eax_{LETTERS[k]} at {event.target.extax[k]:g}" for k in standing)
+        text = f"external axes stand away from zero ({at})"
+    letters = "".join(LETTERS[k] for k in sorted({*moving, *standing}))
+    help_ = f"if they carry neither, say `--free-axes {letters}`"
+    text += ": where they carry the robot or the work piece is not known"
+    return Diagnostic("MOT008", "error", text, *place(event), help_)
 
 
 def _unfit(event: MotionEvent) -> Diagnostic:

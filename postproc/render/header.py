@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from postproc.compensate.document import estimated_stiffness
 from postproc.compensate.options import Options
 from postproc.model.arm import Model
 
@@ -25,6 +26,7 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "arc_before_mm": _mm(document["max_arc_error_before_mm"]),
         "arc_mm": _mm(document["max_arc_error_after_mm"]),
         **beyond,
+        "stiffness": estimated_stiffness(document),
         "added": document["added_targets"],
         "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
         "measured": document["measured_statements"],

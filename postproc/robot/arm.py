@@ -43,6 +43,11 @@ class Robot:
         joint_compliance: (6,) shipped elasticity [rad/(N m)] or None where nothing is known.
         opw: closed-form inverse kinematics, None for arms without spherical wrist.
         payload: rated payload [kg] or None.
+        stiffness_source: ``measured`` or ``estimated``; None where there is no joint_compliance.
+        stiffness_factor: (6,) 95 % of arms of this type have a compliance within these factors of joint_compliance.
+        mass_factor: (7,) one geometric standard deviation of the body masses.
+        parallelogram: axis 3 of the controller is the forearm's own pitch: such an arm is described, not computed.
+        reach: the maker's figure, from axis 1 to the wrist centre [m]; mounting: ways in which the maker lets it hang.
         sources: where each number comes from, for ``robots show``.
     """
 
@@ -61,4 +66,10 @@ class Robot:
     joint_compliance: Array | None = None
     opw: Opw | None = None
     payload: float | None = None
+    stiffness_source: str | None = None
+    stiffness_factor: Array | None = None
+    mass_factor: Array | None = None
+    parallelogram: bool = False
+    reach: float | None = None
+    mounting: tuple[str, ...] = ()
     sources: Mapping[str, str] = field(default_factory=dict)

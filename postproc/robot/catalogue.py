@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from os.path import isfile  # unlike Path.is_file it takes any text for a name
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
-from postproc.tomlfile import check, parse_toml, read_source, span_of
-
-ARMS = Path(__file__).parent / "arms"
+from postproc.robot.type_names import ARMS, library_name
+from postproc.tomlfile import check, locate, parse_toml, read_source, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
@@ -26,6 +26,7 @@ ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Positive = Annotated[float, Field(gt=0)]
+Factor = Annotated[float, Field(ge=1)]
 PositiveSix = Annotated[list[Positive], Field(min_length=6, max_length=6)]
 
 
@@ -42,6 +43,7 @@ class _Chain(_Table):
     origin_rpy_deg: Annotated[list[Vec3], Field(min_length=6, max_length=6)] | None = None
     flange_mm: Vec3 = (0.0, 0.0, 0.0)
     flange_rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+    parallelogram: bool = False
 
 
 class _Dh(_Table):
@@ -58,6 +60,8 @@ class _Joints(_Table):
     jerk_rad_per_s3: PositiveSix = [10 * a for a in ACCELERATION]
     torque_Nm: PositiveSix | None = None
     stiffness_Nm_per_rad: PositiveSix | None = None
+    stiffness_source: Literal["measured", "estimated"] = "measured"
+    stiffness_factor: Annotated[list[Factor], Field(min_length=6, max_length=6)] | None = None
 
 
 class _Body(_Table):
@@ -69,7 +73,12 @@ class _Body(_Table):
 
 class _Bodies(_Table):
     center_frame: Literal["body", "base_at_zero", "dh"] = "body"
+    mass_factor: Annotated[list[Factor], Field(min_length=7, max_length=7)] | None = None
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
+
+
+class _Controller(_Table):
+    types: list[str] = []
 
 
 class _File(_Table):
@@ -77,10 +86,13 @@ class _File(_Table):
     description: str = ""
     payload_kg: Positive | None = None
     repeatability_mm: Positive | None = None
+    reach_mm: Positive | None = None
+    mounting: list[str] = []
     chain: _Chain | None = None
     dh: _Dh | None = None
     joints: _Joints = _Joints()
     bodies: _Bodies = _Bodies()
+    controller: _Controller = _Controller()
 
 
 def list_robots() -> list[str]:
@@ -92,19 +104,39 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """A robot by library name, or from a robot TOML or URDF file.
 
     Raises:
-        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm.
+        PostprocError: KIN006 unknown name, KIN007 a file that does not describe a six-axis arm, KIN012 an arm that is
+            described alone: its kinematics is not computed.
+    """
+    robot = describe_robot(name_or_path)
+    if robot.parallelogram:
+        text = f"axes 2 and 3 of `{robot.name}` are coupled by a parallelogram, which is not computed"
+        help_ = "leave its programs out, in a batch by `only` of a jobs file; `postproc robots show` has its numbers"
+        raise PostprocError.of("KIN012", text, help=help_)
+    return robot
+
+
+def describe_robot(name_or_path: str | Path) -> Robot:
+    """What is known of a robot, also of one that is not computed; see `load_robot`.
+
+    Raises:
+        PostprocError: KIN006, KIN007.
     """
     path = ARMS / f"{name_or_path}.toml"
     if not isfile(path) or Path(name_or_path).name != str(name_or_path):
         path = Path(name_or_path)
-    if path.suffix.lower() in (".urdf", ".xml") and isfile(path):
+    if path.suffix.lower() in (".urdf", ".xml", ".xacro") and isfile(path):
         from postproc.robot.urdf import read_urdf
 
         return read_urdf(path)
     if path.suffix.lower() != ".toml" or not isfile(path):
-        what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml") else "robot"
-        known = ", ".join(f"`{r}`" for r in list_robots())
-        help_ = f"known: {known}; or the path of a robot TOML or URDF"
+        what = "robot file" if path.suffix.lower() in (".toml", ".urdf", ".xml", ".xacro") else "robot"
+        called = library_name(str(name_or_path))
+        near = (
+            f"the library calls it `{called}`"
+            if called is not None
+            else did_you_mean(str(name_or_path), list_robots(), 3)
+        )
+        help_ = "; ".join(filter(None, (near, "`postproc robots list` has all names; or give a robot TOML or URDF")))
         raise PostprocError.of("KIN006", f"there is no {what} `{name_or_path}`", help=help_)
     source = read_source(path, "KIN007")
     return read_robot(source)
@@ -112,15 +144,21 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 def doubts(robot: Robot) -> list[Diagnostic]:
     """KIN010 where an arm is hardly meant: nothing on it has a mass, or it is shorter or longer than any arm."""
-    found = []
-    if not robot.mass.any():
-        text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
-        found.append(Diagnostic("KIN010", "warning", text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML"))
+    found = [no_masses(robot)] if not robot.mass.any() else []
+    if "angles" in robot.sources:
+        text = f"`{robot.name}`: angles of its URDF are rounded, {robot.sources['angles']}"
+        found.append(Diagnostic("KIN013", "info", text, help="nothing to do, where the arm is built at right angles"))
     reach = float(np.linalg.norm(robot.link[:, :3, 3], axis=1).sum())
     if not SHORTEST < reach < LONGEST:
         text = f"the links of `{robot.name}` are {reach:.4g} m long, one after another"
         found.append(Diagnostic("KIN010", "warning", text, help="lengths are in m in a URDF, in mm in a TOML"))
     return found
+
+
+def no_masses(robot: Robot, severity: Severity = "warning") -> Diagnostic:
+    """KIN010 for an arm on which nothing has a mass."""
+    text = f"`{robot.name}` has no masses: no weight bends it, and springs cannot be told from measurements"
+    return Diagnostic("KIN010", severity, text, help="give `<inertial>` in a URDF, `mass_kg` in a TOML")
 
 
 def read_robot(source: Source) -> Robot:
@@ -155,6 +193,12 @@ def read_robot(source: Source) -> Robot:
         joint_compliance=None if joints.stiffness_Nm_per_rad is None else 1.0 / np.array(joints.stiffness_Nm_per_rad),
         opw=derive(link, axis),
         payload=file.payload_kg,
+        stiffness_source=None if joints.stiffness_Nm_per_rad is None else joints.stiffness_source,
+        stiffness_factor=None if joints.stiffness_factor is None else np.array(joints.stiffness_factor),
+        mass_factor=None if file.bodies.mass_factor is None else np.array(file.bodies.mass_factor),
+        parallelogram=file.chain is not None and file.chain.parallelogram,
+        reach=None if file.reach_mm is None else 1e-3 * file.reach_mm,
+        mounting=tuple(file.mounting),
         sources={**({} if "joints" in file.model_fields_set else GUESSED), **_sources(source)},
     )
 
@@ -213,21 +257,15 @@ def _inertia(body: _Body) -> Array:
 
 
 def _sources(source: Source) -> dict[str, str]:
-    """The comment beside each number: where it comes from."""
-    import tomlkit
-
-    def walk(table: Any, path: tuple[str, ...]) -> dict[str, str]:
-        found: dict[str, str] = {}
-        for key, item in table.items():
-            comment = getattr(getattr(item, "trivia", None), "comment", "").lstrip("# ").strip()
-            name = ".".join((*path, key))
-            if comment:
-                found[name] = comment
-            if hasattr(item, "items"):
-                found.update(walk(item, (*path, key)))
-        return found
-
-    return walk(tomlkit.parse(source.data.decode("utf-8-sig")), ())
+    """The comment behind each number, on the last line of its value: where it comes from."""
+    text = source.data.decode("utf-8-sig")
+    found = {}
+    for keys, (_, (start, end)) in locate(text).items():
+        last = text[max(start, text.rfind("\n", 0, end)) :].lstrip("\n").partition("\n")[0]
+        comment = re.sub(r'"[^"]*"', "", last).partition("#")[2].strip()
+        if comment:
+            found[".".join(map(str, keys))] = comment
+    return found
 
 
 def _wrong(message: str, source: Source, keys: tuple[str, ...]) -> PostprocError:

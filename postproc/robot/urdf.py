@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,13 @@ from postproc.diagnostics import PostprocError
 from postproc.robot.arm import Robot
 from postproc.robot.catalogue import ACCELERATION
 from postproc.robot.opw import derive
+from postproc.tomlfile import read_source
 
 ENDLESS = 2 * np.pi
 """A joint without limits turns so far to either side: poses are drawn inside limits."""
+ROUNDED = 5e-4
+"""Angles [rad] so near to a multiple of an eighth of a turn stand for it: 1.5708, 3.142."""
+_ANGLES = re.compile(r"(rpy\s*=\s*)([\"'])([^\"']*)\2")
 
 
 def read_urdf(path: Path) -> Robot:
@@ -25,8 +30,13 @@ def read_urdf(path: Path) -> Robot:
     import pinocchio
 
     pin: Any = pinocchio
+    if path.suffix.lower() == ".xacro" or "<xacro:" in _text(path):
+        made = f"{path.name.split('.')[0]}_made.urdf"
+        text = f"`{path}` is a xacro file, a recipe for a URDF"
+        raise PostprocError.of("KIN007", text, help=f"make the URDF with ROS: `xacro {path} > {made}`, and give that")
+    text, snapped = exact_angles(_text(path))
     try:
-        model = pin.buildModelFromUrdf(str(path))
+        model = pin.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
         raise _wrong(path, f"not a URDF of a robot: {error}") from error
     serial = all(model.parents[i] == i - 1 for i in range(1, model.njoints))
@@ -66,8 +76,40 @@ def read_urdf(path: Path) -> Robot:
         inertia=np.array([np.zeros((3, 3))] + [i.inertia for i in list(model.inertias)[1:]]),
         torque=effort if np.isfinite(effort).all() and (effort > 0).all() else None,
         opw=derive(link, motion[:, 3:]),
-        sources={"robot": f"URDF {path.name}; accelerations and jerks are estimates"},
+        sources={
+            "robot": f"URDF {path.name}",
+            "accelerations": "estimate: a URDF states none",
+            **({"angles": f"{', '.join(snapped)} rad taken as multiples of an eighth of a turn"} if snapped else {}),
+        },
     )
+
+
+def exact_angles(text: str) -> tuple[str, list[str]]:
+    """The text of a URDF with rounded eighths of a turn written in full, and the angles that were rounded, sorted.
+
+    Four digits of pi / 2 put a wrist 4 micrometres from its axis at 1 m, and no closed form finds it.
+    """
+    step, rounded = np.pi / 4, set()
+
+    def written(found: re.Match[str]) -> str:
+        words = found[3].split()
+        for i, word in enumerate(words):
+            try:
+                angle = float(word)
+            except ValueError:
+                return found[0]
+            exact = step * round(angle / step)
+            if 0 < abs(angle - exact) < ROUNDED:
+                if abs(angle - exact) > 1e-9:
+                    rounded.add(word)
+                words[i] = repr(float(exact))
+        return f"{found[1]}{found[2]}{' '.join(words)}{found[2]}"
+
+    return _ANGLES.sub(written, text), sorted(rounded)
+
+
+def _text(path: Path) -> str:
+    return read_source(path, "KIN007").data.decode("utf-8", "replace")
 
 
 def _wrong(path: Path, message: str) -> PostprocError:

@@ -128,10 +128,46 @@ def test_a_task_whose_arm_nobody_knows_needs_a_model(tmp_path: Path) -> None:
     source = backup(tmp_path / "in")
     (source / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob1" -MotionTask'))
     batch, _ = convert(source, tmp_path / "out", UNNAMED)
-    assert codes(batch, "RAPID/TASK1") == ["KIN006"] and batch.failed
+    assert codes(batch, "RAPID/TASK1") == ["KIN011"] and batch.failed
     batch, _ = convert(source, tmp_path / "out", ROUGH)
     assert statuses(batch) == {"RAPID/TASK1": "compensated"}
+    first = next(f for o in batch.outcomes for f in o.findings)
+    assert (first["code"], first["severity"]) == ("KIN011", "info")
+
+
+def test_the_model_of_another_arm_than_the_controllers_is_told(tmp_path: Path) -> None:
+    named = replace(ROUGH, robot="irb4600_60_205_seed")
+    batch, _ = convert(backup(tmp_path / "in"), tmp_path / "out", named)
     assert codes(batch, "RAPID/TASK1")[0] == "BAT012"
+
+
+@pytest.mark.parametrize(
+    ("files", "told"),
+    [
+        ({"SYSPAR/MOC.cfg": MOC.replace("ROB2_4600_2.05_60", "ROB1_660_180")}, "`ROB1_660_180`, which is not in"),
+        ({"SYSPAR/MOC.cfg": MOC.replace("ROB2_4600_2.05_60", "ROB_L_14000_05_05_TYPEA")}, "ROB_L_14000_05_05_TYPEA"),
+        ({"SYSPAR/MOC.cfg": ""}, "the backup has no SYSPAR/MOC.cfg"),
+        ({"SYSPAR/SYS.cfg": ""}, "`ROB_1` (`ROB1_6700_LeanID_2.65_220`) and `ROB_2` (`ROB2_4600_2.05_60`)"),
+        ({"SYSPAR/SYS.cfg": SYS.replace('-UseMechanicalUnitGroup "rob2" ', "")}, "no mechanical unit group says which"),
+        ({"SYSPAR/SYS.cfg": SYS.replace("T_MAIN", "T_OTHER")}, "its SYS.cfg does not list the task `T_MAIN`"),
+    ],
+)
+def test_a_backup_whose_arm_is_not_understood_is_refused(tmp_path: Path, files: dict[str, str], told: str) -> None:
+    source = backup(tmp_path / "in", **files)
+    batch, _ = convert(source, tmp_path / "out")
+    found = [f for o in batch.outcomes for f in o.findings if f["code"] == "KIN011" and f["severity"] == "error"]
+    assert batch.failed and any(told in f["message"] for f in found), found
+    assert all("`--robot NAME`" in f["help"] and "`-m MODEL`" in f["help"] for f in found)
+    assert not (tmp_path / "out/RAPID/TASK1/PROGMOD/Seam.mod").exists()
+
+
+def test_the_only_arm_beside_a_gantry_of_ones_own_is_the_arm(tmp_path: Path) -> None:
+    gantry = '      -name "GANTRY_1" -use_robot_type "MyGantry"\\\n      -base_frame_pos_z 2\n#\nROBOT_TYPE:\n\n      -name "MyGantry" -type "GEN_KIN" -no_of_joints 3\n#\n'
+    moc = MOC.replace('"ROB1_6700_LeanID_2.65_220" -use_robot_calib "r1_uncalib"', '"MyGantry"')
+    moc = moc.replace('-use_robot_serial_number "rob_1"\\\n', "\\\n").replace("{base}\n#\n", "{base}\n\n" + gantry)
+    source = backup(tmp_path / "in", **{"SYSPAR/MOC.cfg": moc.replace("{base}", ""), "SYSPAR/SYS.cfg": ""})
+    found = {t.name: t.robot for t in discover(source).tasks}
+    assert found["RAPID/TASK1"] == "irb4600_60_205"
 
 
 def test_targets_are_taken_in_the_world_where_the_controller_places_the_base(tmp_path: Path) -> None:

@@ -20,6 +20,9 @@ BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 RARE = {
     "at_bound[]",
     "effects.fitted[]",
+    "expected_remaining_fraction[]",
+    "mass_factor[]",
+    "stiffness_factor[]",
     "missing[].not_separable_from[]",
     "missing[].not_seen_beside[]",
     "missing[].structure.NAME",

@@ -11,16 +11,26 @@ def test_list_says_what_each_arm_can_do(call: Call) -> None:
     outcome = call("robots", "list")
     assert (outcome.code, outcome.err) == (0, "")
     lines = {line.split()[0]: line for line in outcome.out.splitlines()}
-    assert "elasticity known" in lines["irb4600_60_205"]
-    assert "elasticity to be fitted" in lines["irb4600_40_255"]
-    assert "forward models and fitting only" in lines["ur10"]
+    assert "stiffness measured" in lines["irb4600_60_205"] and "spherical wrist" in lines["irb4600_60_205"]
+    assert "stiffness estimated" in lines["irb4600_40_255"]
+    assert "stiffness unknown" in lines["ur10"] and "forward models and fitting only" in lines["ur10"]
+    assert "described, not computed" in lines["irb6660_205_19"]
 
 
 def test_show_gives_every_number_with_its_source(call: Call) -> None:
     outcome = call("robots", "show", "irb4600_60_205")
     assert outcome.code == 0
-    assert "torque [N m]            not known" in outcome.out
-    assert "estimate" in outcome.out
+    rows = json.loads(call("robots", "show", "irb6700_245_300", "--json").out)["known"]
+    assert {row["quantity"]: row["status"] for row in rows} == {
+        "payload [kg]": "known", "reach to the wrist [mm]": "known", "offsets of the axes [mm]": "estimated",
+        "lower limit [deg]": "known", "upper limit [deg]": "known", "speed [deg/s]": "estimated",
+        "acceleration [rad/s^2]": "estimated", "jerk [rad/s^3]": "estimated", "torque [N m]": "unknown",
+        "stiffness [N m/rad]": "estimated", "within a factor of (95 %)": "known",
+        "mass of bodies [kg]": "estimated", "within a factor of (68 %)": "known",
+    }  # fmt: skip
+    assert "torque [N m]               unknown" in outcome.out
+    assert "stiffness [N m/rad]        known" in outcome.out and "seed paper, Table 2" in outcome.out
+    assert all(row["source"] for row in rows if row["status"] != "unknown")
     document = json.loads(call("robots", "show", "irb4600_60_205", "--json").out)
     assert document["schema"] == "postproc/robot/1"
     assert document["limits_deg"][1] == [-90.0, 150.0]
@@ -32,4 +42,5 @@ def test_show_gives_every_number_with_its_source(call: Call) -> None:
 def test_unknown_robot(call: Call) -> None:
     outcome = call("robots", "show", "irb9999")
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("error[KIN006]: there is no robot `irb9999`\n  = help: known: `irb4600_20_250`, ")
+    assert outcome.err.startswith("error[KIN006]: there is no robot `irb9999`\n  = help: ")
+    assert "`postproc robots list` has all names" in outcome.err

@@ -14,8 +14,8 @@ from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.options import Options
 from postproc.compensate.proof import distance_to_curves
 from postproc.compensate.reading import read_samples
-from postproc.compensate.values import TargetValue
 from postproc.compensate.requests import Requester
+from postproc.compensate.values import TargetValue
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.motion.curves import build_curves

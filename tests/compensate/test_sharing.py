@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from postproc.compensate.added_targets import _bent
-from postproc.compensate.outcomes import SHARED
 from postproc.compensate.laws import fit_affine
+from postproc.compensate.outcomes import SHARED
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)

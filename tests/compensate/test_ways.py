@@ -11,7 +11,17 @@ from postproc.compensate.assignment import ELSEWHERE, WAYS
 from postproc.compensate.outcomes import SHARED, SOMETIMES, UNKNOWN_START
 from postproc.effects.backlash import Backlash
 from tests.compensate.build import (
-    AXES, FORCE, arm, codes, convert, events, lines_of, module, outcome, target, written,
+    AXES,
+    FORCE,
+    arm,
+    codes,
+    convert,
+    events,
+    lines_of,
+    module,
+    outcome,
+    target,
+    written,
 )  # fmt: skip
 from tests.independent.arm import ARMS
 from tests.independent.verify import check

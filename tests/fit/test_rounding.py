@@ -88,14 +88,14 @@ def test_orientations_that_repeats_know_weigh_by_that_where_angles_are_rounded()
 
 def test_significance_is_honest_where_angles_are_rounded():
     deviations = []
-    for i in range(10):
+    for i in range(12):
         data = rounded(cell(seed=5170 + i, noise=0.012, poses=80, robot=ARMS[i % 3])[0])
-        fit = base_fit(data, ARMS[i % 3], more=("backlash", "thermal_joint_drift"))
+        fit = base_fit(data, ARMS[i % 3], more=("wrist_coupling", "thermal_joint_drift"))
         sigma = dict(zip(fit.parameters, np.sqrt(np.diag(fit.covariance)), strict=True))
         deviations += [
             fit.model.effect(k).vector()[i] / s
             for (k, i), s in sigma.items()
-            if k in ("backlash", "thermal_joint_drift")
+            if k in ("wrist_coupling", "thermal_joint_drift")
         ]
     assert len(deviations) > 100
     assert 0.85 < np.std(deviations) < 1.15

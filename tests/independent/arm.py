@@ -284,12 +284,16 @@ _LIMITS = np.radians([[-180, 180], [-90, 150], [-180, 75], [-400, 400], [-125, 1
 
 
 def irb4600(
-    a2: float = 0.900, d4: float = 0.960, d6: float = 0.135, name: str = "irb4600_60_205", cast: bool = False
+    a2: float = 0.900,
+    d4: float = 0.960,
+    d6: float = 0.135,
+    name: str = "irb4600_60_205",
+    cast: tuple[float, float] | None = None,
 ) -> Arm:
     """ABB IRB 4600; zero pose: upper arm up, forearm forward; axes +z +y +y +x +y +x.
 
     Centres of mass keep their place in the body's own frame when the lengths differ from the 60/2.05 (the misprint of the
-    study); where longer castings make the difference (``cast``), theirs move outwards by half of it.
+    study); another size (``cast`` gives its moving mass and its reach) has masses and centres of the rule for all arms.
     """
     a1, a3, d1 = 0.175, 0.175, 0.495
     tool0 = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
@@ -317,10 +321,15 @@ def irb4600(
     )
     axis = np.array([[0.0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
     center = _CENTER_AT_ZERO - origin
-    center[2, 2] += 0.5 * (a2 - 0.900) * cast
-    center[4, 0] += 0.5 * (d4 - 0.960) * cast
+    mass, gyration = _MASS.copy(), _GYRATION
+    if cast is not None:
+        moving, reach = cast
+        mass = np.array([57.0, *(np.array([0.37, 0.26, 0.24, 0.10, 0.022, 0.008]) * moving)])
+        offset = [[0, 0, 0], [0.5 * a1, 0, 0.73 * d1], [0, 0.04 * a2, 0.45 * a2], [0.09 * d4, 0, 0.6 * a3]]
+        center = np.array([*offset, [0.63 * d4, 0, 0], [0, 0, 0], [0.78 * d6, 0, 0]])
+        gyration = np.array([0.0, 0.6 * d1, 0.39 * a2, 0.26 * d4, 0.23 * d4, 0.10 * reach / 2.05, 0.05 * reach / 2.05])
     lengths = {"a1": a1, "a2": a2, "a3": a3, "d1": d1, "d4": d4, "d6": d6}
-    return Arm(name, link, axis, _MASS.copy(), center, _LIMITS[:, 0], _LIMITS[:, 1], lengths, _GYRATION)
+    return Arm(name, link, axis, mass, center, _LIMITS[:, 0], _LIMITS[:, 1], lengths, gyration)
 
 
 def _dh(name: str, rows: list[tuple[float, float, float]], mass: list[float], center: list[list[float]]) -> Arm:
@@ -365,8 +374,8 @@ def ur5() -> Arm:
 ARMS: dict[str, Callable[[], Arm]] = {
     "irb4600_60_205": irb4600,
     "irb4600_60_205_seed": lambda: irb4600(a2=1.075, name="irb4600_60_205_seed"),
-    "irb4600_20_250": lambda: irb4600(1.095, 1.2305, 0.085, "irb4600_20_250", cast=True),
-    "irb4600_40_255": lambda: irb4600(1.095, 1.270, 0.135, "irb4600_40_255", cast=True),
+    "irb4600_20_250": lambda: irb4600(1.095, 1.2305, 0.085, "irb4600_20_250", (355.0, 2.51)),
+    "irb4600_40_255": lambda: irb4600(1.095, 1.270, 0.135, "irb4600_40_255", (378.0, 2.55)),
     "ur10": ur10,
     "ur5": ur5,
 }

@@ -81,7 +81,8 @@ def _joined(angles: str, place: str) -> str:
 def test_another_arm_of_the_library_is_named():
     with pytest.raises(PostprocError) as error:
         read_measurements(source(table()), load_robot("irb4600_40_255"))
-    assert "`irb4600_60_205`: check the robot's name" in error.value.diagnostics[0].help
+    help_ = error.value.diagnostics[0].help
+    assert help_ == "they fit `irb4600_45_205` or `irb4600_60_205`: check the robot's name"
 
 
 def test_joint_zeros_are_for_the_fit():

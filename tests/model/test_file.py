@@ -120,7 +120,7 @@ def test_a_robot_file_beside_the_model_is_found(tmp_path: Path) -> None:
 
 def test_an_arm_of_unknown_stiffness_asks_for_a_fit() -> None:
     with pytest.raises(PostprocError) as error:
-        default_model("irb4600_20_250")
+        default_model("ur10")
     (found,) = error.value.diagnostics
     assert found.code == "MOD004"
     assert "postproc fit" in found.help

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Diagnostic, Source
 from postproc.motion.moves import read_moves
@@ -12,6 +13,8 @@ from postproc.motion.values import Move
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import matrix_pose
 from postproc.rapid.program.program import read_program
+from postproc.robot.configuration import confdata
+from postproc.robot.kinematics import forward
 from tests.motion.build import ROBOT, tcp
 
 E = "[9E9,9E9,9E9,9E9,9E9,9E9]"
@@ -127,7 +130,7 @@ def test_everything_out_of_reach_is_found_at_once_and_where() -> None:
     body += "MoveAbsJ [[0,0,0,0,130,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;"
     moves, findings, text = read(body)
     assert [d.code for d in findings] == ["KIN001", "KIN002", "KIN003", "KIN009"]
-    assert "cannot run 3 of 4" in findings[3].message
+    assert "cannot reach 3 of 4" in findings[3].message
     assert [text.encode()[slice(*(d.span or (0, 0)))].decode() for d in findings[:2]] == [far, odd]
     assert "joint 5" in findings[2].message
     assert [m.row for m in moves] == [0]
@@ -189,15 +192,18 @@ def test_the_place_that_a_kept_configuration_cannot_reach_is_named() -> None:
 @pytest.mark.parametrize(
     ("stations", "moving"),
     [
-        (["500", "500.04", "500.09", "500"], []),
-        (["500", "9E9", "500", "9E9"], []),
-        (["9E9", "500", "500", "9E9"], []),
-        (["500", "500.06", "500.12", "500.18"], [2]),
-        (["500", "9E9", "750", "750"], [2]),
+        (["0", "0.04", "0.09", "0"], []),
+        (["0", "9E9", "0", "9E9"], []),
+        (["9E9", "0", "-0.05", "9E9"], []),
+        (["500", "500.04", "500.09", "500"], [0]),
+        (["500", "9E9", "500", "9E9"], [0]),
+        (["9E9", "500", "500", "9E9"], [1]),
+        (["500", "500.06", "500.12", "500.18"], [0, 2]),
+        (["500", "9E9", "750", "750"], [0, 2]),
         (["0", "0", "0.2", "0"], [2, 3]),
     ],
 )
-def test_external_axes_that_move_are_refused_where_they_do(stations: list[str], moving: list[int]) -> None:
+def test_external_axes_away_from_zero_are_refused_where_they_get_there(stations: list[str], moving: list[int]) -> None:
     lines = [f"MoveL {P1[: -len(E) - 1]}[{axis},9E9,9E9,9E9,9E9,9E9]],v50,fine,t1;" for axis in stations]
     _, findings, text = read("\n".join(lines))
     first = text[: text.index("MoveL")].count("\n") + 1
@@ -213,6 +219,9 @@ def test_axes_that_carry_nothing_may_move() -> None:
     assert {free: [d.code for d in findings] for free, findings in found.items()} == {
         "": ["MOT008"], "a": ["MOT008"], "ab": []
     }  # fmt: skip
+    away = f"MODULE M\n{DATA}PROC main()\n{lines[1]}\nENDPROC\nENDMODULE\n"
+    _, standing = read_moves(ROBOT, walk(read_program([Source("m.mod", away.encode())])), "b")
+    assert [d.message.partition(":")[0] for d in standing] == ["external axes stand away from zero (eax_a at 90)"]
     assert "(eax_a, eax_b)" in found[""][0].message and "(eax_b)" in found["a"][0].message
     assert found["a"][0].help.startswith("if they carry neither, say `--free-axes b`")
 
@@ -285,3 +294,31 @@ def test_configurations_that_were_never_set_are_told_from_another_arm(x: float, 
     text = f"MODULE M\nPROC main()\n{body}ENDPROC\nENDMODULE\n"
     findings = read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]
     assert [said in d.message for d in findings if d.code == "KIN009"] == [True]
+
+
+def _located(targets: list[str]) -> list[str]:
+    """Codes of what is found in a program that goes to these targets one after another."""
+    body = "".join(f"MoveJ {target},v200,fine,tool0;\n" for target in targets)
+    text = f"MODULE M\nPROC main()\n{body}ENDPROC\nENDMODULE\n"
+    return [d.code for d in read_moves(ROBOT, walk(read_program([Source("m.mod", text.encode())])))[1]]
+
+
+def test_one_mistyped_target_and_wrong_configurations_are_no_other_arm() -> None:
+    """Three statements go to one target that is 2 m off; four of nine state a branch that does not exist."""
+    q = [np.array([-0.36, 0.3 + 0.02 * k, 0.1, 0.2, 0.8, 0.1]) for k in range(9)]
+    T = [forward(ROBOT, x)[0] for x in q]
+    conf = [",".join(map(str, confdata(ROBOT, x[None])[0].tolist())) for x in q]
+    place = [np.round(1e3 * t[:3, 3], 3) for t in T]
+    turn = [Rotation.from_matrix(t[:3, :3]).as_quat(scalar_first=True).round(9) for t in T]
+
+    def target(k: int, dx: float = 0.0, robconf: str = "") -> str:
+        p = place[k] + np.array([dx, 0, 0])
+        return f"[{p.tolist()},{turn[k].tolist()},[{robconf or conf[k]}],{E}]"
+
+    good = [target(k) for k in range(9)]
+    assert _located(good) == []
+    assert _located([*good[:6], *[target(6, 2000.0)] * 3]) == ["KIN001"] * 3
+    assert _located([*good[:5], *[target(k, robconf="2,0,0,5") for k in range(5, 9)]]) == ["KIN002"] * 4
+    assert _located([target(k, 2000.0) for k in range(9)])[-1] == "KIN009"
+    wrong = [target(k, robconf="2,0,0,5") for k in range(9)]
+    assert _located(wrong)[-1] == "KIN009"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
-from postproc.robot.catalogue import ARMS, doubts, list_robots, load_robot, read_robot
+from postproc.robot.catalogue import ARMS, describe_robot, doubts, list_robots, load_robot, read_robot
 from postproc.robot.configuration import confdata
 from postproc.robot.inverse import joint_solution
 from postproc.robot.kinematics import body_poses, forward
@@ -26,7 +26,7 @@ def test_shipped_numbers() -> None:
     at_zero = T[:, :3, 3] + np.einsum("bij,bj->bi", T[:, :3, :3], robot.center)
     assert at_zero[4] == pytest.approx([0.78, 0, 1.57])
     assert load_robot("irb4600_60_205_seed").link[2, 2, 3] == pytest.approx(1.075)
-    assert load_robot("irb4600_20_250").joint_compliance is None
+    assert load_robot("irb4600_60_205").stiffness_source == "measured" and load_robot("ur10").joint_compliance is None
 
 
 @pytest.mark.parametrize("name", sorted(set(list_robots()) & set(A.ARMS)))
@@ -35,7 +35,7 @@ def test_masses_agree_with_an_independent_table_and_every_number_has_a_source(na
     q = np.random.default_rng(1).uniform(-2, 2, (5, 6))
     f = other.forward(q, np.eye(4))
     T = body_poses(robot, q)
-    assert robot.mass[1:] == pytest.approx(other.mass[1:])
+    assert robot.mass[1:] == pytest.approx(other.mass[1:], rel=2e-3)
     if "205" in name or name.startswith("ur"):
         for b in range(1, 7):
             center = T[:, b, :3, 3] + T[:, b, :3, :3] @ robot.center[b]
@@ -73,12 +73,11 @@ def test_mistakes_are_found_at_their_place() -> None:
     assert codes(good.replace("[dh]", "[chian]"))[0][0] == "KIN007"
 
 
-def test_unknown_robot_lists_the_known_ones() -> None:
+def test_an_unknown_robot_is_told_with_the_nearest_names() -> None:
     with pytest.raises(PostprocError) as error:
-        load_robot("irb9000")
-    text = str(error.value)
-    assert "KIN006" in text
-    assert "`irb4600_60_205`" in text
+        load_robot("irb4600_60_250")
+    (found,) = error.value.diagnostics
+    assert found.code == "KIN006" and found.help.startswith("did you mean `irb4600_60_205` or ")
 
 
 URDF = """<robot name="arm"><link name="base"/>{links}{joints}<link name="tool0"/>
@@ -127,6 +126,41 @@ def test_urdf_gives_the_same_arm(tmp_path: Path) -> None:
     assert error.value.diagnostics[0].code == "KIN007"
 
 
+@pytest.mark.parametrize("quarter", ["1.5708", "1.571", "1.570796", "1.57079633", "1.5707963267948966"])
+def test_rounded_quarter_turns_of_a_urdf_are_quarter_turns(tmp_path: Path, quarter: str) -> None:
+    """tool0 with rpy="0 1.5708 0", as in the common URDFs of ABB arms: four digits are enough for the closed form."""
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace('rpy="0 1.5707963267948966 0"', f'rpy="0 {quarter} 0"'), encoding="utf-8")
+    robot, shipped = load_robot(path), load_robot("irb4600_60_205")
+    q = np.random.default_rng(0).uniform(-3, 3, (20, 6))
+    assert robot.opw is not None and np.abs(forward(robot, q) - forward(shipped, q)).max() < 1e-12
+    told = [d for d in doubts(robot) if d.code == "KIN013"]
+    assert [d.severity for d in told] == ([] if len(quarter) > 12 else ["info"])
+    assert all(quarter in d.message for d in told)
+
+
+def test_an_angle_that_is_meant_stays(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf().replace('rpy="0 1.5707963267948966 0"', 'rpy="0 1.5650 0"'), encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.opw is None and doubts(robot) == []
+    assert robot.link[6, 0, 2] == pytest.approx(np.sin(1.565), abs=1e-12)
+
+
+def test_a_xacro_file_is_told_how_to_become_a_urdf(tmp_path: Path) -> None:
+    text = '<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m"/></robot>'
+    for name in ("arm.xacro", "arm.urdf.xacro", "arm.urdf"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        with pytest.raises(PostprocError) as caught:
+            load_robot(tmp_path / name)
+        (found,) = caught.value.diagnostics
+        assert found.code == "KIN007" and "xacro" in found.message
+        assert f"`xacro {tmp_path / name} > arm_made.urdf`" in found.help
+    left = urdf().replace('<robot name="arm">', '<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro">')
+    (tmp_path / "made.urdf").write_text(left, encoding="utf-8")
+    assert load_robot(tmp_path / "made.urdf").opw is not None
+
+
 def test_a_urdf_that_is_hardly_meant_is_doubted(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
 
@@ -139,7 +173,7 @@ def test_a_urdf_that_is_hardly_meant_is_doubted(tmp_path: Path) -> None:
     assert "no masses" in massless
     [long] = said(urdf().replace("0 0 0.9", "0 0 900").replace("0.96 0 0", "960 0 0"))
     assert "lengths are in m in a URDF" in long
-    assert [doubts(load_robot(name)) for name in list_robots()] == [[]] * len(list_robots())
+    assert [doubts(describe_robot(name)) for name in list_robots()] == [[]] * len(list_robots())
 
 
 def test_limits_of_a_urdf_are_an_interval(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from postproc.diagnostics import Source
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Module
 
-_OPEN = re.compile(rb"(?i)\bPERS\s[^:;]*;")  # a declaration without a value
+_OPEN = re.compile(rb"(?i)\bPERS\s[^:;]{0,500}+;")  # a declaration without a value
 _END = len(b"ENDMODULE")
 
 

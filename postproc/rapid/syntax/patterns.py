@@ -59,8 +59,10 @@ ROUTINE_HEAD = re.compile(
     rb"(?i:(?:(FUNC)" + GAP + WORDED + rb"|(PROC|TRAP)))" + GAP + WORDED + rb"(?:" + GAP + rb"(\("
     + many(rb"[^()\"!]++|" + STRING + rb"|" + COMMENT) + rb"\)))?"
 )  # fmt: skip
+# A search does not start again at every letter of a long word, nor at every blank before it.
+_NOT_INSIDE = rb"(?:(?=[,|(\\])|(?<![\w\x80-\xff\s!]))"
 PARAMETER = _spaced(
-    rb"", rb"([,|(]?)", rb"(\\?)", _maybe(rb"(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])") + WORDED, WORDED,
+    _NOT_INSIDE, rb"([,|(]?)", rb"(\\?)", _maybe(rb"(?i:(VAR|PERS|INOUT|CONST))(?![\w\x80-\xff])") + WORDED, WORDED,
     rb"(\{[^{}]*+\})?",
 )  # fmt: skip
 FIELD = _spaced(rb"", WORDED, WORDED, rb";")

@@ -1,0 +1,81 @@
+"""What an estimated stiffness means: how much of the deflection is left once it is corrected by the estimate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.deflection import Deflection
+from postproc.model.loads import loaded_state
+from postproc.robot.kinematics import jacobian
+
+DRAWS = 4096
+WITHIN_95 = 1.959964  # standard deviations of a normal distribution that hold 95 %
+STIFFNESS_FACTOR = np.array([4, 3, 2.5, 2.5, 3.5, 2.5])
+"""Factors that hold 95 % of arms about the rule of the library, where an arm's file states none (docs/robot.md)."""
+
+
+def remaining_fraction(model: Model, state: State) -> tuple[float, float]:
+    """Interval that holds 95 % of the arms of which the estimate speaks, of the share of the deflection that remains.
+
+    The deflection of the TCP is d = sum_js x_js, the share of joint j under source s (bodies 1 to 6; all that is
+    stated: payload, force, effects), x_js = J_j c_j tau_js. An arm has a_js = f_j g_s times as much of each: f_j its
+    compliance over the estimate, log-normal with 95 % within the arm's factor; g_s its mass over the estimate,
+    log-normal with one standard deviation at the body's factor, 1 for what is stated. Over all states, with the Gram
+    matrix G of the shares, what remains of that arm's deflection is rho = sqrt((a - 1)^T G (a - 1) / a^T G a); its
+    quantiles are taken over a scrambled Sobol sequence (Owen 1998), the same every time. Above 1 the correction is
+    worse than none.
+
+    Args:
+        state: n states with all loads, where the correction is made.
+
+    Returns:
+        2.5 % and 97.5 % quantiles of rho.
+    """
+    from scipy.stats import norm, qmc
+
+    shares = _shares(model, state)
+    gram = shares @ shares.T
+    if not gram.any():
+        return 0.0, 0.0
+    robot = model.robot
+    factor = STIFFNESS_FACTOR if robot.stiffness_factor is None else robot.stiffness_factor
+    masses = np.ones(7) if robot.mass_factor is None else robot.mass_factor
+    spread = np.concatenate([np.log(factor) / WITHIN_95, np.log(masses[1:])])
+    drawn = np.exp(norm.ppf(qmc.Sobol(len(spread), rng=np.random.default_rng(0)).random(DRAWS)) * spread)
+    sources = np.column_stack([drawn[:, 6:], np.ones(DRAWS)])
+    a = (drawn[:, :6, None] * sources[:, None, :]).reshape(DRAWS, -1)
+    left, whole = (np.einsum("kp,pq,kq->k", x, gram, x, optimize=True) for x in (a - 1.0, a))
+    low, high = np.quantile(np.sqrt(np.maximum(left, 0.0) / whole), [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _shares(model: Model, state: State) -> Array:
+    """(42, 3 n) shares of the TCP's deflection [m]: joint by joint, of bodies 1 to 6 and of what is stated."""
+    spring = model.effect("joint_compliance")
+    if spring is None:
+        return np.zeros((42, 3 * len(state)))
+    state = state.with_(robot=model.robot, gravity=model.gravity)
+    whole = _torques(model, state)
+    bare = state.with_(payload_mass=None, wrench=None)
+    single = [_torques(_only(model, body), bare) for body in range(1, 7)]
+    torques = np.stack([*single, whole - np.sum(single, axis=0)])  # (7, n, 6)
+    columns = jacobian(model.robot, state.q, state.T_flange_tcp)[:, :3] * spring.vector()  # (n, 3, 6)
+    return np.einsum("nij,snj->jsni", columns, torques).reshape(42, -1)
+
+
+def _torques(model: Model, state: State) -> Array:
+    loads = loaded_state(model, state, Deflection(np.zeros((len(state), 6)), {}, None, None), ()).joint_load
+    assert loads is not None
+    return loads
+
+
+def _only(model: Model, body: int) -> Model:
+    """The arm with the mass of one body, and no effects."""
+    alone = np.arange(7) == body
+    robot = replace(model.robot, mass=model.robot.mass * alone, inertia=model.robot.inertia * alone[:, None, None])
+    return Model(robot, (), model.R_world_base, model.T_flange_tcp)

@@ -1,0 +1,187 @@
+"""What stands around an arm: tracks, gantries and positioners, what each carries, and where that puts base and work.
+
+The chain is world, track or gantry, base, arm on one side and world, positioner, user frame on the other. Positions of
+external axes are (n, 6) arrays by letter a to f, in m and rad, NaN where nothing is known.
+
+A unit's frame is where its last joint ends:
+
+    T_world_end(e) = T_world_parent(e) T_parent_base Prod_j (T_before_j Move_j(e))
+
+with Move_j a shift along, or a turn about, the joint's direction. An arm stands at T_world_end(e) T_unit_base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
+from postproc.rapid.program.records import NO_AXIS
+from postproc.robot.pose import transform
+
+LETTERS = "abcdef"
+Kind = Literal["linear", "rotary", "fixed"]
+
+
+def _identity() -> Array:
+    return np.eye(4)
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint of a track, gantry or positioner.
+
+    Args:
+        axis: letter of the external axis that moves it; None for a joint that is locked.
+        direction: (3,) unit vector along which it slides or about which it turns, right before it moves.
+        T_before: (4, 4) from where the joint before it ends.
+        lower, upper: limits [m] or [rad]; speed: largest [m/s] or [rad/s]; None where nothing is said.
+        leader: letter of the axis that it follows where its own position is not stated (two drives of one portal).
+    """
+
+    name: str
+    axis: str | None
+    kind: Kind
+    direction: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    T_before: Array = field(default_factory=_identity)
+    lower: float | None = None
+    upper: float | None = None
+    speed: float | None = None
+    leader: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A mechanical unit, as RAPID names it (``ActUnit STN1``, ``ufmec``).
+
+    Args:
+        parent: the unit on which it stands; None for the world.
+        T_parent_base: (4, 4) its base frame there.
+        active: whether it is active after start.
+        unknown: why its motion is not known; empty where it is.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    parent: str | None = None
+    T_parent_base: Array = field(default_factory=_identity)
+    active: bool = True
+    unknown: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CellArm:
+    """An arm of the cell.
+
+    Args:
+        type: what the controller calls it.
+        unit: the unit that carries it; None for one that stands in the world.
+        T_unit_base: (4, 4) its base frame at the end of that unit, or in the world.
+        gravity: (3,) in base axes, with all external axes at zero [m/s^2]; None where it is not known.
+    """
+
+    name: str
+    type: str
+    unit: str | None = None
+    T_unit_base: Array = field(default_factory=_identity)
+    gravity: Array | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CellTask:
+    """A task of the controller: whether it moves anything, the arm that it drives, and its units."""
+
+    name: str
+    moves: bool
+    arm: str | None
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Units, arms and tasks by name in lower case, and what about them is not understood."""
+
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    arms: Mapping[str, CellArm] = field(default_factory=dict)
+    tasks: Mapping[str, CellTask] = field(default_factory=dict)
+    findings: tuple[Diagnostic, ...] = ()
+
+    def unit(self, name: str) -> Unit:
+        """The unit of a name, in any case; KeyError where there is none."""
+        return self.units[name.lower()]
+
+    def joints(self, units: tuple[str, ...]) -> dict[str, Joint]:
+        """The joints of some units by the letter of their axis."""
+        return {j.axis: j for name in units for j in self.unit(name).joints if j.axis is not None}
+
+
+def axis_positions(cell: Cell, units: tuple[str, ...], extax: Array) -> Array:
+    """(n, 6) positions [m], [rad] of ``extax`` (n, 6) as RAPID states them: mm and degrees, 9E9 for nothing.
+
+    Args:
+        units: those of the task: each task has its own axes a to f. Axes of none of them are NaN.
+    """
+    stated = np.asarray(extax, dtype=float).reshape(-1, 6)
+    found = np.full(stated.shape, np.nan)
+    for letter, joint in cell.joints(units).items():
+        column = stated[:, LETTERS.index(letter)]
+        scale = 1e-3 if joint.kind == "linear" else np.pi / 180.0
+        found[:, LETTERS.index(letter)] = np.where(column < NO_AXIS, scale * column, np.nan)
+    return found
+
+
+def unit_frames(cell: Cell, name: str, positions: Array) -> Array:
+    """T_world_end (n, 4, 4) of a unit at axis positions (n, 6); NaN where a position that it needs is not known.
+
+    Raises:
+        KeyError: there is no such unit.
+    """
+    unit = cell.unit(name)
+    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
+    T = np.tile(np.eye(4), (len(positions), 1, 1)) if unit.parent is None else unit_frames(cell, unit.parent, positions)
+    T = T @ unit.T_parent_base
+    if unit.unknown:
+        return np.full_like(T, np.nan)
+    for joint in unit.joints:
+        T = T @ joint.T_before @ _moved(joint, positions)
+    return T
+
+
+def base_frames(cell: Cell, arm: str, positions: Array) -> Array:
+    """T_world_base (n, 4, 4) of an arm at axis positions (n, 6); NaN where a position that it needs is not known."""
+    found = cell.arms[arm.lower()]
+    positions = np.asarray(positions, dtype=float).reshape(-1, 6)
+    if found.unit is None:
+        return np.tile(found.T_unit_base, (len(positions), 1, 1))
+    return unit_frames(cell, found.unit, positions) @ found.T_unit_base
+
+
+def gravity_at(cell: Cell, arm: str, positions: Array) -> Array | None:
+    """(n, 3) gravity in base axes [m/s^2]: what is stated at zero, turned as the chain turns the base."""
+    stated = cell.arms[arm.lower()].gravity
+    if stated is None:
+        return None
+    zero = base_frames(cell, arm, np.zeros((1, 6)))[0, :3, :3]
+    return np.einsum("nji,jk,k->ni", base_frames(cell, arm, positions)[:, :3, :3], zero, stated)
+
+
+def _moved(joint: Joint, positions: Array) -> Array:
+    """(n, 4, 4) what a joint does at axis positions (n, 6)."""
+    n = len(positions)
+    if joint.kind == "fixed" or joint.axis is None:
+        return np.tile(np.eye(4), (n, 1, 1))
+    value = positions[:, LETTERS.index(joint.axis)]
+    if joint.leader is not None:
+        value = np.where(np.isnan(value), positions[:, LETTERS.index(joint.leader)], value)
+    way = value[:, None] * joint.direction
+    if joint.kind == "linear":
+        return transform(way)
+    known = np.isfinite(value)
+    turn = np.full((n, 3, 3), np.nan)
+    turn[known] = Rotation.from_rotvec(way[known]).as_matrix()
+    return transform(np.zeros((n, 3)), turn)

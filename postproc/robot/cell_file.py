@@ -1,0 +1,161 @@
+"""The cell that a TOML file states: ``[[external_axes]]`` of a model file or of a file of its own.
+
+Each entry is one external axis: its letter, how it moves, what it carries, and its frame in the world with all axes at
+zero. A linear axis slides along +x of its frame, a rotary one turns about +z. The robot's base frame is that at zero.
+Entries of one unit stand on one another in their order; ``parent`` is the letter of the axis on which another stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial.transform import Rotation
+
+from postproc.arrays import Array, invert
+from postproc.diagnostics import PostprocError, Source
+from postproc.robot.cell import Cell, CellArm, Joint, Unit
+from postproc.robot.controller import Backup, read_backup, read_entries
+from postproc.robot.mechanical_units import GRAVITY, read_cell
+from postproc.robot.pose import rpy, transform
+from postproc.tomlfile import check, parse_toml, read_source, span_of
+
+ROBOT = "robot"
+"""What the arm is called in a cell that a TOML file states: there is one."""
+Letter = Literal["a", "b", "c", "d", "e", "f"]
+Vec3 = tuple[float, float, float]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ExternalAxis(_Table):
+    """One entry of ``[[external_axes]]``; mm and degrees."""
+
+    axis: Letter
+    kind: Literal["linear", "rotary"]
+    carries: Literal["robot", "work", "nothing"]
+    unit: Annotated[str, Field(min_length=1)] | None = None
+    parent: Letter | None = None
+    xyz_mm: Vec3 = (0.0, 0.0, 0.0)
+    quat: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    limits: tuple[float, float] | None = None
+    speed: Annotated[float, Field(gt=0)] | None = None
+
+    @property
+    def name(self) -> str:
+        """The unit that it belongs to."""
+        return self.unit or f"eax_{self.axis}"
+
+
+class Mounting(_Table):
+    """How the base stands in the world with all axes at zero: roll, pitch, yaw about fixed axes."""
+
+    rpy_deg: Vec3 = (0.0, 0.0, 0.0)
+
+
+class _File(_Table):
+    mounting: Mounting = Mounting()
+    external_axes: list[ExternalAxis] = []
+
+
+def read_cell_file(path: Path) -> Cell:
+    """The cell of a TOML file, of a controller's backup (a folder), or of its MOC.cfg.
+
+    Raises:
+        PostprocError: KIN016, the file cannot be read, or what it says does not fit, at file:line:col.
+    """
+    if path.is_dir():
+        return read_cell(read_backup(path))
+    if path.suffix.lower() == ".cfg":
+        return read_cell(Backup(motion=read_entries(read_source(path, "KIN016").data.decode("latin-1"))))
+    source = read_source(path, "KIN016")
+    file = check(_File, parse_toml(source, "KIN016"), source, "KIN016")
+    return stated_cell(file.external_axes, file.mounting, source)
+
+
+def stated_cell(axes: Sequence[ExternalAxis], mounting: Mounting, source: Source) -> Cell:
+    """The cell of ``[[external_axes]]``; its arm is called `ROBOT`.
+
+    Args:
+        source: the file that holds them, for the places of findings.
+
+    Raises:
+        PostprocError: KIN016, an axis twice, a parent that is none, two chains that carry the robot.
+    """
+    below = _parents(axes, source)
+    frames: dict[str, Array] = {a.axis: _frame(a, i, source) for i, a in enumerate(axes)}
+    units: dict[str, Unit] = {}
+    for axis in axes:
+        parent = below[axis.axis]
+        at_zero = np.eye(4) if parent is None else frames[parent]
+        T = invert(at_zero[None])[0] @ frames[axis.axis]
+        joint = _joint(axis)
+        key, owner = axis.name.lower(), next((a.name for a in axes if a.axis == parent), None)
+        if key in units:
+            units[key] = replace(units[key], joints=(*units[key].joints, replace(joint, T_before=T)))
+        else:
+            units[key] = Unit(axis.name, (joint,), owner, T)
+    carrier = _carrier(axes, below, source)
+    R = rpy(np.radians(mounting.rpy_deg))
+    unit, T_unit_base = None, np.eye(4)
+    if carrier is not None:
+        unit, T_unit_base = carrier.name, invert(frames[carrier.axis][None])[0]
+    arm = CellArm(ROBOT, "", unit, T_unit_base, R.T @ np.array([0.0, 0.0, -GRAVITY]))
+    return Cell(units, {ROBOT: arm})
+
+
+def _parents(axes: Sequence[ExternalAxis], source: Source) -> dict[str, str | None]:
+    """On which axis each stands, by letters; entries of one unit on the one before."""
+    found: dict[str, str | None] = {}
+    last: dict[str, str] = {}
+    for i, axis in enumerate(axes):
+        if axis.axis in found:
+            raise _wrong(f"eax_{axis.axis} is described twice", source, i, "axis")
+        parent = last.get(axis.name.lower(), axis.parent)
+        if parent is not None and parent not in found:
+            raise _wrong(
+                f"eax_{parent}, on which eax_{axis.axis} stands, is not described before it", source, i, "parent"
+            )
+        if axis.parent is not None and parent != axis.parent:
+            raise _wrong(f"eax_{axis.axis} stands on eax_{parent}, the axis before it in its unit", source, i, "parent")
+        found[axis.axis], last[axis.name.lower()] = parent, axis.axis
+        if axis.limits is not None and not axis.limits[0] < axis.limits[1]:
+            raise _wrong(f"eax_{axis.axis}: the lower limit is not below the upper one", source, i, "limits")
+    return found
+
+
+def _carrier(axes: Sequence[ExternalAxis], below: dict[str, str | None], source: Source) -> ExternalAxis | None:
+    """The axis whose end carries the robot: of those that carry it the one on which no other stands."""
+    carrying = {a.axis for a in axes if a.carries == ROBOT}
+    ends = [i for i, a in enumerate(axes) if a.axis in carrying and a.axis not in {below[c] for c in carrying}]
+    if len(ends) > 1:
+        first, second = axes[ends[0]].axis, axes[ends[1]].axis
+        text = f"eax_{first} and eax_{second} both carry the robot, and neither stands on the other"
+        raise _wrong(text, source, ends[1], "carries")
+    return axes[ends[0]] if ends else None
+
+
+def _joint(axis: ExternalAxis) -> Joint:
+    scale = 1e-3 if axis.kind == "linear" else np.pi / 180.0
+    lower, upper = (None, None) if axis.limits is None else (scale * x for x in axis.limits)
+    direction = np.array([1.0, 0.0, 0.0] if axis.kind == "linear" else [0.0, 0.0, 1.0])
+    speed = None if axis.speed is None else scale * axis.speed
+    return Joint(f"eax_{axis.axis}", axis.axis, axis.kind, direction, lower=lower, upper=upper, speed=speed)
+
+
+def _frame(axis: ExternalAxis, index: int, source: Source) -> Array:
+    if abs(np.linalg.norm(axis.quat) - 1.0) > 1e-2:
+        raise _wrong(f"eax_{axis.axis}: `quat` has not the length 1", source, index, "quat")
+    turn = Rotation.from_quat(axis.quat, scalar_first=True).as_matrix()
+    return transform(np.array(axis.xyz_mm) * 1e-3, turn)
+
+
+def _wrong(text: str, source: Source, index: int, key: str) -> PostprocError:
+    span = span_of(source, ("external_axes", index, key)) or span_of(source, ("external_axes", index))
+    return PostprocError.of("KIN016", text, source, span, "docs/robot.md describes `[[external_axes]]`")

@@ -1,0 +1,163 @@
+"""What a controller's backup says about its tasks: their names, which of them move an arm, and which arm.
+
+BACKINFO/backinfo.txt: ``>>TASK1: (T_ROB1,,)``. SYSPAR/SYS.cfg: CAB_TASKS name the motion tasks and their group of
+mechanical units, MECHANICAL_UNIT_GROUP its robot. SYSPAR/MOC.cfg: ROBOT gives the type, ``ROB1_4600_2.55_40``, and the
+base frame in the world. TASKn is not robot n. Gantries and positioners are entries of ROBOT too.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from postproc.diagnostics import Diagnostic
+from postproc.rapid.program.records import Pose
+from postproc.rapid.program.values import to_quat
+from postproc.rapid.unknown import Unknown
+from postproc.robot.type_names import library_name, nearest_names
+
+Entry = Mapping[str, str]
+Entries = Mapping[str, list[Entry]]
+"""Entries of a configuration file by type."""
+
+_ENTRY = re.compile(r'-(\w+)(?:[ \t]+(?:"([^"]*)"|([^-\s"][^\s"]*|-[\d.][^\s"]*)))?')
+_TASK = re.compile(r"^>>(TASK\w*):\s*\(([^,)]*)", re.MULTILINE | re.IGNORECASE)
+_ARM = re.compile(r"(?:ROB\d*|IRB)_", re.IGNORECASE)
+SETTLE = "name the arm, `--robot NAME`, or give its model, `-m MODEL`"
+
+
+@dataclass(frozen=True, slots=True)
+class Backup:
+    """What a backup says: task names by folder in upper case (``TASK1``), entries of SYS.cfg and of MOC.cfg."""
+
+    tasks: Mapping[str, str] = field(default_factory=dict)
+    system: Entries = field(default_factory=dict)
+    motion: Entries = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What a task moves.
+
+    Args:
+        task: its name on the controller, else that of its folder.
+        moves: whether it is a motion task; True where nothing is said.
+        arm: library name of its arm, None where that is not known.
+        unknown: why it is not known (KIN011): an error for a task that moves, unless the user names the arm.
+        base: the arm's base frame in the world [mm]; None where it moves or cannot be read.
+    """
+
+    task: str
+    moves: bool = True
+    arm: str | None = None
+    unknown: Diagnostic | None = None
+    base: Pose | None = Pose()
+
+
+def read_backup(folder: Path) -> Backup:
+    """The configuration in a controller's backup; empty where a file is missing or says nothing."""
+    names = {task.upper(): name.strip() for task, name in _TASK.findall(_text(folder, "BACKINFO", "backinfo.txt"))}
+    return Backup(names, *(read_entries(_text(folder, "SYSPAR", f"{name}.cfg")) for name in ("SYS", "MOC")))
+
+
+def read_drive(backup: Backup, folder: str) -> Drive:
+    """What the task in a folder (``TASK1``, or a task's own name) moves."""
+    name = backup.tasks.get(folder.upper(), folder)
+    tasks = by_name(backup.system, "CAB_TASKS")
+    task = tasks.get(name.lower())
+    moves = task is None or "motiontask" in task
+    robots = arm_entries(backup.motion)
+    group = by_name(backup.system, "MECHANICAL_UNIT_GROUP").get((task or {}).get("usemechanicalunitgroup", "").lower())
+    if group is not None:
+        robots = [r for r in robots if r.get("name", "").lower() == group.get("robot", "").lower()]
+        if not robots and "robot" not in group:
+            return Drive(name, False)  # a positioner's task
+    if len(robots) != 1:
+        listed = task is not None or not tasks
+        return Drive(name, moves, None, _not_known(_no_single_arm(name, robots, backup, listed)))
+    type_ = robots[0].get("use_robot_type", "")
+    arm = library_name(type_)
+    unknown = None if arm is not None else _not_in_library(name, type_)
+    return Drive(name, moves, arm, unknown, base_frame(robots[0]))
+
+
+def arm_entries(motion: Entries) -> list[Entry]:
+    """Entries of ROBOT that are arms: a type of ABB's or a serial number, and no chain of the customer's own."""
+    own = {e.get("name", "").lower() for e in motion.get("ROBOT_TYPE", []) if e.get("type", "").upper() == "GEN_KIN"}
+    return [
+        robot
+        for robot in motion.get("ROBOT", [])
+        if robot.get("use_robot_type", "").lower() not in own
+        and (robot.get("use_robot_serial_number") or _ARM.match(robot.get("use_robot_type", "")))
+    ]
+
+
+def base_frame(robot: Entry) -> Pose | None:
+    """Base frame [mm]; the configuration states metres. A frame that another unit moves (a track) is none."""
+    try:
+        x, y, z = (1e3 * float(robot.get(f"base_frame_pos_{axis}", 0.0)) for axis in "xyz")
+        rot = to_quat(tuple(float(robot.get(f"base_frame_orient_u{i}", not i)) for i in range(4)))
+    except (ValueError, Unknown):
+        return None
+    if robot.get("base_frame_coordinated") or not all(map(math.isfinite, (x, y, z, *rot))):
+        return None
+    return Pose((x, y, z), rot)
+
+
+def read_entries(text: str) -> Entries:
+    """Entries of a configuration file by type: a backslash at the end of a line continues it, ``#`` ends a type."""
+    found: dict[str, list[Entry]] = {}
+    current: list[Entry] = []
+    for line in re.sub(r"\\[ \t]*\r?\n[ \t]*", " ", text).splitlines():
+        if head := re.fullmatch(r"([A-Z]\w*):\s*", line):
+            current = found.setdefault(head[1], [])
+        elif line.lstrip().startswith("-"):
+            current.append({key.lower(): quoted or bare for key, quoted, bare in _ENTRY.findall(line)})
+    return found
+
+
+def read_quietly(path: Path) -> bytes:
+    """The bytes of a file that only helps to understand others; it is copied too, and reported then if it cannot be."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
+
+
+def _not_known(text: str, help_: str = SETTLE) -> Diagnostic:
+    return Diagnostic("KIN011", "error", text, help=help_)
+
+
+def _no_single_arm(task: str, robots: list[Entry], backup: Backup, listed: bool) -> str:
+    if robots:
+        each = " and ".join(f"`{r.get('name', '?')}` (`{r.get('use_robot_type', '?')}`)" for r in robots)
+        if not listed:
+            return f"the backup holds {each}, and its SYS.cfg does not list the task `{task}`, which moves one of them"
+        return f"the backup holds {each}, and no mechanical unit group says which of them `{task}` moves"
+    if not backup.motion:
+        return f"which arm `{task}` moves is not known: the backup has no SYSPAR/MOC.cfg, or it cannot be read"
+    return f"which arm `{task}` moves is not known: no ROBOT in the backup's MOC.cfg is its arm"
+
+
+def _not_in_library(task: str, type_: str) -> Diagnostic:
+    near = ", ".join(f"`{name}`" for name in nearest_names(type_))
+    text = f"`{task}` moves an arm of type `{type_}`, which is not in the library"
+    return _not_known(text, f"the nearest names are {near}; {SETTLE}")
+
+
+def by_name(entries: Entries, kind: str) -> dict[str, Entry]:
+    """Entries of a type by their name in lower case."""
+    return {entry["name"].lower(): entry for entry in entries.get(kind, []) if "name" in entry}
+
+
+def _text(backup: Path, folder: str, name: str) -> str:
+    """A file of the backup, its name in any case; empty where there is none."""
+    for path in sorted(backup.glob("*")):
+        if path.name.lower() == folder.lower() and path.is_dir():
+            for file in sorted(path.glob("*")):
+                if file.name.lower() == name.lower() and file.is_file():
+                    return read_quietly(file).decode("latin-1")
+    return ""
