@@ -115,6 +115,7 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("plan", cell, table, "-n", "3", "--between", "backlash,joint_offset"),
         ("runtime", "write", "-m", better, "-o", tmp_path / "ppModel.sys"),
         ("runtime", "check", tmp_path / "ppModel.sys", "-m", better),
+        ("runtime", "write", "-o", tmp_path / "bounded.sys", "--bound", "0.5"),
         ("robots", "list"),
         ("robots", "show", "ur5"),
         ("robots", "show", "irb4600_60_205"),
