@@ -25,6 +25,7 @@ ROOMS = (
     "patterns",
     "identify",
     "render",
+    "runtime",
     "convert",
     "settings",
     "choices",

@@ -37,7 +37,17 @@ COMMANDS = (
 )
 SUBCOMMANDS = (
     (
+        "runtime",
+        CONVERT,
+        "A module that corrects targets on the controller.",
+        {
+            "write": "Write a module with a function that corrects targets that exist only at run time.",
+            "check": "Run a written module and compare it with the exact correction of a model.",
+        },
+    ),
+    (
         "effects",
+        LOOK_UP,
         "The library of physical effects, and your own.",
         {
             "list_": "List the effects by key.",
@@ -47,6 +57,7 @@ SUBCOMMANDS = (
     ),
     (
         "robots",
+        LOOK_UP,
         "The arms in the library.",
         {"list_": "List the arms.", "show": "Show an arm's numbers, each with its source."},
     ),
@@ -71,8 +82,8 @@ def build() -> App:
     )
     for name, group, text in COMMANDS:
         app.command(f"postproc.cli.{name}:run", name=name, group=group, help=text)
-    for name, text, actions in SUBCOMMANDS:
-        part = App(name=name, help=text, group=LOOK_UP)
+    for name, group, text, actions in SUBCOMMANDS:
+        part = App(name=name, help=text, group=group)
         for action, action_text in actions.items():
             part.command(f"postproc.cli.{name}:{action}", name=action.rstrip("_"), help=action_text)
         app.command(part)

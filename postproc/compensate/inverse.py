@@ -90,9 +90,10 @@ def _sweeps(model: Model, state: State, desired: Array, most: int) -> tuple[Arra
         moved = distance(new, deflection)
         deflection = new
         error = _error(model, state, theta, deflection, desired)
-        # Sweeps contract evenly: what the next one would still move is foretold by the last two.
+        # Sweeps contract evenly: what the next one would still move is foretold by the last two, never by the first.
         worst = float(moved.max(initial=0.0))
-        still = moved * min(1.0, worst / last) if coupled or deflection.body else np.zeros(len(state))
+        shrinks = min(1.0, worst / last) if sweep > 1 and last > 0.0 else 1.0
+        still = moved * shrinks if coupled or deflection.body else np.zeros(len(state))
         residual, last = np.maximum(still, np.abs(error).max(axis=1)), worst
         if not np.isfinite(still).all() or worst > 10.0 * REACH:
             raise unsettled(int(np.argmax(~(moved <= REACH))))

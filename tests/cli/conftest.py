@@ -21,7 +21,7 @@ class Outcome:
 
 Call = Callable[..., Outcome]
 ARM = ("--robot", "irb4600_60_205")
-CONVERT = ("compensate", "inspect", "batch", "seam")
+CONVERT = ("compensate", "inspect", "batch", "seam", "runtime")
 
 
 @pytest.fixture

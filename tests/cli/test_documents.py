@@ -19,6 +19,7 @@ ROW = re.compile(r"^\| (`.+?`) \| (.+?) \|", re.MULTILINE)
 BASE = "instrument_frame,tool_frame,joint_offset,joint_compliance"
 RARE = {
     "at_bound[]",
+    "effects.fitted[]",
     "expected_remaining_fraction[]",
     "mass_factor[]",
     "stiffness_factor[]",
@@ -112,6 +113,9 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("compensate", samples / "corner_arc.mod", "-m", better),
         ("plan", cell, table, "-n", "3"),
         ("plan", cell, table, "-n", "3", "--between", "backlash,joint_offset"),
+        ("runtime", "write", "-m", better, "-o", tmp_path / "ppModel.sys"),
+        ("runtime", "check", tmp_path / "ppModel.sys", "-m", better),
+        ("runtime", "write", "-o", tmp_path / "bounded.sys", "--bound", "0.5"),
         ("robots", "list"),
         ("robots", "show", "ur5"),
         ("robots", "show", "irb4600_60_205"),

@@ -8,7 +8,9 @@ import pytest
 from postproc.compensate.inverse import DAMPING, _newton, command
 from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect
+from postproc.effects.gravity_compensator import GravityCompensator
 from postproc.effects.joint_compliance import JointCompliance
+from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.joint_offset import JointOffset
 from postproc.effects.link_compliance import LinkCompliance
 from postproc.effects.link_geometry import LinkGeometry
@@ -16,7 +18,7 @@ from postproc.effects.servo_lag import ServoLag
 from postproc.effects.tool_frame import ToolFrame
 from postproc.effects.transmission_error import TransmissionError
 from postproc.model.arm import Model
-from postproc.model.equilibrium import equilibrium
+from postproc.model.equilibrium import equilibrium, predict
 from postproc.model.file import default_model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward, jacobian
@@ -48,6 +50,33 @@ def states(model: Model, n: int):  # type: ignore[no-untyped-def]
         payload_center=np.tile([0.02, 0.05, 0.15], (n, 1)),
         wrench=np.tile([200.0, -200, -200, 0, 0, 0], (n, 1)),
     )
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        TransmissionError(order=(20.0,) * 6, sine_rad=[3e-4] * 6),
+        JointErrorMap(sine_rad=np.full((6, 8), 1e-4)),
+        GravityCompensator(sine_Nm=[-3000.0]),
+    ],
+    ids=lambda e: e.key,
+)
+def test_what_follows_the_command_is_reached_in_more_than_one_sweep(effect: Effect) -> None:
+    model = default_model()
+    model = model.with_effects(*model.effects, effect)
+    state = states(model, 100)
+    desired = forward(model.robot, state.q) @ TOOL
+    result = command(model, state, desired)
+    real = predict(model, state.with_(q=result.q))
+    assert np.abs(real - desired)[:, :3, 3].max() <= 1e-9
+
+
+def test_a_pose_out_of_reach_is_given_up_where_a_constant_moves_the_joints() -> None:
+    model = default_model()
+    model = model.with_effects(*model.effects, JointOffset(offset_rad=[1e-4] * 6))
+    far = forward(model.robot, np.zeros((1, 6)))
+    far[:, 0, 3] += 3.0
+    assert command(model, model.state(np.zeros((1, 6))), far).residual_m[0] > 0.1
 
 
 @pytest.mark.parametrize("extra", [(), OTHERS[:1], OTHERS[1:], OTHERS])

@@ -1,0 +1,102 @@
+"""What a module for run time is made for, as the command line asks it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cyclopts import Parameter
+
+from postproc.cli.conversion import ProgramOptions, VectorText, parse_channel, parse_vector
+from postproc.cli.options import EffectFiles, ModelFile, Names
+from postproc.cli.programs import settled
+from postproc.diagnostics import PostprocError
+
+if TYPE_CHECKING:
+    from postproc.model.arm import Model
+    from postproc.runtime.conditions import Conditions
+    from postproc.settings import Settings
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class RunTimeOptions:
+    """The arm, and what the module is made for.
+
+    Attributes:
+        model: TOML file of the real arm. Default: the shipped model of the arm, with elastic joints.
+        robot: arm of the library, in place of the model's.
+        tcp: TCP for which errors are stated, in tool0 [mm]. Default: the tool of the model.
+        load: mass of tool and payload and its centre in tool0, KG,X,Y,Z [kg, mm]. Default: half the rated payload.
+        region: ranges of the six joint angles, LOW:HIGH,.. [deg]. Default: the limits of the arm.
+        channel: what effects read and a controller does not tell, NAME=NUMBER: temperature [degC], columns of your own.
+    """
+
+    model: ModelFile = None
+    robot: str | None = None
+    effects: EffectFiles = ()
+    tcp: VectorText | None = None
+    load: VectorText | None = None
+    region: VectorText | None = None
+    channel: Names = ()
+
+    def arm(self, module: Path) -> tuple[Settings, Model]:
+        """What `postproc.toml` or a backup around the module says of the arm, and the arm."""
+        named = ProgramOptions(model=self.model, robot=self.robot, effects=self.effects)
+        return settled(named.settings_at(module.parent), str(module))
+
+    def conditions(self, settings: Settings, model: Model) -> Conditions:
+        """What the module is made for, without process force.
+
+        Raises:
+            PostprocError: an option cannot be read (CLI006).
+        """
+        import numpy as np
+
+        from postproc.runtime.conditions import Conditions
+
+        frame = model.T_flange_tcp.copy()
+        if self.tcp is not None:
+            frame = np.eye(4)
+            frame[:3, 3] = 1e-3 * np.array(parse_vector("--tcp", self.tcp, "0,0,350"))
+        mass, centre = 0.5 * (model.robot.payload or 0.0), 0.5 * frame[:3, 3]
+        if self.load is not None:
+            mass, *rest = numbers("--load", self.load, ",", 4, "30,0,0,120")
+            centre = 1e-3 * np.array(rest)
+        lower, upper = model.robot.lower, model.robot.upper
+        if self.region is not None:
+            pairs = self.region.split(",")
+            ranges = [numbers("--region", pair, ":", 2, REGION) for pair in pairs]
+            if len(ranges) != 6 or any(low > high for low, high in ranges):
+                raise PostprocError.of("CLI006", f"`--region {self.region}` is not six ranges", help=f"write {REGION}")
+            low, high = np.radians(ranges).T
+            lower, upper = np.maximum(low, lower), np.minimum(high, upper)
+        return Conditions(
+            lower,
+            upper,
+            frame,
+            mass,
+            centre,
+            channels=dict(map(parse_channel, self.channel)),
+            source=settings.model.name if settings.model else "",
+        )
+
+
+REGION = "`--region=-90:90,-30:60,-60:30,-180:180,20:100,-180:180`"
+
+
+def numbers(option: str, text: str, between: str, count: int, such_as: str) -> list[float]:
+    """Finite numbers of an option.
+
+    Raises:
+        PostprocError: another number of them, or none at all (CLI006).
+    """
+    try:
+        values = [float(part) for part in text.split(between)]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise PostprocError.of("CLI006", f"`{option} {text}` is not {count} numbers", help=f"write {such_as}")
+    return values

@@ -1,0 +1,59 @@
+"""What is left between corrected ends: a line follows the corrections of its ends, not those on its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.compensate.inverse import command
+from postproc.model.arm import Model
+from postproc.robot.kinematics import forward
+from postproc.runtime.conditions import Conditions, at_run_time
+from postproc.runtime.correction import SOLVED_M
+
+LINE_M = 0.5
+LINES = 400
+FOLLOWED = np.radians(90.0)
+"""Travel of a joint on half a line [rad] beyond which the line leads past a singular pose."""
+
+
+@dataclass(frozen=True)
+class ChordError:
+    """Deviation in the middle of lines of `LINE_M` between two corrected ends, over those drawn from the region [m]."""
+
+    count: int
+    largest_m: float
+    rms_m: float
+
+    def __str__(self) -> str:
+        return (
+            f"in the middle of {self.count} lines of {1e3 * LINE_M:g} mm between corrected ends: largest error "
+            f"{1e3 * self.largest_m:.3f} mm, rms {1e3 * self.rms_m:.3f} mm"
+        )
+
+
+def chord_error(model: Model, done: Conditions, count: int = LINES, seed: int = 6) -> ChordError:
+    """How far the exact correction in the middle of lines is from the mean of those at their ends.
+
+    The lines have any direction and one orientation; only those count that the arm can follow from end to end.
+    """
+    kept, _ = at_run_time(model, done.channels)
+    rigid, q = model.with_effects(), done.drawn(count, seed)
+    way = np.random.default_rng(seed).normal(size=(len(q), 3))
+    way *= 0.5 * LINE_M / np.linalg.norm(way, axis=1, keepdims=True)
+    middle = forward(model.robot, q) @ done.T_flange_tcp
+    moved, follows = [], np.ones(len(q), dtype=bool)
+    for side in (-1.0, 0.0, 1.0):
+        desired = middle.copy()
+        desired[:, :3, 3] += side * way
+        nominal = command(rigid, done.states(q), desired)
+        exact = command(kept, done.states(nominal.q), desired)
+        inside = ((nominal.q >= done.lower) & (nominal.q <= done.upper)).all(axis=1)
+        follows &= inside & (np.maximum(nominal.residual_m, exact.residual_m) < SOLVED_M)
+        follows &= np.abs(nominal.q - q).max(axis=1) < FOLLOWED
+        moved.append(exact.T_base_tcp[:, :3, 3] - desired[:, :3, 3])
+    before, here, after = (one[follows] for one in moved)
+    off = np.linalg.norm(here - 0.5 * (before + after), axis=1)
+    rms = float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
+    return ChordError(len(off), float(off.max(initial=0.0)), rms)

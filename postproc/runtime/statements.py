@@ -1,0 +1,118 @@
+"""Statements whose targets are known only at run time, with the function that corrects them there."""
+
+from __future__ import annotations
+
+from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.program.builtins import FUNCTIONS
+from postproc.rapid.program.events import Argument, MotionStatement
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.trees import (
+    Aggregate,
+    Binary,
+    Call,
+    Component,
+    Expression,
+    Index,
+    Name,
+    Star,
+    Unary,
+)
+
+CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
+READ_FROM_THE_ARM = frozenset({"crobt", "cpos", "calcrobt", "cjointt"})
+"""Functions that give where the arm stands: to command that place again, nothing may be added."""
+WELDING = ("weld", "end")
+
+
+class LeftAlone(Exception):
+    """A statement whose targets are not sent through the function; the argument completes "left as it is: ..."."""
+
+
+def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
+    r"""The edits that send the targets of a statement through the function.
+
+    ``p`` becomes ``ppCorrected(p,tool\WObj:=w)``, a circle point ``ppCorrectedCirc(c,p,tool\WObj:=w)``; with ``\Weld``
+    while the arc burns.
+
+    Returns:
+        One edit for each target, none where the statement has them already.
+
+    Raises:
+        LeftAlone: why the statement stays as it is: its target is none in a frame, is where the arm stands, is hidden
+            (``*``), or would be worked out twice by a function that does more than calculate.
+    """
+    signature = SIGNATURES[motion.instruction.lower()]
+    to, tool = motion.argument("to"), motion.argument("tool")
+    if signature.why_not or signature.jointed or to is None or tool is None:
+        raise LeftAlone(signature.why_not or "its target is not a place in a work object")
+    if motion.argument("\\id") is not None:
+        raise LeftAlone("it is coordinated with a motion of another task")
+    end = _tree(motion, to)
+    if isinstance(end, Call) and end.name in (CORRECTED.lower(), CORRECTED_CIRCLE.lower()):
+        return ()
+    _refuse(end)
+    rest = "," + tool.text + _object(motion) + ("\\Weld" if signature.phase in WELDING else "") + _load(motion)
+    edits = [*_around(to, CORRECTED, rest)]
+    via = motion.argument("via")
+    if via is not None:
+        _refuse(_tree(motion, via))
+        if not calls_in(end) <= FUNCTIONS.keys():
+            raise LeftAlone("its end would be worked out twice, and the function that gives it may do more than that")
+        edits = [*_around(via, CORRECTED_CIRCLE, f",{to.text}{rest}"), *edits]
+    return tuple(edits)
+
+
+def _around(argument: Argument, function: str, rest: str) -> tuple[Edit, Edit]:
+    start, end = argument.span
+    return Edit(start, start, f"{function}(".encode()), Edit(end, end, f"{rest})".encode("latin-1"))
+
+
+def _object(motion: MotionStatement) -> str:
+    r"""The work object as the statement writes it, ``\WObj:=w`` or ``\WObj?w``."""
+    return _option(motion, "\\wobj", "\\WObj")
+
+
+def _load(motion: MotionStatement) -> str:
+    return _option(motion, "\\tload", "\\TLoad")
+
+
+def _option(motion: MotionStatement, role: str, name: str) -> str:
+    given = motion.argument(role)
+    if given is None:
+        return ""
+    first, start = given.whole[0], given.span[0]
+    sign = "?" if b"?" in motion.source.data[first:start] else ":="
+    return f"{name}{sign}{given.text}"
+
+
+def _tree(motion: MotionStatement, argument: Argument) -> Expression:
+    return read_whole_expression(motion.source.data, *argument.span, what="the target")
+
+
+def _refuse(tree: Expression) -> None:
+    if isinstance(tree, Star):
+        raise LeftAlone("the position is stored without a name (`*`)")
+    if names_in(tree) & READ_FROM_THE_ARM:
+        raise LeftAlone("its target is where the arm stands, and that needs no correction")
+
+
+def calls_in(tree: Expression) -> set[str]:
+    """Names of the functions that an expression calls, lower case."""
+    match tree:
+        case Call(_, name, arguments, options):
+            parts = [*arguments, *(value for _, value in options if value is not None)]
+            return {name}.union(*map(calls_in, parts))
+        case Index(_, base, items):
+            return calls_in(base).union(*map(calls_in, items))
+        case Component(_, base, _) | Unary(_, _, base):
+            return calls_in(base)
+        case Aggregate(_, items):
+            return set().union(*map(calls_in, items))
+        case Binary(_, _, left, right):
+            return calls_in(left) | calls_in(right)
+        case Name():
+            return set()
+        case _:
+            return set()

@@ -1,0 +1,148 @@
+"""The written module, run by an interpreter and an arm that share nothing with the package: where the real TCP goes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.independent import arm as A
+from tests.independent import generate_programs
+from tests.runtime.arms import CENTER, FORCE, TOOL, Real, load, mapped, soft_bodies, springs
+from tests.worlds.interpreter import Interpreter
+from tests.worlds.parser import parse
+from tests.worlds.values import matrix_pose, pose_matrix
+from tests.worlds.world import World
+
+FRAME = A.transform(A.rotation_vector(np.array([[0.1, -0.2, 1.1]]))[0], np.array([0.4, -0.3, 0.2]))
+LOW, HIGH = np.radians([-170, -60, -120, -300, -110, -300]), np.radians([170, 100, 60, 300, 110, 300])
+
+
+def misses(real: Real, text: bytes, count: int, routine: str, given: A.Load, seed: int = 11) -> tuple[np.ndarray, int]:
+    """(n,) distances [mm] from targets to the real TCP, and how many targets came back as they were."""
+    task, g = real.controller(text), np.random.default_rng(seed)
+    mm = FRAME.copy()
+    mm[:3, 3] *= 1e3
+    frame = [pose_matrix([[0, 0, 0], [1, 0, 0, 0]]), mm]
+    task.set("wUsed", [False, True, "", *([list(f[:3, 3]), quaternion(f)] for f in frame)])
+    limits = np.maximum(LOW, real.arm.lower), np.minimum(HIGH, real.arm.upper)
+    found, returned = [], 0
+    for _ in range(count):
+        q = g.uniform(*limits)
+        q[4] += np.copysign(0.05, q[4])
+        target, task.near = task.target(q, TOOL, FRAME), q
+        answer = task.ask(target, routine)
+        if answer[:3] == target[:3]:
+            returned += 1
+            continue
+        flange = mm @ pose_matrix(answer)
+        flange[:3, 3] *= 1e-3
+        commanded = task._solved(flange @ np.linalg.inv(TOOL), answer[2])
+        wanted = mm @ pose_matrix(target)
+        found.append(np.linalg.norm(1e3 * real.place(commanded, given)[:3, 3] - wanted[:3, 3]))
+    assert int(task.get("ppReturnedCount")) == returned
+    assert int(task.get("ppCorrectedCount")) == count - returned
+    return np.array(found), returned
+
+
+def quaternion(mm: np.ndarray) -> list[float]:
+    return list(matrix_pose(mm)[1])
+
+
+@pytest.mark.parametrize("seed", [901, 902])
+def test_goals_of_seams(of_springs: bytes, seed: int) -> None:
+    """Every goal of a generated weld program, with its own tools, through the function."""
+    text = generate_programs.generate(seed)
+    original = Interpreter(parse(text), World(0))
+    original.run()
+    task, arm, found = springs().controller(of_springs), A.irb4600(), []
+    for event in original.events:
+        if not event.motion or event.values["conf"] is None:
+            continue
+        tool = event.values["tool"]
+        target = [*matrix_pose(event.values["goal"]), event.values["conf"], event.values["extax"]]
+        task.set("tUsed", tool)
+        welding = event.name in ("arcl", "arclend", "arcc", "arccend")
+        answer = task.ask(target, "weld" if welding else "plain")
+        T_tool, given = metres(pose_matrix(tool[1])), FORCE if welding else np.zeros(3)
+        commanded = task._solved(metres(pose_matrix(answer)) @ np.linalg.inv(T_tool), answer[2])
+        weight = A.Load(tool[2][0], 1e-3 * np.array(tool[2][1]), given)
+        real = A.equilibrium(arm, commanded, T_tool, weight, A.joint_springs(A.TABLE_2)).frames.tcp[0]
+        found.append(np.linalg.norm(1e3 * real[:3, 3] - event.values["goal"][:3, 3]))
+    assert len(found) > 5
+    assert task.get("ppReturnedCount") == 0
+    assert max(found) <= 0.005
+
+
+@pytest.fixture(scope="module")
+def of_springs() -> bytes:
+    return springs().written(force=FORCE, force_on="arc").text
+
+
+@pytest.mark.parametrize(
+    ("routine", "force"), [("weld", FORCE), ("object", np.zeros(3))], ids=["with the force", "without"]
+)
+def test_joint_springs_with_gravity_tool_and_force(of_springs: bytes, routine: str, force: np.ndarray) -> None:
+    found, returned = misses(springs(), of_springs, 60, routine, A.Load(30.0, CENTER, force))
+    assert returned <= 6
+    assert found.max() <= 0.005
+
+
+def test_another_tool_load_is_read_from_the_call(of_springs: bytes) -> None:
+    real = springs()
+    task = real.controller(of_springs)
+    heavy = A.Load(55.0, np.array([-0.05, 0.1, 0.2]))
+    task.set("lUsed", load(heavy.mass, heavy.center))
+    q = np.radians([20.0, 30, -20, 40, 60, 10])
+    target = task.target(q, TOOL)
+    commanded = task._solved(metres(pose_matrix(task.ask(target, "loaded"))) @ np.linalg.inv(TOOL), target[2])
+    assert np.linalg.norm(real.place(commanded, heavy)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
+    light = real.place(commanded, A.Load(30.0, CENTER))
+    assert np.linalg.norm(light[:3, 3] - 1e-3 * np.array(target[0])) > 1e-4
+
+
+def test_a_gripped_part_weighs_where_the_tool_holds_it(of_springs: bytes) -> None:
+    real = springs()
+    task = real.controller(of_springs)
+    part, held = 12.0, np.array([0.01, 0.03, 0.05])
+    task.set("ppPayload", load(part, held))
+    inside = TOOL[:3, :3] @ held + TOOL[:3, 3]
+    both = A.Load(30.0 + part, (30.0 * CENTER + part * inside) / (30.0 + part))
+    q = np.radians([-60.0, 10, 10, -70, 70, 100])
+    target = task.target(q, TOOL)
+    commanded = task._solved(metres(pose_matrix(task.ask(target))) @ np.linalg.inv(TOOL), target[2])
+    assert np.linalg.norm(real.place(commanded, both)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
+
+
+def metres(mm: np.ndarray) -> np.ndarray:
+    result = mm.copy()
+    result[:3, 3] *= 1e-3
+    return result
+
+
+def test_soft_links_bearings_and_floor() -> None:
+    real = soft_bodies()
+    text = real.written(force=FORCE, bound_m=0.02).text
+    found, returned = misses(real, text, 40, "weld", A.Load(30.0, CENTER, FORCE))
+    assert returned == 0
+    assert found.max() <= 0.02
+
+
+def test_a_map_of_every_joint() -> None:
+    real = mapped()
+    found, returned = misses(real, real.written().text, 40, "object", A.Load(3.0, CENTER))
+    assert returned <= 8
+    assert found.max() <= 0.01
+
+
+def test_the_circle_point_takes_external_axes_from_the_end(of_springs: bytes) -> None:
+    real = springs()
+    task = real.controller(of_springs)
+    q = np.radians([20.0, 30, -20, 40, 60, 10])
+    end = task.target(q, TOOL)
+    middle = task.target(q + np.radians(2.0), TOOL)
+    task.set("pTo", end)
+    alone = task.ask(middle)
+    scrawled = [*middle[:2], [0.0, 3.0, -2.0, 5.0], [1.0, 2, 3, 4, 5, 6]]
+    answer = task.ask(scrawled, "circle")
+    assert answer[:2] == alone[:2]
+    assert answer[2:] == scrawled[2:]
