@@ -17,8 +17,8 @@ from postproc.fit.record import fit_json, mm, recorded_model
 from postproc.fit.rounding import rounded
 from postproc.fit.solve import Terms
 from postproc.fit.step import FRAMES
+from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidate import Screen
-from postproc.identify.judgement import fitted_best
 from postproc.identify.selection import compose
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements

@@ -27,7 +27,6 @@ class Candidate:
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
         starts: itself and its next best forms, where its worth must be found by full fits.
-        first: of a sum of several terms, the one that came first alone.
         fit: the full fit that it was judged by.
     """
 
@@ -42,7 +41,6 @@ class Candidate:
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()
-    first: Candidate | None = None
     fit: Fit | None = None
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,15 +21,10 @@ from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
 from postproc.fit.rounding import rounded
-from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
-from postproc.identify.contest import contested, formed_beside
-from postproc.identify.lines import lines_or_map, perhaps_a_map
-from postproc.identify.ranking import Search, ranking
+from postproc.identify.forward import search, with_patterns
 from postproc.identify.refits import refit_all, thinned, without
-from postproc.identify.search import select_forward
-from postproc.identify.unnamed import clear
-from postproc.identify.whole import Missing
+from postproc.identify.state import SearchState, SelectedEffect
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
@@ -66,7 +61,7 @@ class Diagnosis:
     told: Fit
     screened: Fit
     searched: Fit
-    missing: tuple[Missing, ...]
+    missing: tuple[SelectedEffect, ...]
     candidates: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     blind: Mapping[str, str]
@@ -148,41 +143,37 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
-    seen = channels(state, position)
-    search = Search(start, classes, patterns(seen, state, position, Sight.of(start.problem.rest)), [])
-    first = ranking(search)
-    missing = lines_or_map(search, select_forward(search, first), noise)
-    missing = contested(search, start, check_backward(search, start, missing))
-    missing = formed_beside(search, start, missing)
-    missing = perhaps_a_map(search, missing, noise)
-    named = search.beside([])
-    final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in missing], noise)
-    missing = _steps(missing, final)
+    every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
+    begin = SearchState(start, start, classes, every)
+    found = with_patterns(search(begin))
+    named = found.beside(())
+    final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
+    missing = _steps(named.missing, final)
     lacking = _lack_of_fit(final)
-    suspects = _suspects(named, search.outside, lacking)
+    suspects = _suspects(named, found.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
-    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
+    blind = {c.key: _why_blind(c) for c in begin.ranked if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
     return Diagnosis(
         verdict=verdict,
         base=base,
         final=final,
-        told=search.fit if search.outside else final,
+        told=found.fit if found.outside else final,
         screened=start,
         searched=named.fit,
-        missing=tuple(missing),
-        candidates=tuple(first),
+        missing=missing,
+        candidates=tuple(begin.ranked),
         untestable=untestable,
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
-        beside=tuple(search.outside[1:]) if suspects else (),
+        beside=found.outside[1:] if suspects else (),
         floor=final.noise.position,
         bound=named.fit.leftover.held_out,
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 
 
-def _steps(missing: list[Missing], final: Fit) -> list[Missing]:
+def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffect, ...]:
     """What is missing with the held-out error of each step on the way (`without`); a map is called what it is at last.
 
     Args:
@@ -193,22 +184,22 @@ def _steps(missing: list[Missing], final: Fit) -> list[Missing]:
     told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
     fits = [without(final, [c.key for c in some[k:]]) for k in range(1, len(some))]
     steps = zip(missing, told, [*fits, final], strict=False)
-    return [replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps]
+    return tuple(replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps)
 
 
-def _suspects(named: Search, outside: list[Suspect], lacking: bool) -> tuple[Suspect, ...]:
+def _suspects(named: SearchState, outside: Sequence[Suspect], lacking: bool) -> tuple[Suspect, ...]:
     """What the remaining structure follows; empty where nothing is clearly above the noise.
 
     Args:
         named: the search with the named effects alone; outside: the patterns beside them. lacking: whether more is left
             than the noise.
     """
-    first = clear(named)
+    first = named.patterns_left()
     if not (outside or lacking or first):
         return ()
     if outside and outside[0].pattern not in [s.pattern for s in first[:1]]:
         first = outside[0].seen_by(named.fit.problem, named.fit.linear)
-    others = [s for s in named.suspects(named.fit.linear) if not any(s is one for one in first)]
+    others = [s for s in named.look.suspects() if not any(s is one for one in first)]
     return tuple(by_channel([*first, *others], outside[1:]))
 
 

@@ -14,7 +14,7 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.forms import Form, forms_nearby, is_sum, ordinary
+from postproc.identify.forms import Form, forms_nearby, ordinary
 from postproc.identify.gains import DIM, Gain, gain, gains
 
 UNLIKELY = {
@@ -89,7 +89,6 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         linear = linear.extended(form.along)
         beside = form.refit & form.effect.amplitudes() & ~form.screened
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
-    alone: Candidate | None = None
     searched = price + UNLIKELY.get(form.key, 0.0)
     columns = _columns(screen.problem, form, free)
     for _ in range(1, DEEPEST):
@@ -103,8 +102,6 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         if found is None:
             break
         option, cost = found
-        if alone is None and is_sum(type(effect)):
-            alone = _told(linear, form.key, effect, free, labels[0], whole, searched)
         new = option.effect
         same = kind(new) == kind(effect)
         mask = option.refit | free if same else option.refit
@@ -133,8 +130,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         # What is fitted along tells nothing alone, but with the effect it is a part of it.
         worth = max(worth, gain(outer, columns_of(screen.problem, effect, free)).evidence)
     told = _told(linear, form.key, effect, free, label, whole, searched)
-    told = replace(told, evidence=worth - searched, fall=whole.fall + total - linear.square)
-    return replace(told, first=alone) if len(labels) > 1 else told
+    return replace(told, evidence=worth - searched, fall=whole.fall + total - linear.square)
 
 
 def _told(

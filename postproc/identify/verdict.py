@@ -13,7 +13,7 @@ from postproc.fit.wording import joined, place
 if TYPE_CHECKING:
     from postproc.arrays import Array
     from postproc.identify.diagnose import Diagnosis
-    from postproc.identify.whole import Missing
+    from postproc.identify.state import SelectedEffect
     from postproc.patterns.suspects import Suspect
 
 NAMED = 3
@@ -103,7 +103,7 @@ def too_few(fit: Fit) -> bool:
     return fit.freedom < 2 * len(fit.parameters)
 
 
-def _named(m: Missing) -> str:
+def _named(m: SelectedEffect) -> str:
     """An effect with its place, and what explains this data as well."""
     where = place(m.candidate.label)
     others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
@@ -115,7 +115,7 @@ def _any_of(keys: Iterable[str]) -> str:
     return joined([f"`{key}`" for key in keys], "or")
 
 
-def title(d: Diagnosis, m: Missing) -> str:
+def title(d: Diagnosis, m: SelectedEffect) -> str:
     effect = d.final.model.effect(m.candidate.key)
     text = "" if effect is None else effect.title.rstrip(".")
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]

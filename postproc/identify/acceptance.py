@@ -16,12 +16,14 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
+from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import ordinary
 from postproc.identify.gains import DECADES, WIDE, laplace
 from postproc.identify.selection import columns_of, linear_part
 from postproc.identify.shaped import formed
 from postproc.model.arm import Model
+from postproc.patterns.place import with_and_without_a_row
 
 SIGNIFICANT = 5e-3
 """Chance of a false alarm allowed for an effect after counting everything that was tried."""
@@ -215,3 +217,11 @@ def convincing(candidate: Candidate, base: Fit, effects: int) -> bool:
     tried = 1 if base.model.effect(candidate.key) is not None else effects
     before = base.linear.square
     return candidate.evidence > 0 and candidate.p_value * tried < SIGNIFICANT and candidate.fall > MATERIAL * before
+
+
+def lives_on_a_row(fit: Fit, best: Candidate) -> bool:
+    """Whether an effect is worth nothing without the row that gains most by it."""
+    linear, columns = fit.linear, columns_of(fit.problem, best.effect, best.free)
+    both = with_and_without_a_row(linear, columns)
+    whole, less = (schwarz(square, fall, best.count, linear.freedom, 1.0) for square, fall in both)
+    return best.evidence + min(0.0, less - whole) < 0

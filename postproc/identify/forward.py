@@ -1,0 +1,145 @@
+"""The search: everything is screened, the best by log evidence taken, refitted, confirmed on rows held out; one pass back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.fit.fitted import Fit
+from postproc.fit.worth import schwarz
+from postproc.identify.acceptance import (
+    convincing,
+    judged,
+    lives_on_a_row,
+    predicts_better,
+    reaches_further,
+    refit,
+    white,
+)
+from postproc.identify.candidate import Candidate
+from postproc.identify.indistinguishable import confusable
+from postproc.identify.state import SearchState, SelectedEffect
+from postproc.patterns.tried import ODDS
+
+MOST = 6
+"""Effects and patterns that are taken at most."""
+PATTERNS = 3
+"""Patterns that stand beside one another at most."""
+
+
+def search(start: SearchState) -> SearchState:
+    """What a model lacks: effects of the library, and patterns without a name where these are worth more.
+
+    1. Every effect in its best form, and every pattern, is screened on what the fit leaves (`SearchState.ranked`,
+       `.patterns_left`). 2. The one of the largest log evidence is taken, if it is significant; everything is refitted,
+    and an effect is confirmed on rows held out. 3. Again, until nothing is left that is worth it. 4. One pass back.
+    """
+    return backward(forward(start))
+
+
+def forward(state: SearchState) -> SearchState:
+    """Effects and patterns one after another, the best by log evidence first; what the fit refuses is asked again later."""
+    refused: set[str] = set()
+    for _ in range(MOST):
+        name = next(
+            (c for c in state.ranked if c.key not in refused and convincing(c, state.fit, len(state.classes))), None
+        )
+        pattern = next(iter(state.patterns_left(name.evidence if name else 0.0)), None)
+        if pattern is not None and (name is None or pattern.evidence > name.evidence):
+            if len(state.outside) == PATTERNS:
+                break
+            state, refused = state.beside((*state.outside, pattern)), set()
+        elif name is not None:
+            taken = accepted(state, name)
+            state, refused = (taken, set()) if taken is not None else (state, refused | {name.key})
+        else:
+            break
+    return state
+
+
+def accepted(state: SearchState, best: Candidate) -> SearchState | None:
+    """The state with an effect in the model and everything refitted; None where the data does not confirm it.
+
+    It must not live on a single row, and rows that the fit has not seen must be predicted better. Where more than noise
+    is left, what neighbours have in common makes anything significant: then by more than its own scatter from block to
+    block, and in parts of the joint space that the fit has not seen, too.
+    """
+    before = state.fit
+    if lives_on_a_row(before, best):
+        return None
+    after = refit(before, best)
+    if after is None or not predicts_better(after, before, 0.0 if white(after) else 1.0):
+        return None
+    if not (white(after) or reaches_further(after, before)):
+        return None
+    taken = judged(before, after, best)
+    return None if taken.evidence < 0 else state.with_effect(SelectedEffect(taken), after)
+
+
+def backward(state: SearchState) -> SearchState:
+    """One pass back by the worth of the whole (`log_evidence`): each effect stays, goes, or gives its place.
+
+    What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
+    patterns are found anew; and what is then worth most may be the same effect in another form, another effect, or none.
+    Where that changed something, the pass begins again with what is left.
+    """
+    done: set[str] = set()
+    while (one := next((m for m in state.missing if m.key not in done and m.key not in state.given), None)) is not None:
+        done.add(one.key)
+        bare = state.without(one.key)
+        if len(state.missing) + len(state.outside) > 1:
+            same_rows = (s for s in _instead(state, bare, one) if s.fit.set_aside == state.fit.set_aside)
+            best = max(same_rows, key=log_evidence, default=state)
+            if log_evidence(best) > log_evidence(state):
+                state, done = best, set()
+                continue
+        alike, unseen = confusable(bare.ranked, one.candidate, bare.fit, state.fit)
+        state = state.told(replace(one, alike=alike, unseen=unseen))
+    return state
+
+
+def _instead(state: SearchState, bare: SearchState, one: SelectedEffect) -> Iterator[SearchState]:
+    """What may stand in the place of an effect: nothing, it in another form, or what is worth most without it."""
+    yield with_patterns(bare, len(state.outside)) if state.outside else bare
+    mine = next((c for c in bare.ranked if c.key == one.key), None)
+    if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
+        yield from filter(None, [accepted(bare, mine)])
+    other = next(
+        (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, len(state.classes))), None
+    )
+    if other is not None and (mine is None or other.evidence > mine.evidence):
+        yield from filter(None, [accepted(bare, other)])
+
+
+def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
+    """The state with the patterns that its fit leaves, found anew: each the strongest once those before it are taken."""
+    left = state.beside(())
+    while len(left.outside) < most and (found := left.patterns_left()):
+        left = left.beside((*left.outside, found[0]))
+    return left
+
+
+def log_evidence(state: SearchState) -> float:
+    """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
+
+    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the base. A
+    pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in for
+    one smooth pattern lose against it.
+    """
+    first, after = state.base.linear, state.fit.linear
+    added = max(after.parameters - first.parameters, 1)
+    gained = schwarz(first.square, first.square - left_by(state.base, state.fit), added, first.freedom, 1.0)
+    return gained - ODDS * (len(state.outside) + 0.5 * len(state.missing))
+
+
+def left_by(before: Fit, after: Fit) -> float:
+    """The sum of squares that a fit leaves, at the weights of the base.
+
+    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
+    geometric mean.
+    """
+    weights, others = before.problem.weights, after.problem.weights
+    both = weights.used & others.used
+    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))
