@@ -274,6 +274,10 @@ class Effect:
         """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
         return ()
 
+    def generalised(self) -> Sequence[tuple[Self | None, str]]:
+        """Parts of it that stay, None for nothing, each with the key of a free function that may tell the rest."""
+        return ()
+
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
         """Forms that are looked for only from where the search of this one has come to, each with how ordinary it is.
 

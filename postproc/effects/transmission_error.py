@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
 
 GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
+MANY = 3
+"""Lines in all from which a smooth function may tell them as well."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
 LOWEST = 1.0
@@ -47,6 +50,19 @@ class TransmissionError(
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
         joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
+
+    def generalised(self) -> list[tuple[Self | None, str]]:
+        """A map in the place of the lines of joints that have several, or of three lines and more; motors' stay."""
+        motor, joint = np.array(self.order) > GEAR, np.array(self.joint)
+        crowded = ~motor & (np.bincount(joint[~motor], minlength=7)[joint] > 1)
+        parts = [crowded, ~motor if (~motor).sum() >= MANY else crowded]
+        some = {part.tobytes(): part for part in parts if part.any()}.values()
+        return [(None if part.all() else self._among(~part), "joint_error_map") for part in some]
+
+    def _among(self, use: NDArray[np.bool_]) -> Self:
+        """Some of the terms."""
+        fields: dict[str, Any] = {name: np.array(getattr(self, name))[use] for name in self.__dataclass_fields__}
+        return type(self)(**fields)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

@@ -1,4 +1,4 @@
-"""The search: everything is screened, the best by log evidence taken, refitted, confirmed on rows held out; one pass back."""
+"""The search for what a model lacks: the best by log evidence, confirmed on rows held out, again; and one pass back."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
+from postproc.fit.least_squares import fit_model
+from postproc.fit.solve import Terms
 from postproc.fit.worth import schwarz
 from postproc.identify.acceptance import (
     convincing,
@@ -20,6 +23,7 @@ from postproc.identify.acceptance import (
 )
 from postproc.identify.candidate import Candidate
 from postproc.identify.indistinguishable import confusable
+from postproc.identify.selection import compose
 from postproc.identify.state import SearchState, SelectedEffect
 from postproc.patterns.tried import ODDS
 
@@ -40,7 +44,7 @@ def search(start: SearchState) -> SearchState:
 
 
 def forward(state: SearchState) -> SearchState:
-    """Effects and patterns one after another, the best by log evidence first; what the fit refuses is asked again later."""
+    """Effects and patterns one after another, the best by log evidence first; refused ones are asked again later."""
     refused: set[str] = set()
     for _ in range(MOST):
         name = next(
@@ -82,39 +86,55 @@ def backward(state: SearchState) -> SearchState:
     """One pass back by the worth of the whole (`log_evidence`): each effect stays, goes, or gives its place.
 
     What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
-    patterns are found anew; and what is then worth most may be the same effect in another form, another effect, or none.
+    patterns are found anew; and what is then worth most may be the same effect in another form, another one, or none.
     Where that changed something, the pass begins again with what is left.
     """
     done: set[str] = set()
     while (one := next((m for m in state.missing if m.key not in done and m.key not in state.given), None)) is not None:
         done.add(one.key)
         bare = state.without(one.key)
-        if len(state.missing) + len(state.outside) > 1:
-            same_rows = (s for s in _instead(state, bare, one) if s.fit.set_aside == state.fit.set_aside)
-            best = max(same_rows, key=log_evidence, default=state)
-            if log_evidence(best) > log_evidence(state):
-                state, done = best, set()
-                continue
+        best = max(_instead(state, bare, one), key=log_evidence, default=state)
+        if log_evidence(best) > log_evidence(state):
+            state, done = best, set()
+            continue
         alike, unseen = confusable(bare.ranked, one.candidate, bare.fit, state.fit)
         state = state.told(replace(one, alike=alike, unseen=unseen))
     return state
 
 
 def _instead(state: SearchState, bare: SearchState, one: SelectedEffect) -> Iterator[SearchState]:
-    """What may stand in the place of an effect: nothing, it in another form, or what is worth most without it."""
-    yield with_patterns(bare, len(state.outside)) if state.outside else bare
-    mine = next((c for c in bare.ranked if c.key == one.key), None)
-    if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
-        yield from filter(None, [accepted(bare, mine)])
-    other = next(
-        (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, len(state.classes))), None
-    )
-    if other is not None and (mine is None or other.evidence > mine.evidence):
-        yield from filter(None, [accepted(bare, other)])
+    """What may stand in the place of an effect: nothing, it in another form, what is worth most, or a freer function.
+
+    Nothing only where both fits use the same rows: what the effect has told of others may be mistakes.
+    """
+    effect, tried = state.fit.model.effect(one.key), len(state.classes)
+    if len(state.missing) + len(state.outside) > 1:
+        empty = with_patterns(bare, len(state.outside)) if state.outside else bare
+        if empty.fit.set_aside == state.fit.set_aside:
+            yield empty
+        mine = next((c for c in bare.ranked if c.key == one.key), None)
+        if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
+            yield from filter(None, [accepted(bare, mine)])
+        others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, tried))
+        other = next(others, None)
+        if other is not None and (mine is None or other.evidence > mine.evidence):
+            yield from filter(None, [accepted(bare, other)])
+    for kept, key in effect.generalised() if effect is not None else ():
+        part = bare if kept is None else bare.with_effect(*_only(bare, one, kept))
+        found = compose(part.screen, part.fit.linear, key) if key in state.classes else None
+        yield from filter(None, [None if found is None else accepted(part, found)])
+
+
+def _only(bare: SearchState, one: SelectedEffect, kept: Effect) -> tuple[SelectedEffect, Fit]:
+    """A part of an effect, and the fit that has no more of it."""
+    fit, free = bare.fit, np.ones(len(kept.vector()), dtype=bool)
+    terms = Terms({**fit.free, one.key: free}, fit.strength, beside=fit.problem.beside)
+    after = fit_model(fit.model, fit.data, [kept], noise=fit.noise.stated, terms=terms)
+    return replace(one, candidate=replace(one.candidate, effect=kept, free=free, fit=None)), after
 
 
 def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
-    """The state with the patterns that its fit leaves, found anew: each the strongest once those before it are taken."""
+    """The state with the patterns that its fit leaves, found anew, each the strongest beside those before it."""
     left = state.beside(())
     while len(left.outside) < most and (found := left.patterns_left()):
         left = left.beside((*left.outside, found[0]))
@@ -124,9 +144,9 @@ def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
 def log_evidence(state: SearchState) -> float:
     """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
 
-    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the base. A
-    pattern costs the odds of something without a name, a named effect half of them: five weak effects that stand in for
-    one smooth pattern lose against it.
+    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
+    base. A pattern costs the odds of something without a name, a named effect half of them: five weak effects that
+    stand in for one smooth pattern lose against it.
     """
     first, after = state.base.linear, state.fit.linear
     added = max(after.parameters - first.parameters, 1)

@@ -57,7 +57,8 @@ class SearchState:
     Args:
         base: the model as it came; fit: with what was taken. classes: what may be missing, by key; patterns: that may
             stand beside it. missing, outside: the effects and the patterns that were taken.
-        stock: columns of forms for the rows in use, which all states of a search share.
+        stock: columns of forms for the rows in use, which all states of a search share. plain: the same before any
+            pattern was put beside it.
     """
 
     base: Fit
@@ -67,6 +68,7 @@ class SearchState:
     missing: tuple[SelectedEffect, ...] = ()
     outside: tuple[Suspect, ...] = ()
     stock: dict[bytes, Stock] = field(default_factory=dict, repr=False)
+    plain: SearchState | None = field(default=None, repr=False)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -115,15 +117,20 @@ class SearchState:
     def beside(self, outside: tuple[Suspect, ...]) -> SearchState:
         """With other patterns beside the fit, and everything fitted again.
 
-        Without any, what only forms an effect stays as it is: what the patterns tell would bend it.
+        Without any, the state that they were put beside; else what only forms an effect stays as it is: what the
+        patterns tell would bend it.
         """
         if list(map(id, outside)) == list(map(id, self.outside)):
             return self
+        if not outside and self.plain is not None:
+            return self.plain
         fit = self.fit
         moves = np.concatenate([one.moves for one in outside], axis=2) if outside else None
         free = {e.key: fit.free[e.key] & (bool(outside) | e.amplitudes()) for e in fit.model.effects}
         terms = Terms(free, fit.strength, False, ROUGHLY, frozenset(fit.parameters), moves)
-        return replace(self, fit=fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms), outside=outside)
+        after = fit_model(fit.model, fit.data, noise=fit.noise.stated, terms=terms)
+        plain = (self.plain if self.outside else self) if outside else None
+        return replace(self, fit=after, outside=outside, plain=plain)
 
     def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
         """With one more effect, and the fit that has it; more of an effect that stands there goes with it."""
@@ -134,14 +141,15 @@ class SearchState:
             label = "; ".join(filter(None, told))
             whole = replace(first.candidate, effect=more.effect, free=more.free, fit=more.fit, label=label)
             one = replace(first, candidate=whole)
-        return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]))
+        return replace(self, fit=fit, missing=(*self.missing[:at], one, *self.missing[at + 1 :]), plain=None)
 
     def told(self, one: SelectedEffect) -> SearchState:
         """The same with more that is known of one of its effects."""
-        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing))
+        plain = None if self.plain is None else self.plain.told(one)
+        return replace(self, missing=tuple(one if m.key == one.key else m for m in self.missing), plain=plain)
 
     def without(self, key: str) -> SearchState:
         """The same without one of its effects, everything else fitted again."""
         others = tuple(m for m in self.missing if m.key != key)
         fit = refit_all(self.base, self.fit, [m.candidate for m in others], self.base.noise.stated)
-        return replace(self, fit=fit, missing=others)
+        return replace(self, fit=fit, missing=others, plain=None)

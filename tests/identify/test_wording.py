@@ -23,8 +23,8 @@ from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_te
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed, _told
+from postproc.identify.state import SelectedEffect
 from postproc.identify.verdict import doubts, headline, of_little_worth
-from postproc.identify.whole import Missing
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
 
@@ -133,8 +133,10 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
 
 
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
-    load = Missing(SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",))
-    alone = Missing(SimpleNamespace(key="backlash", label=""))
+    load = SelectedEffect(
+        SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",)
+    )
+    alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
     assert load.not_separable == ("payload_error", "dress_pack", "session")
     fit = SimpleNamespace(held_out_rms=1e-4)
     found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
@@ -149,7 +151,9 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
 
 def test_many_rivals_stand_below_the_headline():
     rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
-    map_ = Missing(SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals)
+    map_ = SelectedEffect(
+        SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
+    )
     fit = SimpleNamespace(held_out_rms=1e-4)
     found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
     assert headline(found).startswith(
@@ -198,7 +202,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
-    line = Missing(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
+    line = SelectedEffect(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
     found = SimpleNamespace(
         verdict="unknown",

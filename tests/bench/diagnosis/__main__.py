@@ -86,10 +86,10 @@ def measured(a: argparse.Namespace) -> None:
     left = [
         replace(job, true_error=true.get((job.kind, job.index))) for job in jobs(a) if a.again or job.key not in known
     ]
-    alone = [job for job in left if job.kind == "size"]
-    for some, tasks in ((alone, 1), ([job for job in left if job.kind != "size"], 40)):
-        pool = ProcessPoolExecutor(a.workers, get_context("spawn"), max_tasks_per_child=tasks)
-        with pool, a.results.open("a") as out:
+    # What a process has held before is in its peak, so that a size is measured in a process of its own.
+    parts = [[job] for job in left if job.kind == "size"] + [[job for job in left if job.kind != "size"]]
+    for some in parts:
+        with ProcessPoolExecutor(a.workers, get_context("spawn")) as pool, a.results.open("a") as out:
             for line in pool.map(run, some):
                 out.write(json.dumps(line) + "\n")
                 out.flush()
