@@ -90,11 +90,17 @@ def backward(state: SearchState) -> SearchState:
     Where that changed something, the pass begins again with what is left.
     """
     done: set[str] = set()
-    while (one := next((m for m in state.missing if m.key not in done and m.key not in state.given), None)) is not None:
+    for _ in range(MOST**2):
+        one = next((m for m in state.missing if m.key not in done and m.key not in state.given), None)
+        if one is None:
+            break
         done.add(one.key)
         bare = state.without(one.key)
-        best = max(_instead(state, bare, one), key=log_evidence, default=state)
-        if log_evidence(best) > log_evidence(state):
+        mine = next((c for c in bare.ranked if c.key == one.key), None)
+        needed = mine is not None and convincing(mine, bare.fit, len(state.classes))
+        rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
+        best = max(rivals, key=log_evidence, default=state)
+        if best is not state:
             state, done = best, set()
             continue
         alike, unseen = confusable(bare.ranked, one.candidate, bare.fit, state.fit)
@@ -102,17 +108,22 @@ def backward(state: SearchState) -> SearchState:
     return state
 
 
-def _instead(state: SearchState, bare: SearchState, one: SelectedEffect) -> Iterator[SearchState]:
+def _instead(
+    state: SearchState, bare: SearchState, one: SelectedEffect, mine: Candidate | None
+) -> Iterator[SearchState]:
     """What may stand in the place of an effect: nothing, it in another form, what is worth most, or a freer function.
 
-    Nothing only where both fits use the same rows: what the effect has told of others may be mistakes.
+    Nothing where it is not needed, or patterns may tell what it told; but only where both fits use the same rows: what
+    the effect has told of others may be mistakes.
+
+    Args:
+        mine: the effect as it would be taken beside the others; None where it is not needed.
     """
     effect, tried = state.fit.model.effect(one.key), len(state.classes)
+    empty = with_patterns(bare, len(state.outside)) if state.outside else bare
+    if mine is None or (state.outside and empty.fit.set_aside == state.fit.set_aside):
+        yield empty
     if len(state.missing) + len(state.outside) > 1:
-        empty = with_patterns(bare, len(state.outside)) if state.outside else bare
-        if empty.fit.set_aside == state.fit.set_aside:
-            yield empty
-        mine = next((c for c in bare.ranked if c.key == one.key), None)
         if mine is not None and mine.label != one.candidate.label and mine.effect.roughness() is None:
             yield from filter(None, [accepted(bare, mine)])
         others = (c for c in bare.ranked if c.key not in state.keys and convincing(c, bare.fit, tried))

@@ -53,11 +53,6 @@ class Group:
         return values_of(self.some)
 
     @cached_property
-    def squares(self) -> Single:
-        """(n, P) of the values."""
-        return self.values**2
-
-    @cached_property
     def odds(self) -> Array:
         """(P,) how many patterns at places stand beside each."""
         every = [members(part) for part in self.parts]

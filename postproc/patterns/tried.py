@@ -70,10 +70,10 @@ class Tried:
             if group is self.every.anywhere and (where.startswith("body") or where == SEATED):
                 # What moves a casting is seen at the joints beside it, and what turns a tool where it shifts.
                 use = np.argsort(-self.anywhere)[: max(MOST, len(group.some) // 8)]
-                falls = self._seen(where).falls(group.values[:, use], group.squares[:, use])
+                falls = self._seen(where).falls(group.values[:, use])
                 self._ranked(where, falls, group.odds[use], group.some.among(use).__getitem__, MOST)
                 continue
-            falls = self._seen(where).falls(group.values, group.squares)
+            falls = self._seen(where).falls(group.values)
             if group is self.every.anywhere:
                 self.anywhere = np.maximum(self.anywhere, falls)
             self._ranked(where, falls, group.odds, group.some.__getitem__, MOST)
