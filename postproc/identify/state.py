@@ -20,6 +20,7 @@ from postproc.identify.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.every import Patterns
 from postproc.patterns.suspects import Look, Suspect, look
+from postproc.patterns.tried import ODDS
 
 CERTAIN, DOUBTFUL = 3.0, 15.0
 """As many times `MATERIAL` must a pattern explain of what is left where repeats tell how much of it is noise, and where
@@ -107,6 +108,9 @@ class SearchState:
             asked: only those that are worth so much are sure to be found.
         """
         known, poses = self.fit.noise.position is not None, not is_record(self.fit.data.state)
+        nu, square = self.fit.linear.freedom, self.fit.linear.square
+        if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - ODDS:
+            return []  # what leaves no more than the noise is worth less
 
         def enough(suspect: Suspect) -> bool:
             slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)
