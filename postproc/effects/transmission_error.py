@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -50,6 +51,25 @@ class TransmissionError(
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
         joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
+
+    @classmethod
+    def rooms(cls, terms: Sequence[Self], held: Self | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
+        """Not where three lines on a joint, or more than three orders in all, or a line beside a map would be one.
+
+        Eccentric gears have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a mapped
+        joint, or on any where three joints or more have one (one kind of gear is in all of them).
+        """
+        mapped = getattr(others.get("joint_error_map"), "joint", ())
+        joint, order = ((), ()) if held is None else (held.joint, held.order)
+
+        def room(term: Self) -> bool:
+            joints = (*joint, *term.joint)
+            many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3
+            return not (many or len(mapped) > 2 or not set(joints).isdisjoint(mapped))
+
+        if len(joint) < 2 and not mapped:
+            return np.ones(len(terms), dtype=bool)  # two lines are never many
+        return np.array([room(term) for term in terms], dtype=bool)
 
     def generalised(self) -> list[tuple[Self | None, str]]:
         """A map in the place of the lines of joints that have several, or of three lines and more; motors' stay."""

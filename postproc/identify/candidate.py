@@ -145,12 +145,8 @@ class Screen:
         """(M,) how ordinary each form is, 0 where what is there leaves no room for it."""
         forms, there = self.forms(key, current), current or self.problem.model.effect(key)
         odds = np.array([form.odds for form in forms], dtype=float)
-        mapped = getattr(self.problem.model.effect("joint_error_map"), "joint", ())
-        joint, order = getattr(there, "joint", ()), getattr(there, "order", ())
-        if key != "transmission_error" or (len(joint) < 2 and not mapped):
-            return odds  # two lines are never many
-        lines = ((getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
-        return odds * [not _broadband((*joint, *j), (*order, *n), mapped) for j, n in lines]
+        others = {e.key: e for e in self.problem.model.effects}
+        return odds * self.classes[key].rooms([form.effect for form in forms], there, others)
 
     def beside(self, form: Form, current: Effect | None) -> Form:
         """A form with what is there before it."""
@@ -166,16 +162,6 @@ class Screen:
         if len(form.refit) != len(held.vector()) or moved is None:
             return form if len(form.refit) > len(held.vector()) else None
         return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
-
-
-def _broadband(joint: tuple[int, ...], order: tuple[float, ...], mapped: tuple[int, ...]) -> bool:
-    """Three lines in the spectrum of one joint, or four orders in all, or one more line beside a map, are a map.
-
-    Not eccentric gears: those have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a
-    mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
-    """
-    many = any(joint.count(j) > 2 for j in set(joint)) or len(set(order)) > 3
-    return many or len(mapped) > 2 or not set(joint).isdisjoint(mapped)
 
 
 def kind(effect: Effect) -> tuple[object, ...]:

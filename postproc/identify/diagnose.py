@@ -13,7 +13,6 @@ import numpy as np
 
 from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
-from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
@@ -35,8 +34,6 @@ from postproc.patterns.suspects import Suspect, by_channel
 Verdict = Literal["complete", "missing", "unknown"]
 COLLECT = 100_000
 """New objects after which the collector looks for cycles among them."""
-HIDDEN = ("outlier",)
-"""Effects that are findings about rows, not candidates."""
 
 
 @dataclass(frozen=True)
@@ -139,8 +136,9 @@ def _cycles_are_rare() -> Iterator[None]:
 def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None) -> Diagnosis:
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
-    untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(measured)}
-    classes = {k: c for k, c in library.items() if k not in HIDDEN and k not in untestable}
+    library = {k: c for k, c in library.items() if c.unlikely < np.inf}
+    untestable = {k: _why_untestable(c, base) for k, c in library.items() if c.missing(measured)}
+    classes = {k: c for k, c in library.items() if k not in untestable}
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
@@ -181,7 +179,7 @@ def _steps(missing: Sequence[SelectedEffect], final: Fit) -> tuple[SelectedEffec
     """
     some = [m.candidate for m in missing]
     last = [(final.model.effect(c.key), c) for c in some]
-    told = [replace(c, label=e.label) if isinstance(e, JointErrorMap) else c for e, c in last]
+    told = [replace(c, label=e.label) if e is not None and e.label else c for e, c in last]
     fits = [without(final, [c.key for c in some[k:]]) for k in range(1, len(some))]
     steps = zip(missing, told, [*fits, final], strict=False)
     return tuple(replace(m, candidate=c, held_out_after=fit.held_out_rms) for m, c, fit in steps)

@@ -17,6 +17,10 @@ from postproc.fit.problem import Problem
 from postproc.model.arm import Model
 
 
+CHUNK = 4e6
+"""Numbers in the columns of forms that are screened together: 32 MB."""
+
+
 @dataclass(frozen=True)
 class Turned:
     """Columns of amplitudes that turn a joint each: as the data sees its turn, by one value a row.
@@ -155,7 +159,7 @@ class Forms(tuple[Form, ...]):
 
 def _chunks(forms: Sequence[Form], index: list[int]) -> list[list[int]]:
     first = forms[index[0]].seen
-    size = max(1, int(4e7 / max((first.values if isinstance(first, Turned) else first).size, 1)))
+    size = max(1, int(CHUNK / max((first.values if isinstance(first, Turned) else first).size, 1)))
     return [index[at : at + size] for at in range(0, len(index), size)]
 
 

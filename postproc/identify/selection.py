@@ -17,13 +17,6 @@ from postproc.identify.candidate import Candidate, Screen, kind
 from postproc.identify.forms import Form, forms_nearby, ordinary
 from postproc.identify.gains import DIM, Gain, gain, gains
 
-UNLIKELY = {
-    "bearing_tilt": 6.0,
-    "session": 4.0,
-    "link_geometry": 4.0,
-    "joint_error_map": 6.0,
-}
-"""Prior odds, 2 log: where two effects explain the data equally well, the more ordinary one is named first."""
 EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""
 DEEPEST = 8
@@ -89,7 +82,7 @@ def _grow(screen: Screen, linear: Linear, form: Form, first: Gain, price: float,
         linear = linear.extended(form.along)
         beside = form.refit & form.effect.amplitudes() & ~form.screened
     effect, free, labels, whole = form.effect, form.refit, [form.label], first
-    searched = price + UNLIKELY.get(form.key, 0.0)
+    searched = price + type(effect).unlikely
     columns = _columns(screen.problem, form, free)
     for _ in range(1, DEEPEST):
         if nearer := _sharpened(screen.problem, linear, effect, whole, len(labels)):

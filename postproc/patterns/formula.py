@@ -199,7 +199,7 @@ def values_of(some: Sequence[Pattern]) -> Single:
     """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
     raw = raw_of(some)
     most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True))
-    return np.divide(raw, np.maximum(most, 1e-30), dtype=np.float32).T
+    return np.divide(raw, np.maximum(most, 1e-30), out=raw if raw.dtype == np.float32 else None, dtype=np.float32).T
 
 
 def spread(moves: Array, values: Array) -> Array:
