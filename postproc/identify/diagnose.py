@@ -143,6 +143,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
     begin = SearchState(start, start, classes, every)
+    first = begin.ranked
     found = with_patterns(search(begin))
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
@@ -150,7 +151,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     lacking = _lack_of_fit(final)
     suspects = _suspects(named, found.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
-    blind = {c.key: _why_blind(c) for c in begin.ranked if c.visible < 5.0} | untestable
+    blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
     return Diagnosis(
         verdict=verdict,
@@ -160,7 +161,7 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         screened=start,
         searched=named.fit,
         missing=missing,
-        candidates=tuple(begin.ranked),
+        candidates=tuple(first),
         untestable=untestable,
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,

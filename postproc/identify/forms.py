@@ -16,7 +16,6 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.arm import Model
 
-
 CHUNK = 4e6
 """Numbers in the columns of forms that are screened together: 32 MB."""
 

@@ -13,7 +13,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms, advance
 from postproc.identify.candidate import Candidate
 
-ENOUGH = 3000
+ENOUGH = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""
 STEPS, MISSED = 4, 0.02
 """Steps that are made at most, and the share of the sum of squares by which one may miss what its slope foretells."""

@@ -185,7 +185,15 @@ def together(parts: Iterable[Part]) -> Family:
         at = int(np.searchsorted(ends, k, side="right")) - 1
         return groups[at][k - int(ends[at])]
 
-    return Family(int(ends[-1]), make, lambda: np.vstack([raw_of(group) for group in groups]), tuple(groups))
+    def raw() -> Array:
+        # One after another into one array: side by side they would take twice the memory.
+        rows = len(groups[0][0].signals[0].values)
+        every = np.empty((int(ends[-1]), rows), dtype=np.float32)
+        for group, first in zip(groups, ends, strict=False):
+            every[first : first + len(group)] = raw_of(group)
+        return every
+
+    return Family(int(ends[-1]), make, raw, tuple(groups))
 
 
 def raw_of(some: Sequence[Pattern]) -> Array:
