@@ -34,7 +34,7 @@ def run(
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
-    from postproc.identify.verdict import of_little_worth, too_few
+    from postproc.identify.sentences import of_little_worth, too_few
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 

@@ -83,7 +83,6 @@ class Effect:
     drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
     unlikely: ClassVar[float] = 0.0
-    label: str = ""
     _parameters: ClassVar[dict[str, Parameter]] = {}
     _structures: ClassVar[dict[str, Structure]] = {}
 
@@ -212,6 +211,11 @@ class Effect:
                 result.append(f"{name}[{','.join(words)}]" if words else name)
         return tuple(result)
 
+    @property
+    def label(self) -> str:
+        """What a diagnosis calls its form where a fit has chosen it; empty where the search has."""
+        return ""
+
     @cached_property
     def layout(self) -> Layout:
         """What is declared for every entry of the vector."""
@@ -271,23 +275,6 @@ class Effect:
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
-
-    def plus(self, term: Self) -> Self | None:
-        """The effect with the terms of another one of its kind after its own; None where it is no sum of terms."""
-        return None
-
-    @classmethod
-    def rooms(cls, terms: Sequence[Self], held: Self | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
-        """(m,) whether each of some terms is one of the effect after those that are held, beside others (by key)."""
-        return np.ones(len(terms), dtype=bool)
-
-    def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
-        return ()
-
-    def generalised(self) -> Sequence[tuple[Self | None, str]]:
-        """Parts of it that stay, None for nothing, each with the key of a free function that may tell the rest."""
-        return ()
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
         """Forms that are looked for only from where the search of this one has come to, each with how ordinary it is.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
+from postproc.effects.sums import SumOfTerms
 
 GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
@@ -22,7 +23,7 @@ LOWEST = 1.0
 
 
 class TransmissionError(
-    Effect,
+    SumOfTerms,
     confused_with={
         "joint_error_map": "a fine sweep of one joint (five points a period): one line in the spectrum, or many",
         "gravity_compensator": "two payloads, and a first harmonic on joint 2 with the forearm up and down",
@@ -53,16 +54,17 @@ class TransmissionError(
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
 
     @classmethod
-    def rooms(cls, terms: Sequence[Self], held: Self | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
+    def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
         """Not where three lines on a joint, or more than three orders in all, or a line beside a map would be one.
 
         Eccentric gears have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a mapped
         joint, or on any where three joints or more have one (one kind of gear is in all of them).
         """
         mapped = getattr(others.get("joint_error_map"), "joint", ())
-        joint, order = ((), ()) if held is None else (held.joint, held.order)
+        joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
 
-        def room(term: Self) -> bool:
+        def room(term: Effect) -> bool:
+            assert isinstance(term, TransmissionError)
             joints = (*joint, *term.joint)
             many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3
             return not (many or len(mapped) > 2 or not set(joints).isdisjoint(mapped))

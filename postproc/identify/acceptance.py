@@ -18,23 +18,15 @@ from postproc.fit.problem import Problem, at_least_ordinary
 from postproc.fit.solve import SETTLED, Terms
 from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate, Screen, kind
+from postproc.identify.composition import columns_of, linear_part
+from postproc.identify.evidence import CLEARLY, DECADES, MATERIAL, QUIET, SIGNIFICANT, WIDE, laplace
 from postproc.identify.forms import ordinary
-from postproc.identify.gains import DECADES, WIDE, laplace
-from postproc.identify.selection import columns_of, linear_part
-from postproc.identify.shaped import formed
+from postproc.identify.nonlinear import refit_form
 from postproc.model.arm import Model
 from postproc.patterns.place import with_and_without_a_row
 
-SIGNIFICANT = 5e-3
-"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
-MATERIAL = 0.01
-"""An effect must explain at least this share of what is left, however many rows make it significant."""
 ROUNDS = 6
 """Times that amplitudes are told again with the scatter that they turned out to have, if it is no ordinary one."""
-CLEARLY = 2.0
-"""Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
-QUIET = 1.2
-"""Residual variance, in that of the repeats, at which no other start can be better."""
 
 
 def with_amplitudes(problem: Problem, linear: Linear, candidate: Candidate) -> Effect:
@@ -101,11 +93,11 @@ def fitted_best(
 ) -> tuple[Candidate, Fit] | None:
     """The best of a candidate's starts after full fits, with its fit; None where none settles."""
     found: list[tuple[Candidate, Fit]] = []
-    for start in formed(screen, base.linear, candidate).starts or (candidate,):
+    for start in refit_form(screen, base.linear, candidate).starts or (candidate,):
         after = refit(base, start, closely)
         if after is not None:
             found.append((judged(base, after, start), after))
-            if white(after):
+            if is_white(after):
                 break
     best = max(found, key=lambda pair: pair[0].evidence, default=None)
     fewer = best and _without_idle(base, *best, closely)
@@ -173,7 +165,7 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
     return laplace(base, rest, columns.T @ others.project(columns), effect, after.model.robot, index)
 
 
-def white(fit: Fit) -> bool:
+def is_white(fit: Fit) -> bool:
     """Whether nothing but noise is left, as far as that is known."""
     return fit.noise.position is not None and fit.variance < QUIET
 

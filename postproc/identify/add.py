@@ -19,7 +19,7 @@ from postproc.fit.solve import Terms
 from postproc.fit.step import FRAMES
 from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidate import Screen
-from postproc.identify.selection import compose
+from postproc.identify.composition import compose
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model

@@ -14,9 +14,9 @@ from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.step import FRAMES, Name
 from postproc.identify.candidate import Screen
+from postproc.identify.composition import compose
 from postproc.identify.forms import ordinary
-from postproc.identify.selection import compose
-from postproc.identify.shaped import formed
+from postproc.identify.nonlinear import refit_form
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -157,7 +157,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
         return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
-        candidate = formed(screen, fit.linear, candidate)
+        candidate = refit_form(screen, fit.linear, candidate)
         return candidate.effect, candidate.free & candidate.effect.amplitudes()
     effect = fit.model.effect(cls.key) or cls.null()
     for form in cls.variants(pool.sensitivity.state, None):

@@ -27,8 +27,8 @@ from postproc.identify.state import SearchState, SelectedEffect
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
-from postproc.patterns.every import patterns
-from postproc.patterns.sight import Sight
+from postproc.patterns.dictionary import patterns
+from postproc.patterns.instrument_model import Sight
 from postproc.patterns.suspects import Suspect, by_channel
 
 Verdict = Literal["complete", "missing", "unknown"]

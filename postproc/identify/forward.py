@@ -8,24 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.effects.base import Effect
+from postproc.effects.sums import SumOfTerms
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms
-from postproc.fit.worth import schwarz
 from postproc.identify.acceptance import (
     convincing,
+    is_white,
     judged,
     lives_on_a_row,
     predicts_better,
     reaches_further,
     refit,
-    white,
 )
 from postproc.identify.candidate import Candidate
-from postproc.identify.indistinguishable import confusable
-from postproc.identify.selection import compose
+from postproc.identify.composition import compose
+from postproc.identify.indistinguishable import indistinguishable
 from postproc.identify.state import SearchState, SelectedEffect
-from postproc.patterns.tried import ODDS
 
 MOST = 6
 """Effects and patterns that are taken at most."""
@@ -74,16 +73,16 @@ def accepted(state: SearchState, best: Candidate) -> SearchState | None:
     if lives_on_a_row(before, best):
         return None
     after = refit(before, best)
-    if after is None or not predicts_better(after, before, 0.0 if white(after) else 1.0):
+    if after is None or not predicts_better(after, before, 0.0 if is_white(after) else 1.0):
         return None
-    if not (white(after) or reaches_further(after, before)):
+    if not (is_white(after) or reaches_further(after, before)):
         return None
     taken = judged(before, after, best)
     return None if taken.evidence < 0 else state.with_effect(SelectedEffect(taken), after)
 
 
 def backward(state: SearchState) -> SearchState:
-    """One pass back by the worth of the whole (`log_evidence`): each effect stays, goes, or gives its place.
+    """One pass back by what the whole is worth (`SearchState.log_evidence`): each effect stays, goes, or gives way.
 
     What was taken first was judged beside a residual that held the others, too. So each is taken out in turn; the
     patterns are found anew; and what is then worth most may be the same effect in another form, another one, or none.
@@ -99,11 +98,11 @@ def backward(state: SearchState) -> SearchState:
         mine = next((c for c in bare.ranked if c.key == one.key), None)
         needed = mine is not None and convincing(mine, bare.fit, len(state.classes))
         rivals = [*([state] if needed else []), *_instead(state, bare, one, mine if needed else None)]
-        best = max(rivals, key=log_evidence, default=state)
+        best = max(rivals, key=lambda s: s.log_evidence, default=state)
         if best is not state:
             state, done = best, set()
             continue
-        alike, unseen = confusable(bare.ranked, one.candidate, bare.fit, state.fit)
+        alike, unseen = indistinguishable(bare.ranked, one.candidate, bare.fit, state.fit)
         state = state.told(replace(one, alike=alike, unseen=unseen))
     return state
 
@@ -130,7 +129,7 @@ def _instead(
         other = next(others, None)
         if other is not None and (mine is None or other.evidence > mine.evidence):
             yield from filter(None, [accepted(bare, other)])
-    for kept, key in effect.generalised() if effect is not None else ():
+    for kept, key in effect.generalised() if isinstance(effect, SumOfTerms) else ():
         part = bare if kept is None else bare.with_effect(*_only(bare, one, kept))
         found = compose(part.screen, part.fit.linear, key) if key in state.classes else None
         yield from filter(None, [None if found is None else accepted(part, found)])
@@ -150,27 +149,3 @@ def with_patterns(state: SearchState, most: int = PATTERNS) -> SearchState:
     while len(left.outside) < most and (found := left.patterns_left()):
         left = left.beside((*left.outside, found[0]))
     return left
-
-
-def log_evidence(state: SearchState) -> float:
-    """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
-
-    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
-    base. A pattern costs the odds of something without a name, a named effect half of them: five weak effects that
-    stand in for one smooth pattern lose against it.
-    """
-    first, after = state.base.linear, state.fit.linear
-    added = max(after.parameters - first.parameters, 1)
-    gained = schwarz(first.square, first.square - left_by(state.base, state.fit), added, first.freedom, 1.0)
-    return gained - ODDS * (len(state.outside) + 0.5 * len(state.missing))
-
-
-def left_by(before: Fit, after: Fit) -> float:
-    """The sum of squares that a fit leaves, at the weights of the base.
-
-    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
-    geometric mean.
-    """
-    weights, others = before.problem.weights, after.problem.weights
-    both = weights.used & others.used
-    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))

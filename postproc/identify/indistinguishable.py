@@ -10,18 +10,14 @@ from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.candidate import Candidate
-from postproc.identify.gains import DIM
-from postproc.identify.selection import columns_of
+from postproc.identify.composition import columns_of
+from postproc.identify.evidence import CLOSE, DIM, TELLING
 
-CLOSE = 8.0
-"""Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
-TELLING = 9.0
-"""Square of the deviations by which two effects must differ to be told apart."""
 FREE = 1e-3
 """Share of its penalty that a free function keeps where it is asked what it could do."""
 
 
-def confusable(
+def indistinguishable(
     ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.

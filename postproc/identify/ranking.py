@@ -10,11 +10,9 @@ from postproc.fit.fitted import Fit
 from postproc.fit.solve import ROUGHLY
 from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.selection import compose
-from postproc.identify.shaped import formed
-
-NEAR = 0.9
-"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+from postproc.identify.composition import compose
+from postproc.identify.evidence import NEAR
+from postproc.identify.nonlinear import refit_form
 
 
 def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
@@ -33,7 +31,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 
     if exceeds_noise(fit):
         least = max(0.0, 0.5 * max(c.evidence for c in found))
-        found = [formed(screen, linear, c, least) if c.far else c for c in found]
+        found = [refit_form(screen, linear, c, least) if c.far else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))
     found = [settled(c) if c.forming and c.evidence > near else c for c in found]
     near = max(0.0, NEAR * max(c.evidence for c in found))

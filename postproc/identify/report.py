@@ -12,7 +12,7 @@ from postproc.fit.record import mm, parameters_json, structure_json
 from postproc.fit.report import held_lines
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
-from postproc.identify.verdict import doubts, headline, title
+from postproc.identify.sentences import doubts, headline, title
 
 if TYPE_CHECKING:
     from postproc.identify.diagnose import Diagnosis

@@ -13,18 +13,14 @@ from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import SLOW
 from postproc.fit.solve import ROUGHLY, Terms
-from postproc.identify.acceptance import MATERIAL
-from postproc.identify.candidate import Candidate, Screen, Stock
+from postproc.identify.candidate import Candidate, FormCache, Screen
+from postproc.identify.evidence import CERTAIN, DOUBTFUL, MATERIAL, log_evidence
 from postproc.identify.ranking import ranking
 from postproc.identify.refits import refit_all
 from postproc.measure.trajectory import is_record
-from postproc.patterns.every import Patterns
+from postproc.patterns.dictionary import Patterns
+from postproc.patterns.screening import UNNAMED_LOG_PRIOR
 from postproc.patterns.suspects import Look, Suspect, look
-from postproc.patterns.tried import ODDS
-
-CERTAIN, DOUBTFUL = 3.0, 15.0
-"""As many times `MATERIAL` must a pattern explain of what is left where repeats tell how much of it is noise, and where
-none do: what one function of the angles leaves looks like another one."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +64,18 @@ class SearchState:
     patterns: Patterns | None
     missing: tuple[SelectedEffect, ...] = ()
     outside: tuple[Suspect, ...] = ()
-    stock: dict[bytes, Stock] = field(default_factory=dict, repr=False)
+    stock: dict[bytes, FormCache] = field(default_factory=dict, repr=False)
     plain: SearchState | None = field(default=None, repr=False)
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Keys of the effects that were taken."""
         return tuple(m.key for m in self.missing)
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """What all that was taken is worth beside the base (`evidence.log_evidence`)."""
+        return log_evidence(self.base, self.fit, len(self.missing), len(self.outside))
 
     @cached_property
     def given(self) -> frozenset[str]:
@@ -85,7 +86,7 @@ class SearchState:
     def screen(self) -> Screen:
         problem = self.fit.problem
         used = problem.weights.used.tobytes()
-        self.stock[used] = self.stock.get(used, Stock()).at(problem.weights)
+        self.stock[used] = self.stock.get(used, FormCache()).at(problem.weights)
         return Screen(problem, self.classes, self.fit.free, self.stock[used])
 
     @cached_property
@@ -109,7 +110,7 @@ class SearchState:
         """
         known, poses = self.fit.noise.position is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
-        if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - ODDS:
+        if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
             return []  # what leaves no more than the noise is worth less
 
         def enough(suspect: Suspect) -> bool:

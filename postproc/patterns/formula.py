@@ -185,7 +185,7 @@ def together(parts: Iterable[Part]) -> Family:
         at = int(np.searchsorted(ends, k, side="right")) - 1
         return groups[at][k - int(ends[at])]
 
-    def raw() -> Array:
+    def raw() -> Any:
         # One after another into one array: side by side they would take twice the memory.
         rows = len(groups[0][0].signals[0].values)
         every = np.empty((int(ends[-1]), rows), dtype=np.float32)

@@ -7,7 +7,7 @@ from typing import Any
 from postproc.fit.wording import FREE, p_text, place
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import UNNAMED
-from postproc.identify.verdict import NAMED, doubts, headline
+from postproc.identify.sentences import NAMED, doubts, headline
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table

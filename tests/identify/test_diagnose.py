@@ -23,8 +23,8 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.plan import Plan as PosePlan
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
+from postproc.identify.sentences import headline
 from postproc.identify.trends import joint_errors
-from postproc.identify.verdict import headline
 from tests.identify.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange

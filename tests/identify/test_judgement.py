@@ -38,12 +38,12 @@ from postproc.identify.acceptance import (
 )
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.composition import compose
 from postproc.identify.diagnose import diagnose
+from postproc.identify.evidence import laplace
 from postproc.identify.forms import forms_of
 from postproc.identify.forward import accepted
-from postproc.identify.gains import laplace
-from postproc.identify.indistinguishable import confusable
-from postproc.identify.selection import compose
+from postproc.identify.indistinguishable import indistinguishable
 from postproc.identify.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
@@ -286,7 +286,7 @@ def test_what_hides_is_told_from_fits_that_use_other_rows():
     ranking = [compose(screen, before.linear, key) for key in screen.classes]
     ranking = [replace(c, evidence=1.0) for c in ranking]
     chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
-    assert confusable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
+    assert indistinguishable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
 
 
 def test_what_explains_no_more_than_noise_hides_behind_nothing():
@@ -296,7 +296,7 @@ def test_what_explains_no_more_than_noise_hides_behind_nothing():
     screen = Screen(before.problem, {LinkGeometry.key: LinkGeometry})
     some = replace(compose(screen, before.linear, LinkGeometry.key), evidence=1.0)
     chosen = replace(some, key="backlash", evidence=1e9, fall=before.linear.square)
-    assert confusable([some], chosen, before, after) == ((), ())
+    assert indistinguishable([some], chosen, before, after) == ((), ())
 
 
 def test_held_out_blocks_are_predicted_with_the_patterns_beside():

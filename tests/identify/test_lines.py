@@ -12,13 +12,13 @@ from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
 from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.composition import _sharpened, columns_of
 from postproc.identify.diagnose import _steps, diagnose
+from postproc.identify.evidence import gain
 from postproc.identify.forms import forms_of
 from postproc.identify.forward import backward
-from postproc.identify.gains import gain
-from postproc.identify.selection import _sharpened, columns_of
 from postproc.identify.state import SearchState, SelectedEffect
-from postproc.patterns.every import patterns
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column

@@ -9,8 +9,8 @@ import numpy as np
 from postproc.effects.registry import effect_library
 from postproc.fit.problem import Weights
 from postproc.identify.acceptance import judged, refit
-from postproc.identify.forward import backward, log_evidence
-from postproc.identify.selection import compose
+from postproc.identify.composition import compose
+from postproc.identify.forward import backward
 from postproc.identify.state import SearchState, SelectedEffect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
@@ -56,5 +56,5 @@ def test_a_whole_is_worth_the_same_however_large_the_noise_was_said_to_be():
         base, problem=base.problem.weighted(Weights(3.0 * base.problem.weights.values)), columns=3.0 * base.columns
     )
     assert quiet.linear.square > 8.0 * base.linear.square
-    found = [log_evidence(SearchState(base, fit, {}, None)) for fit in (base, quiet)]
+    found = [SearchState(base, fit, {}, None).log_evidence for fit in (base, quiet)]
     np.testing.assert_allclose(found[1], found[0], atol=1e-6)

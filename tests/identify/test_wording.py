@@ -23,8 +23,8 @@ from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_te
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import Diagnosis
 from postproc.identify.report import _followed, _told
+from postproc.identify.sentences import doubts, headline, of_little_worth
 from postproc.identify.state import SelectedEffect
-from postproc.identify.verdict import doubts, headline, of_little_worth
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
 

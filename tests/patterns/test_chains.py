@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.patterns.every import patterns
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import look
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds

@@ -28,11 +28,11 @@ RULES: dict[str, tuple[Patch, ...]] = {
     "row": (("identify.forward", "lives_on_a_row", lambda fit, best: False),),
     "nested": (("identify.ranking", "_nested", lambda candidate, found: candidate),),
     "broadband": (("identify.candidate", "_broadband", lambda *parts: False),),
-    "chains": (("patterns.tried", "Tried._channels", _nothing),),
-    "switches": (("patterns.tried", "Tried._switched", _nothing),),
-    "rounded": (("patterns.tried", "Tried._rounded", _nothing),),
-    "memory": (("patterns.every", "memories", _nothing), ("patterns.every", "lags", _nothing)),
-    "leaning": (("patterns.every", "overturning", _nothing),),
+    "chains": (("patterns.screening", "Tried._channels", _nothing),),
+    "switches": (("patterns.screening", "Tried._switched", _nothing),),
+    "rounded": (("patterns.screening", "Tried._rounded", _nothing),),
+    "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
+    "leaning": (("patterns.dictionary", "overturning", _nothing),),
     "fields": (("patterns.suspects", "fields", _nothing),),
 }
 """By the word of ``--without``, which may join several with +."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from postproc.patterns.felt import LEANS
 from postproc.patterns.formula import Pattern
-from postproc.patterns.sight import WAYS
+from postproc.patterns.instrument_model import WAYS
+from postproc.patterns.tool_frame_forces import LEANS
 
 PLACES = 31
 """Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""

@@ -10,10 +10,10 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
-from postproc.patterns.chains import chains
-from postproc.patterns.every import Patterns, grown, switched
+from postproc.patterns.change_point_sets import chains
+from postproc.patterns.dictionary import Patterns, grown, switched
 from postproc.patterns.formula import Pattern, Single, sharper, spread, values_of
-from postproc.patterns.odds import SEATED, odds, off_everywhere
+from postproc.patterns.pattern_prior import SEATED, odds, off_everywhere
 from postproc.patterns.place import Place, taken_off, with_and_without_a_row
 from postproc.patterns.shapes import CLOSER
 from postproc.patterns.signals import Signal
@@ -32,8 +32,8 @@ FEW, CHAINS = 4, 4
 """Values of a channel that has no shapes side by side; channels at places that are asked for them."""
 ELSEWHERE = 2
 """Further places at which the best kind of pattern is sharpened."""
-ODDS = 16.0
-"""A pattern that nobody has a name for needs exp(ODDS / 2) = 3000 times the likelihood of a named effect."""
+UNNAMED_LOG_PRIOR = 16.0
+"""2 log of the odds against a pattern without a name: it needs 3000 times the likelihood of a named effect."""
 
 
 Made = Callable[[int], Pattern]
@@ -148,7 +148,7 @@ class Tried:
         asked = min(asked, 0.9 * self._could(best, np.inf))
         of_best, done = _kind(best), set[tuple[tuple[str, ...], str]]()
         for one in ranked:
-            least = max(asked, plain - ODDS)
+            least = max(asked, plain - UNNAMED_LOG_PRIOR)
             if len(done) == most or self._could(one, NARROWER) < least:
                 break
             if _kind(one) in done or (one.pattern.kind != "window" and self._could(one, SHARPER) < least):
@@ -256,7 +256,7 @@ class Tried:
         made = self._made(one.pattern, len(which), switch)
         found = self._best(one.where, values, *made, 1)
         # A switch that is worth its price is nearly so at the coarse edge nearest to its own.
-        return [f for f in found if f.worth > one.worth - ODDS and self.every.sensible(f.pattern, f.where)]
+        return [f for f in found if f.worth > one.worth - UNNAMED_LOG_PRIOR and self.every.sensible(f.pattern, f.where)]
 
 
 def _kind(one: Found) -> tuple[tuple[str, ...], str]:
@@ -273,4 +273,6 @@ def _worth(before: float, fall: Array | float, count: int, freedom: int, tried: 
     after = np.maximum(before - np.asarray(fall), 1e-12 * before)
     if freedom - count < 1:
         return np.full(np.shape(fall), -np.inf)
-    return np.asarray(freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - ODDS)
+    return np.asarray(
+        freedom * np.log(before / after) - count * np.log(freedom) - 2 * np.log(tried) - UNNAMED_LOG_PRIOR
+    )

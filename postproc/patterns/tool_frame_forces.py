@@ -13,7 +13,7 @@ from postproc.arrays import Array
 from postproc.effects.contract import State
 from postproc.effects.geometry import distal_point, point_acceleration
 from postproc.fit.channels import varies
-from postproc.patterns.breaks import breaks
+from postproc.patterns.change_points import breaks
 from postproc.patterns.formula import Edge, Pattern, only_at, sharper
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import TOOL, Signal, tool_poses

@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.contract import State
-from postproc.patterns.breaks import breaks
-from postproc.patterns.cycles import GEAR, LOW, TEETH, comes_again, sways, waves
-from postproc.patterns.felt import LEANS, overturning, pulls
+from postproc.patterns.change_points import breaks
 from postproc.patterns.formula import Family, Part, Pattern, Single, members, raw_of, sharper, together, values_of
+from postproc.patterns.harmonics import GEAR, LOW, TEETH, comes_again, sways, waves
+from postproc.patterns.hysteresis_and_lag import lags, memories
+from postproc.patterns.instrument_model import Sight, around
 from postproc.patterns.levels import of_few, of_words, words
-from postproc.patterns.memory import lags, memories
-from postproc.patterns.odds import APART, LOADED, odds, sort
 from postproc.patterns.pairs import of_two, swelling
+from postproc.patterns.pattern_prior import APART, LOADED, odds, sort
 from postproc.patterns.shapes import line, of_channel, of_signal
-from postproc.patterns.sight import Sight, around
 from postproc.patterns.signals import added, channel_signal, place_code
+from postproc.patterns.tool_frame_forces import LEANS, overturning, pulls
 
 FEW, FEW_SHARE = 6, 0.05
 """Rows, and share of them, that a switch must take from what it switches, and leave it, to be one."""

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.patterns.breaks import FINEST
-from postproc.patterns.cycles import LOW, waves
+from postproc.patterns.change_points import FINEST
 from postproc.patterns.formula import Pattern
+from postproc.patterns.harmonics import LOW, waves
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal
 

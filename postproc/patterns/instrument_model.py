@@ -10,8 +10,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.channels import varies
 from postproc.model.equilibrium import Equilibrium
-from postproc.patterns.cycles import GEAR, LOW, sways, waves
 from postproc.patterns.formula import Pattern, only_at
+from postproc.patterns.harmonics import GEAR, LOW, sways, waves
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import TOOL, Signal, place_code
 from postproc.robot.pose import displace

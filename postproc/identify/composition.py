@@ -14,8 +14,8 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
+from postproc.identify.evidence import DIM, Gain, gain, gains
 from postproc.identify.forms import Form, forms_nearby, ordinary
-from postproc.identify.gains import DIM, Gain, gain, gains
 
 EACH = 2
 """Starts of every law, pair of bodies .. from which what forms an effect is looked for."""

@@ -1,4 +1,4 @@
-"""How far forms of effects would bring the residual down, and what that is worth."""
+"""What effects and patterns are worth, as 2 log of odds, and the thresholds of the search in one table."""
 
 from __future__ import annotations
 
@@ -12,11 +12,32 @@ from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
 from postproc.fit.determined import NEARBY
+from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
 from postproc.identify.forms import Forms, Stack
+from postproc.patterns.screening import UNNAMED_LOG_PRIOR
 from postproc.robot.arm import Robot
 
+SIGNIFICANT = 5e-3
+"""Chance of a false alarm allowed for an effect after counting everything that was tried."""
+MATERIAL = 0.01
+"""An effect must explain at least this share of what is left, however many rows make it significant."""
+CLEARLY = 2.0
+"""Standard errors over blocks, or deviations of their signed ranks, by which what predicts clearly better does so."""
+QUIET = 1.2
+"""Residual variance, in that of the repeats, at which no other start can be better."""
+CLOSE = 8.0
+"""Effects whose evidence differs by less than this (odds of 50 to 1) are not separable with this data."""
+TELLING = 9.0
+"""Square of the deviations by which two effects must differ to be told apart."""
+NEAR = 0.9
+"""Share of the best evidence from which a rival is fitted in full: columns do not foretell large effects exactly."""
+NEARLY = 16.0
+"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
+CERTAIN, DOUBTFUL = 3.0, 15.0
+"""As many times `MATERIAL` must a pattern explain of what is left where repeats tell how much of it is noise, and where
+none do: what one function of the angles leaves looks like another one."""
 WIDE = 3.0
 DECADES = (0.1, 1.0, 10.0, 100.0)
 """Ordinary sizes are known to a decade or so: amplitudes may be ten times as large or small for odds of ten, .."""
@@ -162,3 +183,27 @@ def laplace(linear: Linear, rest: float, gram: Array, effect: Effect, robot: Rob
         gained = freedom * np.log(before / max(rest + far, 1e-12 * before)) - np.sum(np.log1p(strength / s2))
         worth = max(worth, float(gained) - 2 * abs(float(np.log(decade))))
     return worth
+
+
+def log_evidence(base: Fit, fit: Fit, effects: int, patterns: int) -> float:
+    """What all that was taken explains of the base's residual, less its parameters and what its parts are unlikely.
+
+    nu log(S / S') - m log(nu) - 2 log(odds), Schwarz (1978), with S and S' the sums of squares at the weights of the
+    base. A pattern costs the odds of something without a name, a named effect half of them: five weak effects that
+    stand in for one smooth pattern lose against it.
+    """
+    first, after = base.linear, fit.linear
+    added = max(after.parameters - first.parameters, 1)
+    gained = schwarz(first.square, first.square - left_by(base, fit), added, first.freedom, 1.0)
+    return gained - UNNAMED_LOG_PRIOR * (patterns + 0.5 * effects)
+
+
+def left_by(before: Fit, after: Fit) -> float:
+    """The sum of squares that a fit leaves, at the weights of the base.
+
+    Numbers whose scatter a fit tells by what it leaves count by their likelihood, that is at weights of the same
+    geometric mean.
+    """
+    weights, others = before.problem.weights, after.problem.weights
+    both = weights.used & others.used
+    return after.linear.square * float(np.exp(2 * np.mean(np.log(weights.values[both] / others.values[both]))))

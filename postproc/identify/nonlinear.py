@@ -17,8 +17,8 @@ from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem, Weights
 from postproc.fit.worth import f_test
 from postproc.identify.candidate import Candidate, Screen, kind
-from postproc.identify.gains import laplace
-from postproc.identify.selection import corrected
+from postproc.identify.composition import corrected
+from postproc.identify.evidence import NEARLY, laplace
 from postproc.model.places import carried, placed
 
 POSES = 120
@@ -34,12 +34,10 @@ AT_LAST = 60, 1e-6
 """Steps on all poses in the end, and that share: a full fit follows, whose every step costs as much as ten of these."""
 TWICE = 2.0
 """As much more of the sum of squares may an effect take off in the end as after the first steps."""
-NEARLY = 16.0
-"""Evidence by which a law, a pair of bodies .. may lag behind the best and still be fitted in full."""
 
 
 @dataclass(frozen=True)
-class Glimpse:
+class SubsampledProblem:
     """Some poses of a problem, and what the fitted parameters leave of their residual.
 
     Args:
@@ -79,7 +77,7 @@ class Glimpse:
         return self.known[at]
 
 
-def glimpse(screen: Screen, linear: Linear) -> Glimpse:
+def subsampled(screen: Screen, linear: Linear) -> SubsampledProblem:
     """Every k-th pose of a problem, as many as a shape needs.
 
     With U U^T the hat matrix of the whole, that of some rows is U_s (U_s^T U_s + f (I - U^T U))^-1 U_s^T: a penalty, if
@@ -88,7 +86,7 @@ def glimpse(screen: Screen, linear: Linear) -> Glimpse:
     problem, known = screen.problem, screen.stock.by_load
     step = max(1, round(len(problem.data) / max(POSES, 2 * linear.parameters)))
     if step == 1:
-        return Glimpse(problem, linear, known)
+        return SubsampledProblem(problem, linear, known)
     some = np.arange(len(problem.data)) % step == 0
     few = Problem(problem.model, problem.data.rows(some), Weights(problem.weights.values[some]))
     kept = some[linear.row]
@@ -97,10 +95,12 @@ def glimpse(screen: Screen, linear: Linear) -> Glimpse:
     value, vector = np.linalg.eigh(gram)
     good = value > 1e-9
     basis = U @ (vector[:, good] / np.sqrt(value[good]))
-    return Glimpse(few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial), known)
+    return SubsampledProblem(
+        few, Linear(linear.residual[kept], basis, few.row, linear.independent, linear.serial), known
+    )
 
 
-def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
+def refit_form(screen: Screen, linear: Linear, candidate: Candidate, least: float = -np.inf) -> Candidate:
     """A candidate with what forms it where it explains most, from all of its starts; laws that come near are kept.
 
     What the model holds already is where a fit has put it.
@@ -111,7 +111,7 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
     held = screen.problem.model.effect(candidate.key) is not None
     if held or not candidate.forming or not candidate.starts or not candidate.effect.is_null:
         return candidate
-    seen = glimpse(screen, linear)
+    seen = subsampled(screen, linear)
     some = list(candidate.starts)
     for tries, enough in STAGES:
         moved = sorted((_moved(seen, c, tries) for c in some), key=lambda pair: pair[1])
@@ -121,7 +121,7 @@ def formed(screen: Screen, linear: Linear, candidate: Candidate, least: float = 
         share = min(TWICE * (1 - moved[0][1] / float(seen.linear.rest @ seen.linear.rest)), 0.999)
         if -linear.freedom * np.log1p(-share) - candidate.searched < least:
             return candidate
-    whole = Glimpse(screen.problem, linear, screen.stock.by_load)
+    whole = SubsampledProblem(screen.problem, linear, screen.stock.by_load)
     some = [_moved(whole, c, *AT_LAST)[0] for c in some]
     every = sorted((_judged(screen, linear, c) for c in some), key=lambda c: -c.evidence)
     near = tuple(c for c in every if c.evidence > every[0].evidence - NEARLY)
@@ -142,8 +142,8 @@ def _one_of_each(candidates: list[Candidate]) -> list[Candidate]:
     return list(found.values())
 
 
-def _moved(seen: Glimpse, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
-    effect, left = shaped(seen, start.effect, start.free, tries, closely)
+def _moved(seen: SubsampledProblem, start: Candidate, tries: int, closely: float = ENOUGH) -> tuple[Candidate, float]:
+    effect, left = optimise_nonlinear(seen, start.effect, start.free, tries, closely)
     return replace(start, effect=effect), left
 
 
@@ -165,8 +165,12 @@ def _judged(screen: Screen, linear: Linear, start: Candidate) -> Candidate:
     return replace(start, effect=effect, evidence=worth, fall=fall, p_value=p)
 
 
-def shaped(
-    seen: Glimpse, effect: Effect, free: NDArray[np.bool_], tries: int = STAGES[-1][0], closely: float = ENOUGH
+def optimise_nonlinear(
+    seen: SubsampledProblem,
+    effect: Effect,
+    free: NDArray[np.bool_],
+    tries: int = STAGES[-1][0],
+    closely: float = ENOUGH,
 ) -> tuple[Effect, float]:
     """The effect with its free parameters where they bring the residual down most, and the sum of squares left.
 
