@@ -74,9 +74,9 @@ def _quieter(fit: Fit) -> Noise | None:
 
     Repeats of another time, temperature or force differ by what the model tells.
     """
-    left, known = estimate_noise(fit.data, error=fit.problem.error[:, :3]), fit.noise
+    left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
-    return left if told and left.position and left.position < QUIETER * (known.position or 0.0) else None
+    return left if told and left.sigma and left.sigma < QUIETER * (known.sigma or 0.0) else None
 
 
 def _solved(

@@ -13,7 +13,8 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import fit_json, mm, recorded_model
+from postproc.fit.leftover import smooth_bound
+from postproc.fit.record import figures_json, fit_json, mm, recorded_model
 from postproc.fit.rounding import rounded
 from postproc.fit.solve import Terms
 from postproc.fit.step import FRAMES
@@ -67,38 +68,27 @@ class Addition:
 
     def as_json(self) -> dict[str, Any]:
         """``postproc/fit/1`` with the ladder and the leave-one-out table."""
-        before = {"rms_mm": mm(self.before.rms), "held_out_rms_mm": mm(self.before.held_out_rms)}
         return {
-            **fit_json(self.fit, before),
-            "floor_mm": mm(self.floor),
-            "ladder": [
-                {
-                    "step": s.name,
-                    "rms_mm": mm(s.fit.rms),
-                    "held_out_rms_mm": mm(s.fit.held_out_rms),
-                    "share_of_way": s.share,
-                }
-                for s in self.ladder
-            ],
-            "leave_one_out": [
-                {"without": key, "rms_mm": mm(f.rms), "held_out_rms_mm": mm(f.held_out_rms)}
-                for key, f in self.without.items()
-            ],
+            **fit_json(self.fit, figures_json(self.before)),
+            self.fit.observed.key("floor"): mm(self.floor),
+            "ladder": [{"step": s.name, **figures_json(s.fit), "share_of_way": s.share} for s in self.ladder],
+            "leave_one_out": [{"without": key, **figures_json(f)} for key, f in self.without.items()],
         }
 
     def text(self) -> str:
         """How far the error fell, then the ladder and the leave-one-out table."""
         first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
         helps = last < (1 - HELPS) * first
-        known = self.fit.noise.position is not None
+        known, unit, each = self.fit.noise_level is not None, self.fit.observed.unit, self.fit.observed.each
         floor = "the noise is" if known else "any smooth function of the channels would leave"
-        floor = f"{floor} {1e3 * self.floor:.3f} mm"
+        floor = f"{floor} {1e3 * self.floor:.3f} {unit}"
         names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
         gone, unseen = self.ladder[-1].share, "on rows that the fit has not seen"
-        falls = f"the error falls from {first:.3f} to {last:.3f} mm per axis"
+        falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
         said = f"O{unseen[1:]}, {falls}"
         if not helps:
-            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} mm per axis, {first:.3f} before"
+            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
+            said += f"{first:.3f} before"
         elif gone is not None and gone < LITTLE:
             helps, said = False, f"Adding {names} hardly helps: {unseen}, {falls}"
         lines = [
@@ -107,12 +97,12 @@ class Addition:
             if helps
             else "Keep the model as it was, and ask `diagnose` what it lacks.",
             "",
-            f"{'ladder':28s} rms mm  held-out mm  way to {'the noise' if known else 'that bound'}",
+            f"{'ladder':28s} rms {unit}  held-out {unit}  way to {'the noise' if known else 'that bound'}",
         ]
         for s in self.ladder:
             way = "" if s.share is None else f"{100 * s.share:5.0f} %"
             lines.append(f"  {s.name:24s} {1e3 * s.fit.rms:8.3f} {1e3 * s.fit.held_out_rms:10.3f}     {way}")
-        lines += ["", f"{'leave one out':28s} rms mm  held-out mm"]
+        lines += ["", f"{'leave one out':28s} rms {unit}  held-out {unit}"]
         lines += [f"  - {k:22s} {1e3 * f.rms:8.3f} {1e3 * f.held_out_rms:10.3f}" for k, f in self.without.items()]
         return "\n".join(lines)
 
@@ -151,7 +141,8 @@ def _added(model: Model, data: Measurements, classes: Sequence[type[Effect]], no
     added = [cls for cls in classes if model.effect(cls.key) is None]
     final = _beside_each_other(steps[-1][1], added if len(classes) > 1 else [], noise)
     steps[-1] = (steps[-1][0], final)
-    floor = _floor(final)
+    level = final.noise_level
+    floor = smooth_bound(base) if level is None else level
     top = base.held_out_rms
     ladder = []
     for name, fit in steps:
@@ -196,7 +187,3 @@ def _without(final: Fit, key: str, noise: float | None) -> Fit:
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}
     return fit_model(final.model.with_effects(*kept), final.data, noise=noise, terms=Terms(free, strength))
-
-
-def _floor(fit: Fit) -> float:
-    return fit.leftover.held_out if fit.noise.position is None else fit.noise.position

@@ -20,6 +20,7 @@ from postproc.fit.findings import MANY, data_findings, larger_noise, standing_ou
 from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
+from postproc.fit.leftover import smooth_bound
 from postproc.fit.rounding import rounded
 from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
@@ -85,7 +86,7 @@ class Diagnosis:
         told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
         known = fit.linear.extended(np.hstack(told))
         out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
-        return rms(fit.problem.weights.measured(out)[:, :3])
+        return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
 
     @property
     def misleading(self) -> bool:
@@ -176,8 +177,8 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=tuple(search.outside[1:]) if suspects else (),
-        floor=final.noise.position,
-        bound=named.fit.leftover.held_out,
+        floor=final.noise_level,
+        bound=smooth_bound(base),
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 
@@ -219,7 +220,7 @@ def _lack_of_fit(fit: Fit) -> bool:
     themselves are findings about those rows.
     """
     noise, stated = larger_noise(fit), fit.noise
-    if noise.position is None or stated.position is None or fit.freedom <= 0:
+    if noise.sigma is None or stated.sigma is None or fit.freedom <= 0:
         return False
     from scipy.special import fdtrc
 
@@ -227,7 +228,7 @@ def _lack_of_fit(fit: Fit) -> bool:
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = fit.freedom - int(alone.sum())
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
-    ratio = square / max(freedom, 1) * (stated.position / noise.position) ** 2
+    ratio = square / max(freedom, 1) * (stated.sigma / noise.sigma) ** 2
     return bool(ratio > 1.5 and fdtrc(freedom, min(noise.dof, MANY), ratio) < 1e-6)
 
 

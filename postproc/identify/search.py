@@ -65,4 +65,4 @@ def _plainer(start: Way, named: Way, rival: Rival | None) -> Way:
 
 def _more_left(fit: Fit) -> bool:
     """Whether more is left than the noise, where that is known."""
-    return fit.noise.position is not None and fit.unexplained > 0
+    return fit.noise.sigma is not None and fit.unexplained > 0

@@ -20,7 +20,7 @@ def clear(search: Search, asked: float = 0.0) -> list[Suspect]:
     arm's.
     """
     fit, linear = search.fit, search.fit.linear
-    known, poses = fit.noise.position is not None, not is_record(fit.data.state)
+    known, poses = fit.noise.sigma is not None, not is_record(fit.data.state)
 
     def enough(suspect: Suspect) -> bool:
         slow = poses and {*SLOW, "row"}.issuperset(suspect.channels)

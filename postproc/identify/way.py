@@ -131,7 +131,7 @@ class Rival:
 
         That is what a finished way leaves, less the odds of a pattern, or less what stands above the noise, if known.
         """
-        above = max(1.0, self.fit.variance) if self.fit.noise.position is not None else 1.0
+        above = max(1.0, self.fit.variance) if self.fit.noise.sigma is not None else 1.0
         noise = left_by(way.base, self.fit) / above * float(np.exp(-ODDS / way.base.linear.freedom))
         left = min(noise, left_by(way.base, way.search.fit))
         return worth_if_left(left, way.base, way.search, way.missing) <= self.worth

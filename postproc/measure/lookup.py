@@ -137,8 +137,13 @@ class Table:
         self.say("DAT005", "warning", message, "fill in the cells, or remove the column", first)
         return np.where(gaps, value, values)
 
-    def vector(self, wanted: Sequence[str], fill: float | None = None, partial: bool = False) -> Array | None:
+    def vector(
+        self, wanted: Sequence[str], fill: float | None = None, partial: bool = False, absent: float = 0.0
+    ) -> Array | None:
         """(n, k) several columns; None where none of them is there.
+
+        Args:
+            partial: some of them are enough; absent: what stands for the others.
 
         Raises:
             PostprocError: DAT002 where some are missing that nothing fills.
@@ -152,9 +157,9 @@ class Table:
             self.say("DAT002", severity, f"there is a column `{present[0]}` and no {missing}", missing_help(self.cells))
             if fill is None:
                 raise PostprocError(self.diagnostics.pop())
-        zeros = np.zeros(len(self.cells.rows))
+        nothing = np.full(len(self.cells.rows), absent)
         parts = [self.column(name, fill) for name in wanted]
-        return np.stack([zeros if part is None else part for part in parts], axis=1)
+        return np.stack([nothing if part is None else part for part in parts], axis=1)
 
     def turns(self, wanted: Sequence[str], mapped: MappedRotation | None) -> Turns | None:
         """Orientations from a quaternion's columns, or as the column map says."""

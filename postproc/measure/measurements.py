@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.effects.contract import State
+from postproc.measure.observations import Observation, observations
 
 FEWEST = 8
 """Rows whose angles may all be round by chance."""
@@ -81,6 +82,25 @@ class Measurements:
         if self.joint is not None:
             measured |= np.isfinite(self.joint).any(axis=1)
         return np.asarray(measured & np.isfinite(self.state.q).all(axis=1))
+
+    @cached_property
+    def observations(self) -> tuple[Observation, ...]:
+        """The kinds of numbers that a row holds."""
+        return observations(self.rotation is not None, self.joint is not None)
+
+    @cached_property
+    def observed(self) -> Observation:
+        """The kind that figures speak of: positions where there are any, else orientations, else joint angles."""
+        some = [kind for kind in self.observations if np.isfinite(self.numbers(kind)).any()]
+        return some[0] if some else self.observations[0]
+
+    def numbers(self, kind: Observation) -> Array:
+        """(n, k) what was measured of one kind, NaN where it was not; orientations as they are written, (n, 9)."""
+        if kind.name == "position":
+            return self.position
+        values = self.rotation if kind.name == "orientation" else self.joint
+        assert values is not None
+        return values.reshape(len(self), -1)
 
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """The rows of an index or of a mask, in that order."""

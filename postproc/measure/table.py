@@ -51,7 +51,7 @@ def read_measurements(
     table = Table(read_cells(source, layout, diagnostics), layout, diagnostics)
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    measured_joints = table.vector(names.MEASURED_JOINTS)
+    measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
     position = _seen(table)
     if position is None:
         position = np.full((n, 3), np.nan)

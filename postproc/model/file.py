@@ -53,6 +53,9 @@ class _Fit(_Table):
 
     rows: int = 0
     rms_mm: float = 0.0
+    rms_mrad: float = 0.0
+    held_out_rms_mrad: float = 0.0
+    noise_mrad: float = 0.0
     held_out_rms_mm: float = 0.0
     noise_mm: float = 0.0
     noise_from: str = ""

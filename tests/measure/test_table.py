@@ -229,7 +229,7 @@ def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(
             rows.append(",".join([*cells[:7], *(f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True))]))
             rows[-1] += f",{dock_names[dock - 1]}"
     noise = estimate_noise(read_measurements(source([f"{lines[0]},dock", *rows]), ARM))
-    assert noise.position == pytest.approx(5e-5, rel=0.15)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     assert noise.dof == dof
 
 
@@ -244,7 +244,7 @@ def test_repeats_that_follow_a_number_of_the_users_are_no_noise():
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, f"{force:.1f}", f"{20 + 5 * (round_ == 2)}"]))
     noise = estimate_noise(read_measurements(source([f"{lines[0]},grip_N,temperature_C", *rows]), ARM))
-    assert noise.position == pytest.approx(2e-5, rel=0.2)
+    assert noise.sigma == pytest.approx(2e-5, rel=0.2)
     assert noise.dof == 24 * 3
 
 
@@ -259,7 +259,7 @@ def test_repeats_agree_in_words_where_every_one_of_them_does():
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, ("A1", "B2", "C3")[k]]))
     noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM))
-    assert noise.position == pytest.approx(2e-5, rel=0.2)
+    assert noise.sigma == pytest.approx(2e-5, rel=0.2)
 
 
 def test_one_coordinate_tells_its_noise():
@@ -274,7 +274,7 @@ def test_one_coordinate_tells_its_noise():
     data = read_measurements(source([lines[0].removeprefix("pose_id,"), *rows]), ARM)
     noise = estimate_noise(data)
     assert noise.origin == "repeats" and noise.dof == 20 * 2
-    assert noise.position == pytest.approx(5e-5, rel=0.25)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.25)
     assert data.pose_id[:2] == data.pose_id[20:22] == ("1", "2")
     found = compare(Model(ARM), data).as_json()
     assert list(found["per_axis_mm"]) == ["z"] and found["mean_mm"] > 0
@@ -292,7 +292,7 @@ def test_noise_and_iso_figures_from_repeats():
     data = read_measurements(source([lines[0], *rows]), ARM)
     noise = estimate_noise(data)
     assert noise.origin == "repeats" and noise.dof == 30 * 3 * 3
-    assert noise.position == pytest.approx(5e-5, rel=0.15)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     stray = rows[9].split(",")
     stray[8] = f"{float(stray[8]) + 99:.4f}"
     strayed = read_measurements(source([lines[0], *rows[:9], ",".join(stray), *rows[10:]]), ARM)
