@@ -137,7 +137,7 @@ def test_names_are_not_followed_where_a_pattern_far_ahead_cannot_be_reached_any_
 def test_a_way_is_beaten_where_even_the_noise_alone_would_not_do(monkeypatch, noise, variance, left, beaten):
     """It costs 60 more than its rival, which leaves 400 of 400 numbers: more of it may be gone than of the rival's."""
     base, own = SimpleNamespace(linear=SimpleNamespace(freedom=400)), SimpleNamespace(left=left)
-    rival = SimpleNamespace(left=400.0, variance=variance, noise=SimpleNamespace(position=noise))
+    rival = SimpleNamespace(left=400.0, variance=variance, noise=SimpleNamespace(sigma=noise))
     monkeypatch.setattr(way, "left_by", lambda before, fit: fit.left)
     monkeypatch.setattr(way, "worth_if_left", lambda left, before, search, missing: 400 * np.log(4e4 / left) - 60)
     assert way.Rival(rival, 400 * np.log(100.0)).beats(way.Way(base, SimpleNamespace(fit=own))) == beaten
@@ -311,7 +311,7 @@ def test_two_names_are_formed_anew_before_a_third_is_taken(monkeypatch, begin):
 def test_without_repeats_little_is_scatterof_the_arm_and_more_of_what_drifts(channel, noise, recorded, told):
     n = 50
     state = State(q=np.zeros((n, 6)), v=np.full((n, 6), 0.5), time=np.arange(n) * (0.01 if recorded else 60.0))
-    scatter, linear = SimpleNamespace(position=noise), SimpleNamespace(square=1.0)
+    scatter, linear = SimpleNamespace(sigma=noise), SimpleNamespace(square=1.0)
     fit = SimpleNamespace(noise=scatter, data=SimpleNamespace(state=state), linear=linear, names=())
     ninth = Suspect(channel, "tool", "", 0.09, 0.09, 50.0, np.zeros((1, 1, 1)), np.zeros(1), (channel,))
 

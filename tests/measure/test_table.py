@@ -296,7 +296,7 @@ def test_noise_and_iso_figures_from_repeats():
     stray = rows[9].split(",")
     stray[8] = f"{float(stray[8]) + 99:.4f}"
     strayed = read_measurements(source([lines[0], *rows[:9], ",".join(stray), *rows[10:]]), ARM)
-    assert estimate_noise(strayed).position == pytest.approx(5e-5, rel=0.15)
+    assert estimate_noise(strayed).sigma == pytest.approx(5e-5, rel=0.15)
     figures = iso9283(np.tile([1e-3, 0, 0], (4, 1)), np.zeros(4, dtype=int))
     assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
     spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
