@@ -58,7 +58,11 @@ class Comparison:
             "rows": len(data),
             "set_aside_rows": [data.row[i] for i in self.fit.set_aside],
             key("rms"): mm(rms(self.error)),
-            **({"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0} if space else {}),
+            **(
+                {"rms_3d_mm": round(float(np.sqrt(np.mean(length[good] ** 2))), 6) if good.any() else 0.0}
+                if space
+                else {}
+            ),
             key("mean"): round(float(np.mean(length[good])), 6) if good.any() else 0.0,
             key("maximum"): round(float(np.max(length[good])), 6) if good.any() else 0.0,
             key("percentiles"): {"50": round(float(p50), 6), "95": round(float(p95), 6), "99": round(float(p99), 6)},
@@ -91,7 +95,9 @@ class Comparison:
         names = [str(j) for j in range(1, 7)] if self.fit.observed.name == "joint" else "xyz"
         pairs = zip(names, self.error.T, strict=True)
         some = [(name, column[np.isfinite(column)]) for name, column in pairs]
-        return {name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)}
+        return {
+            name: {"rms": mm(rms(column)), "mean": mm(float(column.mean()))} for name, column in some if len(column)
+        }
 
     @property
     def moved(self) -> list[Diagnostic]:

@@ -53,9 +53,10 @@ class Noise:
 def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
     """Noise stated by the user, else from repeats (pooled scatter about the mean of each group).
 
-    What column ``sigma_mm`` states is the instrument's share; without repeats nothing tells the arm's. Repeats of one visit count where there are enough of them: those of a later round, at
-    another temperature, differ by drift and growth as well. What follows a column of the user's own within repeats is
-    no noise either; where all repeats then scatter clearly less than those of one visit, they count.
+    What column ``sigma_mm`` states is the instrument's share; without repeats nothing tells the arm's. Repeats of one
+    visit count where there are enough of them: those of a later round, at another temperature, differ by drift and
+    growth as well. What follows a column of the user's own within repeats is no noise either; where all repeats then
+    scatter clearly less than those of one visit, they count.
 
     Args:
         stated: [m], or [rad] where only angles were measured.

@@ -33,8 +33,11 @@ def addition_page(name: str, found: Addition) -> str:
     note = (
         "Rms per axis. The dashed line is the noise: no model can be expected below it." if noise else "Rms per axis."
     )
+    dashed = floor if noise else None
     sections = [
-        Section("The error on rows that the fit has not seen", bars(ladder, floor if noise else None, unit=kind.unit), note),
+        Section(
+            "The error on rows that the fit has not seen", bars(ladder, floor if noise else None, unit=kind.unit), note
+        ),
         Section("What each effect is worth", bars(without, floor if noise else None, unit=kind.unit), EACH),
         workspace_section(found.fit, "Where it is off now"),
         channel_section(found.fit, noise, "What the rest follows"),

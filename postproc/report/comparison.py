@@ -48,8 +48,8 @@ def comparison_page(name: str, found: Comparison) -> str:
         Section(
             "How far, and how far it could be",
             bars(levels, noise, FREE, kind.unit),
-            f"Rms per {kind.each}, {kind.unit}. Grey: what a smooth function of all channels, without physics, reaches on rows that it has "
-            "not seen. An effect that jumps can do better.",
+            f"Rms per {kind.each}, {kind.unit}. Grey: what a smooth function of all channels, without physics, reaches "
+            "on rows that it has not seen. An effect that jumps can do better.",
         ),
         workspace_section(found.fit),
         channel_section(found.fit, found.fit.noise_level),

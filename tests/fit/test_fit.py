@@ -233,7 +233,7 @@ def test_one_pose_measured_often_can_be_compared():
     again = data.rows(np.zeros(30, dtype=int))
     noise = np.random.default_rng(1).normal(0, 1e-5, again.position.shape)
     found = compare(base_fit(data).recorded(), replace(again, position=again.position + noise))
-    assert found.iso.poses == 1 and 5e-6 < found.noise.sigma < 2e-5
+    assert found.iso.poses == 1 and 5e-6 < found.fit.noise.sigma < 2e-5
 
 
 def test_a_joint_that_yields_against_its_load_is_named():
