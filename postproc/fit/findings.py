@@ -42,8 +42,8 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
     size = 1e3 * distances(fit.observed_error)
     for i in fit.set_aside:
-        message = f"{fit.data.name(i)} lies {size[i]:.2f} {unit} from the fitted model, far more than any other; "
-            "it is left out"
+        message = f"{fit.data.name(i)} lies {size[i]:.2f} {unit} from the fitted model, far more than any other"
+        message += "; it is left out"
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
     if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):

@@ -126,6 +126,7 @@ def add_effects(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
+    data = data.in_order
     added = _added(model, data, classes, noise)
     told = added.fit.data.rounded
     if told is None or told == rounded(added.fit):

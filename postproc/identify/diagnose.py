@@ -122,6 +122,7 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
+    data = data.in_order
     with _cycles_are_rare():
         found = _diagnosed(model, data, library, noise)
         told = found.final.data.rounded

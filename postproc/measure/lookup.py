@@ -46,7 +46,7 @@ class Table:
         }
         asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
         mapped = {header[self.cells.at(m.name)] for m in asked.values()}
-        mapped |= layout.turned
+        mapped |= {header[self.cells.at(m.minus)] for m in asked.values() if m.minus is not None} | layout.turned
         found = names.recognised(header, units)
         taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
@@ -75,6 +75,8 @@ class Table:
         at = self.cells.at(wanted.name)
         if at < 0:
             raise self._no_such(wanted.name, name)
+        if wanted.minus is not None and self.cells.at(wanted.minus) < 0:
+            raise self._no_such(wanted.minus, name)
         stated, standard = self.cells.units[at], unit_of(name)
         known = fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
         if stated and not known and not wanted.unit and name not in names.TEXT:
@@ -115,7 +117,10 @@ class Table:
         stamps = self._stamps(mapped.name) if name == "time_s" else None
         if stamps is None:
             cure = ("write sides as +1, -1 or 0",) if name in names.APPROACH else ()
-            values = mapped.sign * self.cells.numbers(mapped.name, self.diagnostics, *cure) + mapped.offset
+            values = self.cells.numbers(mapped.name, self.diagnostics, *cure)
+            if mapped.minus is not None:
+                values = values - self.cells.numbers(mapped.minus, self.diagnostics)
+            values = mapped.sign * mapped.factor * values + mapped.offset
             values = (values - np.nanmin(values) if mapped.unit == "d" else values) * UNITS[mapped.unit]
         else:
             values = stamps

@@ -35,10 +35,8 @@ def addition_page(name: str, found: Addition) -> str:
     )
     dashed = floor if noise else None
     sections = [
-        Section(
-            "The error on rows that the fit has not seen", bars(ladder, floor if noise else None, unit=kind.unit), note
-        ),
-        Section("What each effect is worth", bars(without, floor if noise else None, unit=kind.unit), EACH),
+        Section("The error on rows that the fit has not seen", bars(ladder, dashed, unit=kind.unit), note),
+        Section("What each effect is worth", bars(without, dashed, unit=kind.unit), EACH),
         workspace_section(found.fit, "Where it is off now"),
         channel_section(found.fit, noise, "What the rest follows"),
         Section("Parameters", parameter_table(found.fit, [e.key for e in found.fit.model.effects])),
