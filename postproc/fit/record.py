@@ -33,6 +33,8 @@ def recorded_model(fit: Fit) -> Model:
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
+    if fit.repeatability is not None:
+        table[key("noise_repeatability")] = mm(fit.repeatability)
     if noise is not None:
         table[key("noise")] = mm(noise)
         table["noise_from"] = fit.noise_origin
