@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,11 +13,23 @@ from postproc.diagnostics import Diagnostic
 from postproc.fit.findings import one_path, too_loud
 from postproc.fit.fitted import Fit
 from postproc.fit.unseen import unseen
+from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
 SCARCE = 3.0
 """So many times the error on a fit's own rows that on others may be before poses are too few."""
+
+
+class Judged(Protocol):
+    """What has an error on its rows and on rows that it has not seen."""
+
+    @property
+    def rms(self) -> float: ...
+    @property
+    def held_out_rms(self) -> float: ...
+    @property
+    def observed(self) -> Observation: ...
 
 
 def recorded_model(fit: Fit) -> Model:
@@ -142,7 +154,7 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
     }
 
 
-def figures_json(fit: Fit) -> dict[str, float]:
+def figures_json(fit: Judged) -> dict[str, float]:
     """The errors of a fit on its rows and on rows that it has not seen."""
     key = fit.observed.key
     return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}

@@ -96,12 +96,15 @@ def test_an_instrument_that_was_set_up_anew_is_hinted_at_and_placed():
     told = predict_rows(model, moved)
     (hint,) = (d for d in told.diagnostics if d.code == "DAT035")
     assert "`--place`" in hint.help and hint.severity == "warning"
-    seen = moved.position + np.random.default_rng(1).normal(0, 3e-5, moved.position.shape)
-    few = replace(moved, position=np.where(np.arange(len(moved))[:, None] < 8, seen, np.nan))
-    placed = predict_rows(model, few, place=True)
-    off = np.linalg.norm(placed.position - moved.position, axis=1)
-    assert np.sqrt(np.mean(off**2)) < 1e-4
-    assert covered(placed, moved, placed.sigma) > 0.9
+    inside = []
+    for seed in range(8):
+        seen = moved.position + np.random.default_rng(seed).normal(0, 3e-5, moved.position.shape)
+        few = replace(moved, position=np.where(np.arange(len(moved))[:, None] < 8, seen, np.nan))
+        placed = predict_rows(model, few, place=True)
+        off = np.linalg.norm(placed.position - moved.position, axis=1)
+        assert np.sqrt(np.mean(off**2)) < 1e-4
+        inside.append(covered(placed, moved, placed.sigma))
+    assert 0.85 < np.mean(inside) < 0.995
     assert np.nanmedian(placed.sigma) > 1.5 * np.nanmedian(told.sigma)
     two = replace(moved, position=np.where(np.arange(len(moved))[:, None] < 2, moved.position, np.nan))
     with pytest.raises(PostprocError, match="do not place the instrument"):
