@@ -19,6 +19,7 @@ from postproc.fit.linear import Linear, basis_of
 from postproc.fit.problem import Problem
 from postproc.fit.step import Masks
 from postproc.measure.measurements import Measurements
+from postproc.measure.observations import Observation
 from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 
@@ -175,10 +176,10 @@ class Fit:
         """
         if not self.penalty.any():
             return 1.0
-        linear, position = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
-        position[:, :3] = True
+        linear, observed = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
+        observed[:, self.observed.columns] = True
         out = standardised(linear.residual, linear.nuisance, self.data.repeats[linear.row])
-        square = np.mean(out[position[self.problem.weights.used]] ** 2)
+        square = np.mean(out[observed[self.problem.weights.used]] ** 2)
         return max(float(square) / max(self.variance, 1e-300), 1.0)
 
     @cached_property
@@ -198,31 +199,44 @@ class Fit:
             result[key][i] = wide * deviation
         return result
 
+    @property
+    def observed(self) -> Observation:
+        """The kind of measured numbers that the figures speak of, with their unit."""
+        return self.data.observed
+
     @cached_property
     def rms(self) -> float:
-        """Position error per axis of the rows in the fit [m]."""
-        return rms(self.position_error)
+        """Error per axis (or joint) of what is observed, of the rows in the fit [m], [rad] of angles."""
+        return rms(self._in_fit(self.observed_error))
+
+    @property
+    def observed_error(self) -> Array:
+        """(n, k) measured minus predicted of what is observed [m], [rad] of angles; NaN where not measured."""
+        return self.problem.error[:, self.observed.columns]
 
     @cached_property
     def position_error(self) -> Array:
         """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
-        error = self.problem.error[:, :3].copy()
+        return self._in_fit(self.problem.error[:, :3])
+
+    def _in_fit(self, error: Array) -> Array:
+        error = error.copy()
         error[list(self.set_aside)] = np.nan
         return error
 
     @cached_property
     def held_out_error(self) -> Array:
-        """(n, 3) position error of every row as the other blocks predict it [m].
+        """(n, k) error of what is observed in every row as the other blocks predict it [m], [rad] of angles.
 
         Ten contiguous blocks, repeats together.
         """
         return self.held_out_by(contiguous_blocks(self.data.repeats))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
-        """(n, 3) the same for other blocks, (n,) the number of each row's."""
+        """(n, k) the same for other blocks, (n,) the number of each row's."""
         linear = self.linear
         out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
-        return self.problem.weights.measured(out)[:, :3]
+        return self.problem.weights.measured(out)[:, self.observed.columns]
 
     @cached_property
     def held_out_rms(self) -> float:
@@ -236,13 +250,45 @@ class Fit:
         return leftover(self)
 
     @cached_property
+    def repeatability(self) -> float | None:
+        """How well the arm comes back to a pose, standard deviation per axis [m]; None where `sigma_mm` is not stated.
+
+        What repeats scatter beyond the instrument; without repeats what of the residual variance follows no channel
+        (restricted likelihood), less the instrument's.
+        """
+        if self.noise.instrument is None:
+            return None
+        if self.noise.sigma is not None:
+            return self.noise.repeatability
+        return float(np.sqrt(max(self.unfollowed**2 - self.noise.instrument**2, 0.0)))
+
+    @cached_property
+    def noise_level(self) -> float | None:
+        """Standard deviation of one measured number [m], [rad] of angles: instrument and arm; None where unknown."""
+        if self.noise.sigma is not None or self.repeatability is None or self.noise.instrument is None:
+            return self.noise.sigma
+        return float(np.hypot(self.noise.instrument, self.repeatability))
+
+    @property
+    def unfollowed(self) -> float:
+        """Standard deviation of what of the residual follows no channel [m], [rad] of angles."""
+        return float(np.sqrt(self.leftover.noise * self._square))
+
+    @property
+    def noise_origin(self) -> str:
+        """Where the noise is known from, as documents say it."""
+        if self.noise.sigma is None and self.noise.instrument is not None:
+            return "sigma_mm and the residual"
+        return self.noise.origin
+
+    @cached_property
     def unexplained(self) -> float:
-        """Standard deviation per axis [m] of what the model leaves of the true pose.
+        """Standard deviation per axis [m], [rad] of angles, of what the model leaves of the true pose.
 
         The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
         follows no channel where the noise is not known.
         """
-        own, noise = self.surer * self._square, self.noise.position
+        own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc
@@ -266,8 +312,8 @@ class Fit:
 
     @cached_property
     def _square(self) -> float:
-        """Residual variance of a position [m^2] per axis and degree of freedom."""
-        error = self.problem.error[:, :3][self.problem.weights.used[:, :3]]
+        """Residual variance of what is observed [m^2], [rad^2] of angles, per number and degree of freedom."""
+        error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
         return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
 
     def recorded(self) -> Model:

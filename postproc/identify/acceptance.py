@@ -167,7 +167,7 @@ def settled(base: Linear, rest: float, after: Fit, key: str) -> float:
 
 def is_white(fit: Fit) -> bool:
     """Whether nothing but noise is left, as far as that is known."""
-    return fit.noise.position is not None and fit.variance < QUIET
+    return fit.noise.sigma is not None and fit.variance < QUIET
 
 
 def predicts_better(after: Fit, before: Fit, errors: float) -> bool:

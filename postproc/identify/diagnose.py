@@ -19,6 +19,7 @@ from postproc.fit.findings import MANY, data_findings, larger_noise, standing_ou
 from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
+from postproc.fit.leftover import smooth_bound
 from postproc.fit.rounding import rounded
 from postproc.identify.candidate import Candidate
 from postproc.identify.forward import search, with_patterns
@@ -77,7 +78,7 @@ class Diagnosis:
         told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
         known = fit.linear.extended(np.hstack(told))
         out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
-        return rms(fit.problem.weights.measured(out)[:, :3])
+        return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
 
     @property
     def misleading(self) -> bool:
@@ -113,6 +114,7 @@ def diagnose(
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
+    data = data.in_order
     with _cycles_are_rare():
         found = _diagnosed(model, data, library, noise)
         told = found.final.data.rounded
@@ -166,8 +168,8 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=found.outside[1:] if suspects else (),
-        floor=final.noise.position,
-        bound=named.fit.leftover.held_out,
+        floor=final.noise_level,
+        bound=smooth_bound(base),
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )
 
@@ -209,7 +211,7 @@ def _lack_of_fit(fit: Fit) -> bool:
     themselves are findings about those rows.
     """
     noise, stated = larger_noise(fit), fit.noise
-    if noise.position is None or stated.position is None or fit.freedom <= 0:
+    if noise.sigma is None or stated.sigma is None or fit.freedom <= 0:
         return False
     from scipy.special import fdtrc
 
@@ -217,7 +219,7 @@ def _lack_of_fit(fit: Fit) -> bool:
     alone = np.isin(fit.linear.row, single if len(single) <= max(1, len(fit.data) // 20) else [])
     freedom = fit.freedom - int(alone.sum())
     square = fit.variance * fit.freedom - float(np.sum(fit.linear.rest[alone] ** 2))
-    ratio = square / max(freedom, 1) * (stated.position / noise.position) ** 2
+    ratio = square / max(freedom, 1) * (stated.sigma / noise.sigma) ** 2
     return bool(ratio > 1.5 and fdtrc(freedom, min(noise.dof, MANY), ratio) < 1e-6)
 
 

@@ -44,7 +44,7 @@ def ranking(fit: Fit, screen: Screen) -> list[Candidate]:
 def exceeds_noise(fit: Fit) -> bool:
     """Whether more is left than the noise, as far as that is known."""
     rest, freedom = fit.linear.square, fit.linear.freedom
-    return fit.noise.position is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
+    return fit.noise.sigma is None or rest > freedom + 3 * np.sqrt(2 * max(freedom, 1))
 
 
 def _nested(candidate: Candidate, found: list[Candidate]) -> Candidate:

@@ -25,8 +25,10 @@ LITTLE = 0.02
 def headline(d: Diagnosis) -> str:
     """The verdict: what is missing and how far the error falls, or what remains, or that nothing is missing."""
     rest = d.unnamed if d.verdict == "unknown" and d.missing and not d.misleading else None
-    before, after = 1e3 * d.base.held_out_rms, 1e3 * (d.final.held_out_rms if rest is None else rest)
-    noise = f" The instrument's noise is {1e3 * d.floor:.3f} mm per axis." if d.floor else ""
+    # Patterns are known on the rows that were searched: both figures are of those.
+    first, last = (d.base.held_out_rms, d.final.held_out_rms) if rest is None else (d.screened.held_out_rms, rest)
+    before, after, unit = 1e3 * first, 1e3 * last, f"{d.base.observed.unit} per {d.base.observed.each}"
+    noise = f" The noise is {1e3 * d.floor:.3f} {unit}." if d.floor else ""
     if d.verdict == "complete" and too_few(d.base):
         count, parameters = len(d.base.problem.residual), len(d.base.parameters)
         return (
@@ -34,12 +36,12 @@ def headline(d: Diagnosis) -> str:
             f"hardly anything could; measure {-(-(3 * parameters - count) // 3)} more poses at least."
         )
     if d.verdict == "complete":
-        left = f"{before:.3f} mm per axis on rows the fit has not seen"
+        left = f"{before:.3f} {unit} on rows the fit has not seen"
         return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
     every = [_named(m) for m in d.missing]
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
-    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} mm per axis."
+    fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} {unit}."
     little = joined([f"`{key}`" for key in of_little_worth(d)])
     fell += noise + (f" Significant, but worth next to nothing: {little}." if little else "")
     if d.verdict == "missing":

@@ -108,7 +108,7 @@ class SearchState:
         Args:
             asked: only those that are worth so much are sure to be found.
         """
-        known, poses = self.fit.noise.position is not None, not is_record(self.fit.data.state)
+        known, poses = self.fit.noise.sigma is not None, not is_record(self.fit.data.state)
         nu, square = self.fit.linear.freedom, self.fit.linear.square
         if known and asked > nu * np.log(square / max(nu - 3 * np.sqrt(2 * nu), 1.0)) - UNNAMED_LOG_PRIOR:
             return []  # what leaves no more than the noise is worth less

@@ -209,7 +209,13 @@ def patterns(channels: Mapping[str, Array], state: State, position: Array, sight
     if {"x", "y"} <= set(signals):
         form = "grows with the square of the distance from joint 1"
         found.append(Pattern((signals["x"], signals["y"]), form, lambda x, y: x * x + y * y, "curve"))
-    found += [*memories(signals), *lags(signals), *pulls(state, position), *overturning(state, others)]
+    ordered = "time" in signals or bool(number)
+    found += [
+        *(memories(signals, state.session) if ordered else ()),
+        *lags(signals),
+        *pulls(state, position),
+        *overturning(state, others),
+    ]
     found += [*around(position, place), *(sight.patterns(others) if sight is not None else ())]
     apart = frozenset({"row", "session", *said, *(s.name for s in slow)})
     return Patterns([p for p in (*single, *found) if len(members(p))], [p for p in single if p.gate], apart)

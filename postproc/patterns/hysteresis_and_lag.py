@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.patterns.change_points import FINEST
@@ -21,19 +22,24 @@ LAGS = np.geomspace(0.02, 1.0, 7)
 """How late something follows a channel, in the time of the whole measurement."""
 
 
-def memories(signals: Mapping[str, Signal]) -> Iterator[Pattern]:
+def memories(signals: Mapping[str, Signal], session: NDArray[np.int_] | None = None) -> Iterator[Pattern]:
     """Where the arm stood in the row before, what it bore there, and what has hung behind it since.
 
     What hangs behind knows no approach side; a row that repeats the one before has not moved. No state tells it.
+
+    Args:
+        signals: of rows in the order of measuring. session: (n,) of each row; nothing lies before its first one.
     """
     angles = [s.values for name, s in signals.items() if name[0] == "q" and name[1:].isdigit()]
     if not angles:
         return
     whole = np.stack(angles, axis=1)
     moved = np.any(np.diff(whole, axis=0, prepend=whole[:1]) != 0, axis=1)
-    last = np.maximum.accumulate(np.where(moved, np.arange(len(moved)), 0))
+    fresh = moved & False if session is None else np.diff(session, prepend=session[:1]) != 0
+    last = np.maximum.accumulate(np.where(moved | fresh, np.arange(len(moved)), 0))
+    first = np.maximum.accumulate(np.where(fresh, np.arange(len(moved)), 0))
     for name, signal in signals.items():
-        before = signal.values[np.maximum(last - 1, 0)]
+        before = signal.values[np.maximum(last - 1, first)]
         label = f"the change of {name} since the row before"
         way = replace(signal, values=signal.values[last] - before, code="", label=label)
         yield Pattern((way,), "whether it rose or fell since the row before", np.sign, "way")
