@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 from unittest.mock import patch
+
+import numpy as np
 
 Patch = tuple[str, str, Any]
 """A module of `postproc`, a name in it, and what stands there instead."""
@@ -19,7 +21,7 @@ def _nothing(*parts: Any, **named: Any) -> list[Any]:
 RULES: dict[str, tuple[Patch, ...]] = {
     "backward": (("identify.forward", "backward", lambda state: state),),
     "maps": (("effects.transmission_error", "TransmissionError.generalised", _nothing),),
-    "shaped": (("identify.ranking", "formed", lambda screen, linear, candidate, least: candidate),),
+    "nonlinear": (("identify.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
     "further": (("identify.forward", "reaches_further", lambda after, before: True),),
     "held_out": (
         ("identify.forward", "reaches_further", lambda after, before: True),
@@ -27,7 +29,13 @@ RULES: dict[str, tuple[Patch, ...]] = {
     ),
     "row": (("identify.forward", "lives_on_a_row", lambda fit, best: False),),
     "nested": (("identify.ranking", "_nested", lambda candidate, found: candidate),),
-    "broadband": (("identify.candidate", "_broadband", lambda *parts: False),),
+    "rooms": (
+        (
+            "effects.transmission_error",
+            "TransmissionError.rooms",
+            lambda terms, *others: np.ones(len(terms), dtype=bool),
+        ),
+    ),
     "chains": (("patterns.screening", "Tried._channels", _nothing),),
     "switches": (("patterns.screening", "Tried._switched", _nothing),),
     "rounded": (("patterns.screening", "Tried._rounded", _nothing),),
@@ -58,5 +66,4 @@ def without(words: str) -> Iterator[None]:
         yield
     finally:
         for stop in reversed(undo):
-            with suppress(RuntimeError):
-                stop()
+            stop()
