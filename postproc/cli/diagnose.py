@@ -12,7 +12,7 @@ from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say_next, show
 
 if TYPE_CHECKING:
-    from postproc.identify.diagnose import Diagnosis
+    from postproc.identify.diagnosis import Diagnosis
 
 
 def run(
@@ -34,6 +34,7 @@ def run(
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
+    from postproc.identify.report import diagnosis_json, diagnosis_text
     from postproc.identify.sentences import of_little_worth, too_few
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
@@ -51,9 +52,9 @@ def run(
     elif draft is not None:
         show([nothing_to_draft(found)])
     if json:
-        print_json(found.as_json())
+        print_json(diagnosis_json(found))
     else:
-        print(found.text())
+        print(diagnosis_text(found))
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))

@@ -5,23 +5,20 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, Literal
+from dataclasses import replace
 
 import numpy as np
 
-from postproc.diagnostics import Diagnostic
 from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library
 from postproc.fit.channels import channels
 from postproc.fit.findings import MANY, data_findings, larger_noise, standing_out
-from postproc.fit.fitted import Fit, rms
-from postproc.fit.held_out import contiguous_blocks, hold_out
+from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import smooth_bound
 from postproc.fit.rounding import rounded
 from postproc.identify.candidate import Candidate
+from postproc.identify.diagnosis import Diagnosis, Verdict
 from postproc.identify.forward import search, with_patterns
 from postproc.identify.refits import refit_all, thinned, without
 from postproc.identify.state import SearchState, SelectedEffect
@@ -32,68 +29,8 @@ from postproc.patterns.dictionary import patterns
 from postproc.patterns.instrument_model import Sight
 from postproc.patterns.suspects import Suspect, by_channel
 
-Verdict = Literal["complete", "missing", "unknown"]
 COLLECT = 100_000
 """New objects after which the collector looks for cycles among them."""
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """The verdict.
-
-    Args:
-        base: the model as it came, fitted again; final: with the missing effects.
-        screened, searched: the same on the rows that were searched, every k-th pose of many: those of the candidates
-            and of the suspects.
-        missing: in the order of selection; candidates: every effect of the library on the base, best first.
-        suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
-        blind: effects that this data could not have shown, with the reason.
-        told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
-        floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
-            reaches [m].
-    """
-
-    verdict: Verdict
-    base: Fit
-    final: Fit
-    told: Fit
-    screened: Fit
-    searched: Fit
-    missing: tuple[SelectedEffect, ...]
-    candidates: tuple[Candidate, ...]
-    untestable: Mapping[str, str]
-    blind: Mapping[str, str]
-    suspects: tuple[Suspect, ...]
-    beside: tuple[Suspect, ...]
-    floor: float | None
-    bound: float
-    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
-
-    @cached_property
-    def unnamed(self) -> float | None:
-        """Held-out rms [m] of the searched rows with the patterns that remain without a name; None where none does."""
-        if not self.suspects:
-            return None
-        fit = self.searched
-        told = [s.columns(fit.problem) for s in (self.suspects[0], *self.beside)]
-        known = fit.linear.extended(np.hstack(told))
-        out = hold_out(known.residual, known.nuisance, contiguous_blocks(fit.data.repeats)[known.row])
-        return rms(fit.problem.weights.measured(out)[:, fit.observed.columns])
-
-    @property
-    def misleading(self) -> bool:
-        """Whether rows that the fit has not seen are predicted worse with the patterns that remain than without."""
-        return self.unnamed is not None and self.unnamed > self.searched.held_out_rms
-
-    def as_json(self) -> dict[str, Any]:
-        from postproc.identify.report import diagnosis_json
-
-        return diagnosis_json(self)
-
-    def text(self) -> str:
-        from postproc.identify.report import diagnosis_text
-
-        return diagnosis_text(self)
 
 
 def diagnose(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +12,9 @@ from postproc.fit.record import mm, noise_json, parameters_json, structure_json
 from postproc.fit.report import held_lines
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
+from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.sentences import doubts, headline, title
-
-if TYPE_CHECKING:
-    from postproc.identify.diagnose import Diagnosis
-    from postproc.patterns.suspects import Suspect
-
+from postproc.patterns.suspects import Suspect
 
 UNNAMED = "+ what was found, without a name"
 TELLING = 0.05

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from postproc.arrays import Array
 from postproc.fit.fitted import Fit
 from postproc.fit.wording import joined, place
-
-if TYPE_CHECKING:
-    from postproc.arrays import Array
-    from postproc.identify.diagnose import Diagnosis
-    from postproc.identify.state import SelectedEffect
-    from postproc.patterns.suspects import Suspect
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.state import SelectedEffect
+from postproc.patterns.suspects import Suspect
 
 NAMED = 3
 """So many rivals of an effect stand in the headline; where there are more, a line below it has them."""

@@ -14,7 +14,7 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.parameters import unit_suffix
 from postproc.effects.registry import effect_library
-from postproc.identify.diagnose import Diagnosis
+from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.sentences import suspect_size
 from postproc.patterns.instrument_model import SEEN, WAYS, Sight
 from postproc.patterns.pattern_prior import FRAMES, LOADED, off_everywhere

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.fit.wording import FREE, p_text, place
-from postproc.identify.diagnose import Diagnosis
-from postproc.identify.report import UNNAMED
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.report import UNNAMED, diagnosis_json
 from postproc.identify.sentences import NAMED, doubts, headline
 from postproc.measure.observations import Observation
 from postproc.report.charts import bars
@@ -29,7 +29,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     Args:
         name: of the model and the table.
     """
-    document = plain(found.as_json())
+    document = plain(diagnosis_json(found))
     kind = found.base.observed
     error, floor = kind.key("held_out_rms"), document[kind.key("floor")]
     ladder = {"the model as it came": document[error]}

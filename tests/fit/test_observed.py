@@ -10,6 +10,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
+from postproc.identify.report import diagnosis_json, diagnosis_text
 from postproc.identify.predict import predict_rows
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
@@ -43,9 +44,10 @@ def test_figures_are_in_mrad_and_keys_say_so():
     assert not [key for key in document if key.endswith("_mm") and key != "unexplained_mm"]
     assert " mrad per joint" in base.text()
     found = diagnose(base.model, base.data)
-    document = found.as_json()
+    document = diagnosis_json(found)
     assert {"rms_mrad", "noise_mrad", "bound_mrad"} <= document.keys() and "rms_mm" not in document
-    assert "mrad per joint" in found.text() and " mm" not in found.text().splitlines()[0]
+    text = diagnosis_text(found)
+    assert "mrad per joint" in text and " mm" not in text.splitlines()[0]
     beside = compare(base.model, base.data)
     assert set(beside.as_json()["per_joint_mrad"]) == set("123456") and "mrad" in beside.text()
     json.dumps(beside.as_json(), allow_nan=False)

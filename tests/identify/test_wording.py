@@ -21,7 +21,7 @@ from postproc.fit.record import fit_json, parameters_json
 from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.compare import compare
-from postproc.identify.diagnose import Diagnosis
+from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.report import _followed, _told
 from postproc.identify.sentences import doubts, headline, of_little_worth
 from postproc.identify.state import SelectedEffect

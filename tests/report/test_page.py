@@ -21,7 +21,8 @@ from postproc.effects.joint_offset import JointOffset
 from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
-from postproc.identify.diagnose import Diagnosis, diagnose
+from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
