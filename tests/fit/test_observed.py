@@ -10,8 +10,8 @@ from postproc.fit.least_squares import fit_model
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
-from postproc.identify.report import diagnosis_json, diagnosis_text
 from postproc.identify.predict import predict_rows
+from postproc.identify.report import diagnosis_json, diagnosis_text
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
