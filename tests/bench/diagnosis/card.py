@@ -211,7 +211,10 @@ def page(every: Sequence[Line], label: str, against: str) -> str:
     own = [x for x in every if (x["label"], x["without"], x["method"]) == (label, "", "postproc")]
     what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
     text = Path(__file__).with_name("card.md").read_text()
+    pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (against, "", "postproc")]
+    before = f"`{against}` on {len(_simulated(pinned))} sets:\n\n{verdicts(pinned)}\n\n{figures(pinned)}\n\n{calibration(pinned)}"
     found = {
+        "pinned": before if pinned else "",
         "label": label,
         "count": str(len(_simulated(own))),
         "kinds": what,
