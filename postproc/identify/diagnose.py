@@ -22,9 +22,11 @@ from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import smooth_bound
 from postproc.fit.rounding import rounded
+from postproc.fit.watch import Watch, unwatched
 from postproc.identify.backward import check_backward
 from postproc.identify.candidate import Candidate
 from postproc.identify.contest import contested, formed_beside
+from postproc.identify.interventions import Intervention
 from postproc.identify.lines import lines_or_map, perhaps_a_map
 from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all, thinned, without
@@ -56,6 +58,7 @@ class Diagnosis:
         missing: in the order of selection; candidates: every effect of the library on the base, best first.
         suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
         blind: effects that this data could not have shown, with the reason.
+        hold_out: what was found, asked for levels of a channel that no fit has seen; None where nobody asked.
         told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
         floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
             reaches [m].
@@ -75,6 +78,7 @@ class Diagnosis:
     beside: tuple[Suspect, ...]
     floor: float | None
     bound: float
+    hold_out: Intervention | None = None
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     @cached_property
@@ -110,6 +114,7 @@ def diagnose(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
+    watch: Watch = unwatched,
 ) -> Diagnosis:
     """Find which effects a model lacks on measurements, or what the remaining structure follows.
 
@@ -119,17 +124,18 @@ def diagnose(
 
     Args:
         extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
+        watch: is told what is done, and which share of the work is.
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
     with _cycles_are_rare():
-        found = _diagnosed(model, data, library, noise)
+        found = _diagnosed(model, data, library, noise, watch)
         told = found.final.data.rounded
         if told is None or told == rounded(found.final):
             return found
         # What was missing looked like rounded angles, or hid them.
-        return _diagnosed(model, replace(data, rounded=not told), library, noise)
+        return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
 
 
 @contextmanager
@@ -143,7 +149,10 @@ def _cycles_are_rare() -> Iterator[None]:
         gc.set_threshold(*often)
 
 
-def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None) -> Diagnosis:
+def _diagnosed(
+    model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
+) -> Diagnosis:
+    watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
     untestable = {k: _why_untestable(c, base) for k, c in library.items() if k not in HIDDEN and c.missing(measured)}
@@ -151,12 +160,16 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     seen = channels(state, position)
+    watch("every effect alone", 0.1)
     search = Search(start, classes, patterns(seen, state, position, Sight.of(start.problem.rest)), [])
     first = ranking(search)
+    watch("effects one after another", 0.3)
     missing = lines_or_map(search, select_forward(search, first), noise)
+    watch("what was found, looked at again", 0.6)
     missing = contested(search, start, check_backward(search, start, missing))
     missing = formed_beside(search, start, missing)
     missing = perhaps_a_map(search, missing, noise)
+    watch("all of it on all rows", 0.8)
     named = search.beside([])
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in missing], noise)
     missing = _steps(missing, final)

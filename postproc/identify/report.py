@@ -68,6 +68,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
         key("bound"): _known(d.bound),
+        "hold_out": None if d.hold_out is None else d.hold_out.as_json(),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
@@ -109,6 +110,8 @@ def diagnosis_text(d: Diagnosis) -> str:
         after = _candidate(d, c)[f"{kind.key('rms')}_after"]
         row = f"  {c.key:24s} {after:8.3f} {kind.unit}   p {p_text(c.p_value):>8s}   {place(c.label)}"
         lines.append(row.rstrip())
+    if d.hold_out is not None:
+        lines += ["", d.hold_out.text()]
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
         lines += _followed(d.suspects)
