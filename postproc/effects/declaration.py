@@ -39,7 +39,7 @@ INSTEAD = {
 
 def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
     """Everything wrong with what an effect declares."""
-    own = cls.__dict__.get("__annotations__", {})
+    own = inspect.get_annotations(cls)
     if taken := [name for name in own if hasattr(Effect, name) or name in Effect.__annotations__]:
         for name in taken:
             message = f"the parameter `{name}` of `{cls.key}` has a name that is taken: every effect has a `{name}`"

@@ -52,6 +52,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "form": m.candidate.label,
                 f"{key('held_out_rms')}_after": _known(m.held_out_after),
                 "p_value": m.candidate.p_value,
+                **_smooth(d, m.candidate.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameters_json(d.told, m.candidate.key),
@@ -72,6 +73,14 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
+
+
+def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+    """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
+    effect = d.final.model.effect(key)
+    if effect is None or effect.roughness() is None:
+        return {"is": "cause"}
+    return {"is": "smooth correction", "effective_parameters": round(d.final.effective(key), 1)}
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
