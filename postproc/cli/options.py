@@ -51,6 +51,9 @@ EffectFiles = Annotated[
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
+TextFlag = Annotated[
+    bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
+]
 ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]

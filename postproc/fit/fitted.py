@@ -119,6 +119,12 @@ class Fit:
         mask[[i for key, i in self.at_bound if key == effect.key]] = True
         return self.problem.columns(effect, mask)
 
+    def effective(self, key: str) -> float:
+        """How many parameters of an effect the data moves: less than it has where a penalty holds them."""
+        own = np.array([name == key for name, _ in self.parameters], dtype=bool)
+        others = basis_of(self.columns[:, ~own], self.penalty[~own])
+        return float(np.sum(basis_of(self.columns, self.penalty) ** 2) - np.sum(others**2))
+
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
         return np.array([values[key][i] for key, i in self.parameters])

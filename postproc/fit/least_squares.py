@@ -22,6 +22,7 @@ from postproc.fit.smooth import choose_smoothness, enough_for_smoothness
 from postproc.fit.solve import ROUGHLY, Terms, solve
 from postproc.fit.start import elsewhere, seen_from, start_frames, turned_tool
 from postproc.fit.step import Masks
+from postproc.fit.watch import Watch, unwatched
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
@@ -41,20 +42,24 @@ def fit_model(
     *,
     noise: float | None = None,
     terms: Terms = PLAIN,
+    watch: Watch = unwatched,
 ) -> Fit:
     """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        watch: is told what is done, and which share of the work is.
         terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
+    watch("all parameters", 0.1)
     fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
+    watch("whether angles were rounded", 0.6)
     told = replace(fit.data, rounded=rounded(fit))
     if not told.rounded:
         return _fitted(model, told, effects, noise, terms)

@@ -17,6 +17,7 @@ from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import smooth_bound
 from postproc.fit.rounding import rounded
+from postproc.fit.watch import Watch, unwatched
 from postproc.identify.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict
 from postproc.identify.forward import search, with_patterns
@@ -39,6 +40,7 @@ def diagnose(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
+    watch: Watch = unwatched,
 ) -> Diagnosis:
     """Find which effects a model lacks on measurements, or what the remaining structure follows.
 
@@ -48,17 +50,18 @@ def diagnose(
 
     Args:
         extra_effects: classes beside the library's. noise: standard deviation per axis [m] stated by the user.
+        watch: is told what is done, and which share of the work is.
     """
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     data = data.in_order
     with _cycles_are_rare():
-        found = _diagnosed(model, data, library, noise)
+        found = _diagnosed(model, data, library, noise, watch)
         told = found.final.data.rounded
         if told is None or told == rounded(found.final):
             return found
         # What was missing looked like rounded angles, or hid them.
-        return _diagnosed(model, replace(data, rounded=not told), library, noise)
+        return _diagnosed(model, replace(data, rounded=not told), library, noise, watch)
 
 
 @contextmanager
@@ -72,7 +75,10 @@ def _cycles_are_rare() -> Iterator[None]:
         gc.set_threshold(*often)
 
 
-def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None) -> Diagnosis:
+def _diagnosed(
+    model: Model, data: Measurements, library: Mapping[str, type[Effect]], noise: float | None, watch: Watch
+) -> Diagnosis:
+    watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
     measured = base.problem.sensitivity.state
     library = {k: c for k, c in library.items() if c.unlikely < np.inf}
@@ -81,9 +87,12 @@ def _diagnosed(model: Model, data: Measurements, library: Mapping[str, type[Effe
     start = thinned(base, noise)
     state, position = start.problem.sensitivity.state, start.problem.rest.T_base_tcp[:, :3, 3]
     every = patterns(channels(state, position), state, position, Sight.of(start.problem.rest))
+    watch("every effect alone", 0.1)
     begin = SearchState(start, start, classes, every)
     first = begin.ranked
+    watch("effects and patterns one after another", 0.3)
     found = with_patterns(search(begin))
+    watch("all of it on all rows", 0.8)
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
     missing = _steps(named.missing, final)

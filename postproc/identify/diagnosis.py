@@ -13,6 +13,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks, hold_out
 from postproc.identify.candidate import Candidate
+from postproc.identify.interventions import Intervention
 from postproc.identify.state import SelectedEffect
 from postproc.patterns.suspects import Suspect
 
@@ -30,6 +31,7 @@ class Diagnosis:
         missing: in the order of selection; candidates: every effect of the library on the base, best first.
         suspects: what the remaining structure follows; beside: further patterns, found once the first is taken.
         blind: effects that this data could not have shown, with the reason.
+        hold_out: what was found, asked for levels of a channel that no fit has seen; None where nobody asked.
         told: the fit that tells the parameters of what is missing: final, or with the patterns beside it.
         floor: noise per axis [m], None where nothing tells it; bound: held-out rms that any function of the channels
             reaches [m].
@@ -49,6 +51,7 @@ class Diagnosis:
     beside: tuple[Suspect, ...]
     floor: float | None
     bound: float
+    hold_out: Intervention | None = None
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     @cached_property

@@ -49,6 +49,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "form": m.candidate.label,
                 f"{key('held_out_rms')}_after": _known(m.held_out_after),
                 "p_value": m.candidate.p_value,
+                **_smooth(d, m.candidate.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameters_json(d.told, m.candidate.key),
@@ -65,9 +66,18 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
         "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
         key("bound"): _known(d.bound),
+        "hold_out": None if d.hold_out is None else d.hold_out.as_json(),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
+
+
+def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+    """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
+    effect = d.final.model.effect(key)
+    if effect is None or effect.roughness() is None:
+        return {"is": "cause"}
+    return {"is": "smooth correction", "effective_parameters": round(d.final.effective(key), 1)}
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
@@ -106,6 +116,8 @@ def diagnosis_text(d: Diagnosis) -> str:
         after = _candidate(d, c)[f"{kind.key('rms')}_after"]
         row = f"  {c.key:24s} {after:8.3f} {kind.unit}   p {p_text(c.p_value):>8s}   {place(c.label)}"
         lines.append(row.rstrip())
+    if d.hold_out is not None:
+        lines += ["", d.hold_out.text()]
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
         lines += _followed(d.suspects)

@@ -116,5 +116,12 @@ def _any_of(keys: Iterable[str]) -> str:
 
 def title(d: Diagnosis, m: SelectedEffect) -> str:
     effect = d.final.model.effect(m.candidate.key)
+    if effect is not None and effect.roughness() is not None:
+        # It can follow anything smooth: what it follows is no cause.
+        unit = f"{d.final.observed.unit} per {d.final.observed.each}"
+        return (
+            f"a smooth correction with {d.final.effective(m.candidate.key):.0f} effective parameters, held-out error "
+            f"{1e3 * m.held_out_after:.3f} {unit}, not a cause"
+        )
     text = "" if effect is None else effect.title.rstrip(".")
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -78,7 +78,7 @@ def residual_trends(fit: Fit) -> tuple[Trend, ...]:
     """The residual of a fit against every channel, in space and at the channel's joint, the most telling first."""
     error, named = fit.observed_error.copy(), fit_channels(fit)
     error[list(fit.set_aside)] = np.nan
-    seen = np.isfinite(error).any(axis=0)
+    seen = np.asarray(np.isfinite(error).any(axis=0))
     good = np.asarray(np.isfinite(error[:, seen]).all(axis=1))
     if not seen.any() or good.sum() < 3 * FEWEST or fit.observed.name == "orientation":
         return ()

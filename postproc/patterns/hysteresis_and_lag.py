@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.patterns.change_points import FINEST
@@ -22,7 +21,7 @@ LAGS = np.geomspace(0.02, 1.0, 7)
 """How late something follows a channel, in the time of the whole measurement."""
 
 
-def memories(signals: Mapping[str, Signal], session: NDArray[np.int_] | None = None) -> Iterator[Pattern]:
+def memories(signals: Mapping[str, Signal], session: Array | None = None) -> Iterator[Pattern]:
     """Where the arm stood in the row before, what it bore there, and what has hung behind it since.
 
     What hangs behind knows no approach side; a row that repeats the one before has not moved. No state tells it.
