@@ -6,5 +6,5 @@ every effect so: `composition`, `nonlinear`, `acceptance`, `ranking`. The search
 `state`; fits with some of what it found: `refits`; what the data does not tell apart: `indistinguishable`. The verdict,
 how it is found and how it is said: `diagnosis`, `diagnose`, `sentences`, `report`; whether it carries over to levels
 that no fit has seen: `interventions`. Other commands: `compare` (with `trends`), `add`, `predict`, `plan` (with
-`design`).
+`design` and `room`).
 """
