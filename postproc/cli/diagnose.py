@@ -60,7 +60,7 @@ def run(
         write(draft, code.encode())
     elif draft is not None:
         show([nothing_to_draft(found)])
-    print_result(found.as_json(), found.text(), json, text)
+    print_result(found, json, text)
     if not json:
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]

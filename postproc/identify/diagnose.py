@@ -32,6 +32,7 @@ from postproc.identify.ranking import Search, ranking
 from postproc.identify.refits import refit_all, thinned, without
 from postproc.identify.search import select_forward
 from postproc.identify.unnamed import clear
+from postproc.identify.verdict import too_few
 from postproc.identify.whole import Missing
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
@@ -174,7 +175,8 @@ def _diagnosed(
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in missing], noise)
     missing = _steps(missing, final)
     lacking = _lack_of_fit(final)
-    suspects = _suspects(named, search.outside, lacking)
+    # A few numbers for each parameter follow anything.
+    suspects = () if too_few(base) and not missing else _suspects(named, search.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
@@ -191,7 +193,7 @@ def _diagnosed(
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=tuple(search.outside[1:]) if suspects else (),
-        floor=final.noise_level,
+        floor=final.parts.level,
         bound=smooth_bound(base),
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )

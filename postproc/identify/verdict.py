@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from postproc.fit.fitted import Fit
+from postproc.fit.smooth import effective_parameters
 from postproc.fit.wording import joined, place
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def title(d: Diagnosis, m: Missing) -> str:
         # It can follow anything smooth: what it follows is no cause.
         unit = f"{d.final.observed.unit} per {d.final.observed.each}"
         return (
-            f"a smooth correction with {d.final.effective(m.candidate.key):.0f} effective parameters, held-out error "
+            f"a smooth correction with {effective_parameters(d.final, m.candidate.key):.0f} effective parameters, held-out error "
             f"{1e3 * m.held_out_after:.3f} {unit}, not a cause"
         )
     text = "" if effect is None else effect.title.rstrip(".")
