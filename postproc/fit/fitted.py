@@ -146,8 +146,8 @@ class Fit:
     def covariance(self) -> Array:
         """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
-        The variance is that of poses that the fit has not seen, where they tell a larger one. What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
-        them count as m / (1 + (m - 1) s).
+        The variance is that of poses that the fit has not seen, where they tell a larger one. What the model misses,
+        repeats of a pose have in common: with its share s of the variance, m of them count as m / (1 + (m - 1) s).
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 
@@ -259,8 +259,7 @@ class Fit:
     def unexplained(self) -> float:
         """Standard deviation per axis [m], [rad] of angles, of what the model leaves of the true pose.
 
-        The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
-        follows no channel where the noise is not known.
+        The residual variance less the noise, where significant (F test, 1 %); less what follows no channel without one.
         """
         own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
@@ -274,11 +273,7 @@ class Fit:
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] of what a law that fits worse by odds of 50 to 1 may leave; 0 if none is drafted."""Standard deviation per axis [m] of what drafted laws may leave beside the right ones; 0 without any.
-
-        A law that fits worse by odds of 50 to 1, a chi-square of 2 ln 50 over all numbers, would not have been told
-        from the one that was drafted.
-        """
+        """Standard deviation per axis [m] of what a law worse by odds of 50 to 1 may leave; 0 where none is drafted."""
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
         numbers = self.serial * self.told * len(self.problem.residual)
