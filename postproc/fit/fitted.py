@@ -172,8 +172,7 @@ class Fit:
     def surer(self) -> float:
         """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
 
-        A free function that few poses determine is surer of itself than it is right: what it should be by its prior was
-        chosen by the same rows.
+        A free function that few poses determine is surer than it is right: the same rows chose its prior.
         """
         if not self.penalty.any():
             return 1.0
@@ -227,10 +226,7 @@ class Fit:
 
     @cached_property
     def held_out_error(self) -> Array:
-        """(n, k) error of what is observed in every row as the other blocks predict it [m], [rad] of angles.
-
-        Ten contiguous blocks, repeats together.
-        """
+        """(n, k) error of what is observed as the other blocks predict it [m], [rad]: ten blocks, repeats together."""
         return self.held_out_by(contiguous_blocks(self.data.repeats))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
