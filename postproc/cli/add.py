@@ -49,7 +49,7 @@ def run(
     if report is not None:
         write(report, addition_page(short_names(model, *keys, *data), found).encode())
     if json:
-        print_result(found.as_json(), found.text(), json, text)
+        print_result(found, json, text)
     else:
         (say if output is None else print)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:

@@ -33,7 +33,7 @@ def run(
     show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found).encode())
-    print_result(found.as_json(), found.text(), json, text)
+    print_result(found, json, text)
     if not json:
         say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))
     return 0

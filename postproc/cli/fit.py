@@ -75,7 +75,7 @@ def run(
     _check_frames(fit, {cls.key for cls in classes})
     write_model(output, fit.recorded(), silent=json)
     if json:
-        print_result(fit.as_json(), fit.text(), json, text)
+        print_result(fit, json, text)
     else:
         (say if output is None else print)(fit.text())
         if output is not None:

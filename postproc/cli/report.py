@@ -7,7 +7,7 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
 from postproc import __version__
 from postproc.diagnostics import Diagnostic
@@ -65,14 +65,21 @@ def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
-def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool) -> None:
+class Result(Protocol):
+    """What can be told as a document and as text."""
+
+    def as_json(self) -> dict[str, Any]: ...
+    def text(self) -> str: ...
+
+
+def print_result(found: Result, json: bool, both: bool) -> None:
     """Print a result on stdout, as a document or as text; with the document the text on stderr where both are asked."""
     if json:
-        print_json(document)
+        print_json(found.as_json())
         if both:
-            say(text)
+            say(found.text())
     else:
-        print(text)
+        print(found.text())
 
 
 def print_json(document: Mapping[str, Any]) -> None:

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.errors import distances as distances
+from postproc.fit.errors import rms as rms
 from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
 from postproc.fit.independent import independent_share, record_share, repeated_share
 from postproc.fit.linear import Linear, basis_of
+from postproc.fit.noise_parts import NoiseParts
 from postproc.fit.problem import Problem
 from postproc.fit.step import Masks
 from postproc.measure.measurements import Measurements
@@ -119,12 +122,6 @@ class Fit:
         mask[[i for key, i in self.at_bound if key == effect.key]] = True
         return self.problem.columns(effect, mask)
 
-    def effective(self, key: str) -> float:
-        """How many parameters of an effect the data moves: less than it has where a penalty holds them."""
-        own = np.array([name == key for name, _ in self.parameters], dtype=bool)
-        others = basis_of(self.columns[:, ~own], self.penalty[~own])
-        return float(np.sum(basis_of(self.columns, self.penalty) ** 2) - np.sum(others**2))
-
     def _vector(self) -> Array:
         values = {e.key: e.vector() for e in self.model.effects}
         return np.array([values[key][i] for key, i in self.parameters])
@@ -149,10 +146,8 @@ class Fit:
     def covariance(self) -> Array:
         """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
-        The variance is that of poses that the fit has not seen, where they tell a larger one.
-
-        What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
-        them count as m / (1 + (m - 1) s).
+        The variance is that of poses that the fit has not seen, where they tell a larger one. What the model misses,
+        repeats of a pose have in common: with its share s of the variance, m of them count as m / (1 + (m - 1) s).
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 
@@ -177,8 +172,7 @@ class Fit:
     def surer(self) -> float:
         """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
 
-        A free function that few poses determine is surer of itself than it is right: what it should be by its prior was
-        chosen by the same rows.
+        A free function that few poses determine is surer than it is right: the same rows chose its prior.
         """
         if not self.penalty.any():
             return 1.0
@@ -232,10 +226,7 @@ class Fit:
 
     @cached_property
     def held_out_error(self) -> Array:
-        """(n, k) error of what is observed in every row as the other blocks predict it [m], [rad] of angles.
-
-        Ten contiguous blocks, repeats together.
-        """
+        """(n, k) error of what is observed as the other blocks predict it [m], [rad]: ten blocks, repeats together."""
         return self.held_out_by(contiguous_blocks(self.data.repeats))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
@@ -256,43 +247,15 @@ class Fit:
         return leftover(self)
 
     @cached_property
-    def repeatability(self) -> float | None:
-        """How well the arm comes back to a pose, standard deviation per axis [m]; None where `sigma_mm` is not stated.
-
-        What repeats scatter beyond the instrument; without repeats what of the residual variance follows no channel
-        (restricted likelihood), less the instrument's.
-        """
-        if self.noise.instrument is None:
-            return None
-        if self.noise.sigma is not None:
-            return self.noise.repeatability
-        return float(np.sqrt(max(self.unfollowed**2 - self.noise.instrument**2, 0.0)))
-
-    @cached_property
-    def noise_level(self) -> float | None:
-        """Standard deviation of one measured number [m], [rad] of angles: instrument and arm; None where unknown."""
-        if self.noise.sigma is not None or self.repeatability is None or self.noise.instrument is None:
-            return self.noise.sigma
-        return float(np.hypot(self.noise.instrument, self.repeatability))
-
-    @property
-    def unfollowed(self) -> float:
-        """Standard deviation of what of the residual follows no channel [m], [rad] of angles."""
-        return float(np.sqrt(self.leftover.noise * self._square))
-
-    @property
-    def noise_origin(self) -> str:
-        """Where the noise is known from, as documents say it."""
-        if self.noise.sigma is None and self.noise.instrument is not None:
-            return "sigma_mm and the residual"
-        return self.noise.origin
+    def parts(self) -> NoiseParts:
+        """What the noise consists of: the instrument's, the arm's."""
+        return NoiseParts(self.noise, self._square, lambda: self.leftover.noise)
 
     @cached_property
     def unexplained(self) -> float:
         """Standard deviation per axis [m], [rad] of angles, of what the model leaves of the true pose.
 
-        The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
-        follows no channel where the noise is not known.
+        The residual variance less the noise, where significant (F test, 1 %); less what follows no channel without one.
         """
         own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
@@ -306,11 +269,7 @@ class Fit:
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] of what drafted laws may leave beside the right ones; 0 without any.
-
-        A law that fits worse by odds of 50 to 1, a chi-square of 2 ln 50 over all numbers, would not have been told
-        from the one that was drafted.
-        """
+        """Standard deviation per axis [m] of what a law worse by odds of 50 to 1 may leave; 0 where none is drafted."""
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
         numbers = self.serial * self.told * len(self.problem.residual)
@@ -337,16 +296,3 @@ class Fit:
         from postproc.fit.report import fit_text
 
         return fit_text(self)
-
-
-def distances(error: Array) -> Array:
-    """(n,) length of (n, 3) errors along the coordinates that were measured; NaN where none was."""
-    seen = np.isfinite(error)
-    length = np.linalg.norm(np.where(seen, error, 0.0), axis=1)
-    return np.asarray(np.where(seen.any(axis=1), length, np.nan))
-
-
-def rms(error: Array) -> float:
-    """Root mean square of all finite numbers, per axis."""
-    good = error[np.isfinite(error)]
-    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0

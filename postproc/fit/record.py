@@ -36,7 +36,7 @@ def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
     known = Uncertainty(fit.parameters, fit.covariance, _left(fit), *unseen(fit))
-    key, noise = fit.observed.key, fit.noise_level
+    key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
         key("rms"): mm(fit.rms),
@@ -45,14 +45,14 @@ def recorded_model(fit: Fit) -> Model:
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
-    if fit.repeatability is not None:
-        table[key("noise_repeatability")] = mm(fit.repeatability)
+    if fit.parts.repeatability is not None:
+        table[key("noise_repeatability")] = mm(fit.parts.repeatability)
     if noise is not None:
         table[key("noise")] = mm(noise)
-        table["noise_from"] = fit.noise_origin
+        table["noise_from"] = fit.parts.origin
     elif fit.observed.unit == "mm":
         # What follows no channel: a measurement scatters by it whatever it is.
-        table["noise_mm"] = mm(fit.unfollowed)
+        table["noise_mm"] = mm(fit.parts.unfollowed)
         table["noise_from"] = "the residual"
     if data.sources:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
@@ -162,11 +162,11 @@ def figures_json(fit: Judged) -> dict[str, float]:
 
 def noise_json(fit: Fit) -> dict[str, Any]:
     """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
-    key, noise = fit.observed.key, fit.noise_level
+    key, noise = fit.observed.key, fit.parts.level
     return {
         key("noise"): None if noise is None else mm(noise),
-        key("noise_repeatability"): None if fit.repeatability is None else mm(fit.repeatability),
-        "noise_from": fit.noise_origin,
+        key("noise_repeatability"): None if fit.parts.repeatability is None else mm(fit.parts.repeatability),
+        "noise_from": fit.parts.origin,
     }
 
 

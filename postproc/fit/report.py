@@ -23,10 +23,10 @@ def set_aside_lines(fit: Fit) -> list[str]:
 
 def fit_text(fit: Fit) -> str:
     """A fit in sentences, then its parameters with their standard deviations."""
-    unit, each, level = fit.observed.unit, fit.observed.each, fit.noise_level
-    noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.noise_origin})"
-    if level is not None and fit.repeatability:
-        noise += f", of which {1e3 * fit.repeatability:.3f} {unit} is how well the arm repeats a pose"
+    unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
+    noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
+    if level is not None and fit.parts.repeatability:
+        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
     lines = [
         f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that the "
         f"fit has not seen; the noise is {noise}.",

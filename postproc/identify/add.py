@@ -102,7 +102,7 @@ class Addition:
         """How far the error fell, then the ladder and the leave-one-out table."""
         first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
         helps = last < (1 - HELPS) * first
-        known, unit, each = self.fit.noise_level is not None, self.fit.observed.unit, self.fit.observed.each
+        known, unit, each = self.fit.parts.level is not None, self.fit.observed.unit, self.fit.observed.each
         floor = "the noise is" if known else "any smooth function of the channels would leave"
         floor = f"{floor} {1e3 * self.floor:.3f} {unit}"
         names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
@@ -178,7 +178,7 @@ def _added(
     watch("all of it", (len(classes) + 1) / total)
     final = _on_all_rows(base, start, found, noise)
     steps.append(Step(f"+ {classes[-1].key}", final, None))
-    level = final.noise_level
+    level = final.parts.level
     floor = bound if level is None else level
     top = steps[0].fit.held_out_rms
     if top > floor:

@@ -70,7 +70,7 @@ class Comparison:
             **({"rotation_rms_mrad": None if rotation is None else round(1e3 * rms(rotation), 6)} if space else {}),
             **({"iso9283": _iso_json(self.iso)} if space else {}),
             **noise_json(self.fit),
-            key("floor"): None if self.fit.noise_level is None else mm(self.fit.noise_level),
+            key("floor"): None if self.fit.parts.level is None else mm(self.fit.parts.level),
             key("bound"): mm(self.bound),
             "worst": [
                 {

@@ -22,6 +22,7 @@ from postproc.identify.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis, Verdict
 from postproc.identify.forward import search, with_patterns
 from postproc.identify.refits import refit_all, thinned, without
+from postproc.identify.sentences import too_few
 from postproc.identify.state import SearchState, SelectedEffect
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
@@ -97,7 +98,8 @@ def _diagnosed(
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)
     missing = _steps(named.missing, final)
     lacking = _lack_of_fit(final)
-    suspects = _suspects(named, found.outside, lacking)
+    # A few numbers for each parameter follow anything.
+    suspects = () if too_few(base) and not missing else _suspects(named, found.outside, lacking)
     verdict: Verdict = "unknown" if suspects or lacking else "missing" if missing else "complete"
     blind = {c.key: _why_blind(c) for c in first if c.visible < 5.0} | untestable
     held = {e.key for e in final.model.effects} | {e.key for e in base.model.effects}
@@ -114,7 +116,7 @@ def _diagnosed(
         blind={key: why for key, why in blind.items() if key not in held},
         suspects=suspects,
         beside=found.outside[1:] if suspects else (),
-        floor=final.noise_level,
+        floor=final.parts.level,
         bound=smooth_bound(base),
         diagnostics=(*base.data.diagnostics, *data_findings(final)),
     )

@@ -10,6 +10,7 @@ import numpy as np
 from postproc.effects.registry import BUILT_IN
 from postproc.fit.record import mm, noise_json, parameters_json, structure_json
 from postproc.fit.report import held_lines
+from postproc.fit.smooth import effective_parameters
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
 from postproc.identify.diagnosis import Diagnosis
@@ -77,7 +78,7 @@ def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
     effect = d.final.model.effect(key)
     if effect is None or effect.roughness() is None:
         return {"is": "cause"}
-    return {"is": "smooth correction", "effective_parameters": round(d.final.effective(key), 1)}
+    return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.fitted import Fit
+from postproc.fit.smooth import effective_parameters
 from postproc.fit.wording import joined, place
 from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.state import SelectedEffect
@@ -119,9 +120,8 @@ def title(d: Diagnosis, m: SelectedEffect) -> str:
     if effect is not None and effect.roughness() is not None:
         # It can follow anything smooth: what it follows is no cause.
         unit = f"{d.final.observed.unit} per {d.final.observed.each}"
-        return (
-            f"a smooth correction with {d.final.effective(m.candidate.key):.0f} effective parameters, held-out error "
-            f"{1e3 * m.held_out_after:.3f} {unit}, not a cause"
-        )
+        count = effective_parameters(d.final, m.candidate.key)
+        error = f"held-out error {1e3 * m.held_out_after:.3f} {unit}"
+        return f"a smooth correction with {count:.0f} effective parameters, {error}, not a cause"
     text = "" if effect is None else effect.title.rstrip(".")
     return text if text[1:2].isupper() else text[:1].lower() + text[1:]

@@ -22,7 +22,7 @@ def addition_page(name: str, found: Addition) -> str:
     ladder = {
         ("the model as it came" if i == 0 else s.name): 1e3 * s.fit.held_out_rms for i, s in enumerate(found.ladder)
     }
-    kind, noise = found.fit.observed, found.fit.noise_level
+    kind, noise = found.fit.observed, found.fit.parts.level
     floor = document[kind.key("floor")]
     without = {f"without {key}": 1e3 * fit.held_out_rms for key, fit in found.without.items()}
     key = {

@@ -52,7 +52,7 @@ def comparison_page(name: str, found: Comparison) -> str:
             "on rows that it has not seen. An effect that jumps can do better.",
         ),
         workspace_section(found.fit),
-        channel_section(found.fit, found.fit.noise_level),
+        channel_section(found.fit, found.fit.parts.level),
         Section("Figures", table(("figure", kind.unit), figures)),
         Section("Worst poses", table(("pose", *files, "row", kind.unit), worst)),
         Section("Share of the residual above chance", table(("channel", "at", "explains"), follows)),

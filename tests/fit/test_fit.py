@@ -289,7 +289,10 @@ def test_an_effect_that_does_not_help_is_said_so():
 def test_an_effect_that_hardly_helps_is_said_so():
     def fit(held_out: float) -> SimpleNamespace:
         return SimpleNamespace(
-            held_out_rms=held_out, rms=held_out, noise_level=2.5e-5, observed=observations(False, False)[0]
+            held_out_rms=held_out,
+            rms=held_out,
+            parts=SimpleNamespace(level=2.5e-5),
+            observed=observations(False, False)[0],
         )
 
     def said(held_out: float, share: float) -> list[str]:
