@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
-from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile
+from postproc.cli.options import ArmFile, DataFiles, EffectFiles, Flag, MeasuredOptions, Output, ReportFile, TextFlag
 from postproc.cli.output import check_outputs, write, write_model
-from postproc.cli.report import print_json, put, say, say_next, show
+from postproc.cli.progress import watching
+from postproc.cli.report import print_result, put, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 
@@ -19,6 +20,7 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
+    text: TextFlag = False,
 ) -> int:
     """Add effects to a model, refit everything, and show how far the error falls on rows the fit has not seen.
 
@@ -41,12 +43,13 @@ def run(
     show(
         Diagnostic("DAT029", "info", f"`{key}` is in the model: it is fitted again") for key in keys if arm.effect(key)
     )
-    found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma)
+    with watching() as watch:
+        found = add_effects(arm, measured, keys, own_effects(effects), noise=table.sigma, watch=watch)
     write_model(output, found.model, like=model, silent=json)
     if report is not None:
         write(report, addition_page(short_names(model, *keys, *data), found))
     if json:
-        print_json(found.as_json())
+        print_result(found.as_json(), found.text(), json, text)
     else:
         (say if output is None else put)(found.text())
         if output is not None and found.fit.held_out_rms < found.before.held_out_rms:

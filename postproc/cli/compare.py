@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import load_model, short_names
-from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
+from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, put, say_next, show
+from postproc.cli.report import print_result, say_next, show
 
 
 def run(
@@ -16,6 +16,7 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     json: Flag = False,
+    text: TextFlag = False,
 ) -> int:
     """Compare a model with measurements: figures, the worst poses, the residual against every channel.
 
@@ -32,9 +33,7 @@ def run(
     show(found.moved)
     if report is not None:
         write(report, comparison_page(short_names(model, *data), found))
-    if json:
-        print_json(found.as_json())
-    else:
-        put(found.text())
+    print_result(found.as_json(), found.text(), json, text)
+    if not json:
         say_next("says whether an effect is missing", "diagnose", model, *data, *table.words(effects))
     return 0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from postproc.cli.inputs import effect_words, load_model, own_effects, short_names
-from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables
+from postproc.cli.options import ArmFile, EffectFiles, Flag, MeasuredOptions, ReportFile, Tables, TextFlag
 from postproc.cli.output import check_outputs, write
-from postproc.cli.report import print_json, put, say_next, show
+from postproc.cli.progress import watching
+from postproc.cli.report import print_result, say_next, show
 
 if TYPE_CHECKING:
-    from postproc.identify.diagnose import Diagnosis
+    from postproc.identify.diagnosis import Diagnosis
 
 
 def run(
@@ -23,7 +25,9 @@ def run(
     table: MeasuredOptions = MeasuredOptions(),
     report: ReportFile = None,
     draft: Path | None = None,
+    hold_out: Literal["payload", "temperature", "session", "approach", "region"] | None = None,
     json: Flag = False,
+    text: TextFlag = False,
 ) -> int:
     """Find which physical effect a model lacks on measurements, with evidence; or none; or that the library lacks it.
 
@@ -31,29 +35,33 @@ def run(
 
     Args:
         draft: Python file to write where something remains without a name: it as an effect of your own.
+        hold_out: fit without each level of this channel, predict it, and mark names that do not carry over.
         json: print the postproc/diagnose/1 document.
     """
     from postproc.identify.diagnose import diagnose
-    from postproc.identify.verdict import of_little_worth, too_few
+    from postproc.identify.interventions import hold_out_levels
+    from postproc.identify.sentences import of_little_worth, too_few
     from postproc.render.effect_file import effect_file, nothing_to_draft
     from postproc.report.diagnosis import diagnosis_page
 
     check_outputs((model, *data, *table.inputs, *effects), report, draft)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    found = diagnose(arm, measured, own_effects(effects), noise=table.sigma)
+    with watching() as watch:
+        found = diagnose(arm, measured, own_effects(effects), noise=table.sigma, watch=watch)
+        if hold_out is not None:
+            watch(f"without each level of {hold_out}", 0.9)
+            found = replace(found, hold_out=hold_out_levels(found, hold_out))
     show(d for d in found.diagnostics if d not in measured.diagnostics)
     if report is not None:
         write(report, diagnosis_page(short_names(model, *data), found))
-    name, text = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
-    if draft is not None and text is not None:
-        write(draft, text)
+    name, code = effect_file(found, draft.stem if draft is not None else "own", short_names(*data))
+    if draft is not None and code is not None:
+        write(draft, code)
     elif draft is not None:
         show([nothing_to_draft(found)])
-    if json:
-        print_json(found.as_json())
-    else:
-        put(found.text())
+    print_result(diagnosis_json(found), diagnosis_text(found), json, text)
+    if not json:
         little = of_little_worth(found)
         keys = [m.candidate.key for m in found.missing if m.candidate.key not in little]
         _say_named(found, keys, model, data, table.words(effects))
@@ -62,7 +70,7 @@ def run(
         elif found.verdict == "complete":
             words = ("compensate", "PROGRAM", "-m", model, *effect_words(effects), "-o", "OUT")
             say_next("corrects a program with this model", *words)
-        told = text is not None and not found.misleading
+        told = code is not None and not found.misleading
         if told and draft is not None:
             own = table.words([*effects, draft])
             words = ("add", model, *keys, name, *_tables(data), *own, "-o", "BETTER.toml")

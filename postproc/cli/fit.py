@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from postproc.cli.conversion import VectorText, parse_vector
-from postproc.cli.options import Flag, MeasuredOptions, Output, Tables
+from postproc.cli.options import Flag, MeasuredOptions, Output, Tables, TextFlag
 from postproc.cli.output import check_outputs, write_model
-from postproc.cli.report import print_json, put, say, say_next, show
+from postproc.cli.progress import watching
+from postproc.cli.report import print_result, put, say, say_next, show
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def run(
     output: Output = None,
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
+    text: TextFlag = False,
 ) -> int:
     """Fit the model of an arm to measured poses.
 
@@ -70,14 +72,16 @@ def run(
     plain = [c.null() for c in dict.fromkeys(classes) if not c.structures()]
     turned = stated.mounting or (0.0, 0.0, 0.0) if mounting is None else parse_vector("--mounting", mounting, "180,0,0")
     R_world_base = rpy(np.radians(turned))
-    fit = fit_model(Model(arm, R_world_base=R_world_base, robot_name=robot), measured, plain, noise=table.sigma)
+    model = Model(arm, R_world_base=R_world_base, robot_name=robot)
+    with watching() as watch:
+        fit = fit_model(model, measured, plain, noise=table.sigma, watch=watch)
     for cls in dict.fromkeys(classes):
         if cls.structures():
             fit = grown(fit, cls, table.sigma)
     _check_frames(fit, {cls.key for cls in classes})
     write_model(output, fit.recorded(), silent=json)
     if json:
-        print_json(fit.as_json())
+        print_result(fit.as_json(), fit.text(), json, text)
     else:
         (say if output is None else put)(fit.text())
         if output is not None:

@@ -12,6 +12,7 @@ from cyclopts import Parameter, Token
 
 from postproc.cli.inputs import effect_words, read_source
 from postproc.cli.report import show
+from postproc.diagnostics import PostprocError
 from postproc.numbers import read_number
 
 if TYPE_CHECKING:
@@ -62,6 +63,9 @@ EffectFiles = Annotated[
 SideFiles = Annotated[tuple[Path, ...], Parameter(name="--with", n_tokens=1, show_default=False)]
 Names = Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)]
 FreeAxes = Annotated[str, Parameter(validator=_axes, show_default=False)]
+TextFlag = Annotated[
+    bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
+]
 ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
@@ -77,23 +81,31 @@ class TableOptions:
         program: RAPID module that was run, for tables that name targets.
         side_files: RAPID module that is read along with it for what it declares. May be repeated.
         columns: TOML file that maps the columns of another layout.
+        joints: table of the commanded joint angles beside the one that the instrument wrote, joined by the names of
+            the poses or row by row.
+        rows_in_order: the rows stand in the order of measuring. Default: their order counts for nothing without time_s.
+        accept: code of a finding that stops nothing, because you know better. May be repeated.
     """
 
     program: str | None = None
     side_files: SideFiles = ()
     columns: str | None = None
+    joints: str | None = None
+    rows_in_order: Flag = False
+    accept: Annotated[tuple[str, ...], Parameter(n_tokens=1, show_default=False)] = ()
 
     @property
     def inputs(self) -> tuple[str | Path | None, ...]:
         """Files that are read."""
-        return (self.program, self.columns, *self.side_files)
+        return (self.program, self.columns, self.joints, *self.side_files)
 
     def words(self, effects: Sequence[Path | str] = ()) -> list[str]:
         """The options as they were written, for a command that reads the same table with the same effects."""
-        given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name != "side_files"]
-        given += [("with", file) for file in self.side_files]
+        listed = ("side_files", "accept", "rows_in_order")
+        given = [(f.name, getattr(self, f.name)) for f in fields(self) if f.name not in listed]
+        given += [("with", file) for file in self.side_files] + [("accept", code) for code in self.accept]
         words = [word for name, value in given if value is not None for word in (f"--{name}", str(value))]
-        return words + effect_words(effects)
+        return [*words, *(["--rows-in-order"] if self.rows_in_order else []), *effect_words(effects)]
 
     def read(self, data: Sequence[str], robot: Robot, measured: bool = True) -> Measurements:
         """The tables as one, their findings printed.
@@ -105,14 +117,21 @@ class TableOptions:
         Raises:
             PostprocError: what is wrong with one of the files.
         """
+        from postproc.measure.terms import ACCEPTABLE, Reading
         from postproc.measure.together import read_tables
 
+        unknown = [code for code in self.accept if code not in ACCEPTABLE]
+        if unknown:
+            help_ = f"those that can be are {', '.join(ACCEPTABLE)}"
+            raise PostprocError.of("CLI010", f"`--accept {unknown[0]}`: this finding cannot be accepted", help=help_)
+        joints = read_source(self.joints) if self.joints else None
+        terms = Reading(self.rows_in_order, frozenset(self.accept), joints)
         beside = [read_source(str(path), lent=True) for path in self.side_files]
         run = [read_source(self.program), *beside] if self.program else None
         layout = read_source(self.columns) if self.columns else None
-        table = read_tables([read_source(name) for name in data], robot, run, layout, measured)
+        table = read_tables([read_source(name) for name in data], robot, run, layout, measured, terms=terms)
         show(table.diagnostics)
-        return table
+        return table.in_order if measured else table
 
 
 @Parameter(name="*")

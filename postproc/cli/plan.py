@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -14,6 +15,9 @@ from postproc.cli.output import check_outputs, write
 from postproc.cli.report import print_json, say, say_next
 from postproc.diagnostics import PostprocError
 
+if TYPE_CHECKING:
+    from postproc.arrays import Array
+
 
 def run(
     model: ArmFile,
@@ -23,6 +27,10 @@ def run(
     count: Annotated[int, AS_WRITTEN, Parameter(name=["--count", "-n"], validator=Number(gte=1, lte=1000))] = 20,
     output: Output = None,
     rapid: Path | None = None,
+    region: str | None = None,
+    candidates: str | None = None,
+    sight: Annotated[float | None, Parameter(validator=Number(gt=0, lte=180))] = None,
+    measured_range: Flag = False,
     effects: EffectFiles = (),
     table: MeasuredOptions = MeasuredOptions(),
     json: Flag = False,
@@ -34,15 +42,22 @@ def run(
         count: number of poses.
         output: CSV file to write, a table whose measured columns are to be filled in. Default: stdout.
         rapid: RAPID program to write that visits the poses, from the stated sides, with waits.
+        region: box of the TCP in the base frame [mm], X1,Y1,Z1,X2,Y2,Z2.
+        candidates: table of the only poses that may be chosen (CSV).
+        sight: half the opening angle [deg] of a reflector that looks along +z of the tool: the instrument stands in it.
+        measured_range: keep every joint inside the range of DATA.
         json: print the postproc/plan/1 document.
     """
     from postproc.identify.plan import plan_poses
+    from postproc.identify.room import Room
     from postproc.render.measuring import measuring_module
 
-    check_outputs((model, *data, *table.inputs, *effects), output, rapid)
+    check_outputs((model, *data, candidates, *table.inputs, *effects), output, rapid)
     arm = load_model(model, effects=effects)
     measured = table.read(data, arm.robot)
-    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma)
+    listed = None if candidates is None else table.read([candidates], arm.robot, measured=False).state.q
+    room = Room(_box(region), listed, None if sight is None else math.radians(sight), measured_range)
+    plan = plan_poses(arm, measured, count, _pair(between), own_effects(effects), noise=table.sigma, room=room)
     say(plan.text())
     text = plan.as_csv()
     if rapid is not None:
@@ -58,6 +73,22 @@ def run(
         what = "says what is missing, once x_mm, y_mm, z_mm and what else the first table has are filled in"
         say_next(what, "diagnose", model, *data, output, *table.words(effects))
     return 0
+
+
+def _box(text: str | None) -> Array | None:
+    """(2, 3) lowest and highest corner [m] of a region X1,Y1,Z1,X2,Y2,Z2 [mm]."""
+    import numpy as np
+
+    if text is None:
+        return None
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        help_ = "write two corners [mm], `--region 800,-600,400,1600,600,1200`"
+        raise PostprocError.of("CLI010", f"`--region {text}` is no box", help=help_)
+    return np.sort(np.reshape(numbers, (2, 3)), axis=0) * 1e-3
 
 
 def _pair(text: str | None) -> tuple[str, str] | None:

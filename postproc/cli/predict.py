@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from postproc.cli.inputs import load_model
-from postproc.cli.options import ArmFile, EffectFiles, Output, TableOptions
+from postproc.cli.options import ArmFile, EffectFiles, Flag, Output, TableOptions
 from postproc.cli.output import check_outputs, write
 from postproc.cli.report import say, show
 
@@ -15,14 +15,16 @@ def run(
     *,
     effects: EffectFiles = (),
     output: Output = None,
+    place: Flag = False,
     table: TableOptions = TableOptions(),
 ) -> int:
     """Predict the TCP in the instrument's frame for every row of a table.
 
     Args:
         data: table with commanded poses (CSV); - reads stdin.
-        output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm, one row per input row, same order.
-            Default: stdout.
+        output: CSV file to write: pose_id,x_mm,y_mm,z_mm,sigma_mm,sigma_measured_mm, one row per input row, same
+            order; sigma_mm is of the pose, sigma_measured_mm of a measurement of it. Default: stdout.
+        place: the instrument was set up anew: the rows of the table that hold a measured position place it.
     """
     import numpy as np
 
@@ -30,7 +32,7 @@ def run(
 
     check_outputs((model, data, *table.inputs, *effects), output)
     arm = load_model(model, effects=effects)
-    found = predict_rows(arm, table.read([data], arm.robot, measured=False))
+    found = predict_rows(arm, table.read([data], arm.robot, measured=False), place)
     show(found.diagnostics)
     write(output, found.as_csv())
     if output is not None:

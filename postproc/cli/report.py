@@ -70,6 +70,16 @@ def unmeasured(findings: Iterable[Diagnostic] = ()) -> str:
     return f"{why}: these are deviations in the model, and how near the real torch comes is not known (`postproc fit`)"
 
 
+def print_result(document: Mapping[str, Any], text: str, json: bool, both: bool) -> None:
+    """Print a result on stdout, as a document or as text; with the document the text on stderr where both are asked."""
+    if json:
+        print_json(document)
+        if both:
+            say(text)
+    else:
+        put(text)
+
+
 def print_json(document: Mapping[str, Any]) -> None:
     """Print a document on stdout, with the version that wrote it; numbers that are not finite become null."""
     print(to_json({"schema": document["schema"], "tool": __version__, **document}))

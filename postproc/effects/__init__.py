@@ -1,8 +1,9 @@
 """The library of physical effects, one file each, and the contract they share.
 
 The contract: `base` (the class), `contract` (state, load, displacement), `parameters` (unit, bounds, ordinary size),
-`forms` (what a diagnosis tries), `asking` (how the rest of the package asks), `similarity` (sizes on other arms),
-`geometry` (points, axes and weights that effects need), `registry` (which there are), `files` (in a model file).
+`forms` (what a diagnosis tries), `sums` (effects of several terms), `asking` (how the rest of the package asks),
+`similarity` (sizes on other arms), `geometry` (points, axes and weights that effects need), `registry` (which there
+are), `files` (in a model file).
 A user's own: `loading` runs the file; `conformance` tries it with `declaration`, `trial` and `example`, and says what
 is wrong with `failures` and `findings`.
 

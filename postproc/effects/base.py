@@ -68,6 +68,8 @@ class Effect:
         about_data: a finding about the measurements, not a property of the arm.
         drafted: its law was found among thousands by a diagnosis; predictions with it are that much less sure.
         beside: key of the effect that goes before this one: a diagnosis that misses both names that one first.
+        unlikely: 2 log of the prior odds against it: of two that explain data equally well the other one is named;
+            infinite where a diagnosis does not name it at all.
 
     What is not given is taken from the class it derives from.
     """
@@ -80,6 +82,7 @@ class Effect:
     about_data: ClassVar[bool] = False
     drafted: ClassVar[bool] = False
     beside: ClassVar[str] = ""
+    unlikely: ClassVar[float] = 0.0
     _parameters: ClassVar[dict[str, Parameter]] = {}
     _structures: ClassVar[dict[str, Structure]] = {}
 
@@ -93,6 +96,7 @@ class Effect:
         about_data: bool | None = None,
         drafted: bool | None = None,
         beside: str | None = None,
+        unlikely: float | None = None,
     ) -> None:
         super().__init_subclass__()
         # dataclass() invents a docstring where there is none, so the title is taken before it runs.
@@ -104,6 +108,7 @@ class Effect:
         cls.about_data = cls.about_data if about_data is None else about_data
         cls.drafted = cls.drafted if drafted is None else drafted
         cls.beside = cls.beside if beside is None else beside
+        cls.unlikely = cls.unlikely if unlikely is None else unlikely
         cls.confused_with = cls.confused_with if confused_with is None else dict(confused_with)
         dataclass(frozen=True, eq=False, kw_only=True)(cls)
         cls._parameters, cls._structures = _declared(cls, Parameter), _declared(cls, Structure)
@@ -206,6 +211,11 @@ class Effect:
                 result.append(f"{name}[{','.join(words)}]" if words else name)
         return tuple(result)
 
+    @property
+    def label(self) -> str:
+        """What a diagnosis calls its form where a fit has chosen it; empty where the search has."""
+        return ""
+
     @cached_property
     def layout(self) -> Layout:
         """What is declared for every entry of the vector."""
@@ -265,14 +275,6 @@ class Effect:
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:
         """Forms to try on this data, beside what the model already holds of this effect (``current``)."""
         return (variant(cls.null() if current is None else current),)
-
-    def plus(self, term: Self) -> Self | None:
-        """The effect with the terms of another one of its kind after its own; None where it is no sum of terms."""
-        return None
-
-    def nearby(self, new: int = 1) -> tuple[Variant, ...]:
-        """The effect with a structure of one of its last terms a little off, to try where so many of them are new."""
-        return ()
 
     def relatives(self, state: State, label: str) -> tuple[Variant, ...]:
         """Forms that are looked for only from where the search of this one has come to, each with how ordinary it is.

@@ -17,6 +17,7 @@ FLOOR = 0.05
 
 class BearingTilt(
     Effect,
+    unlikely=6.0,
     reads=("load", "robot"),
     beside="joint_compliance",
     confused_with={

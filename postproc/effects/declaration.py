@@ -39,6 +39,13 @@ INSTEAD = {
 
 def declaration(cls: type[Effect]) -> Iterator[Diagnostic]:
     """Everything wrong with what an effect declares."""
+    own = inspect.get_annotations(cls)
+    if taken := [name for name in own if hasattr(Effect, name) or name in Effect.__annotations__]:
+        for name in taken:
+            message = f"the parameter `{name}` of `{cls.key}` has a name that is taken: every effect has a `{name}`"
+            help = f"call it otherwise, `{name}_of_` and what it belongs to"
+            yield finding("EFF016", message, cls, member=name, help=help)
+        return
     if not cls.title:
         help = "say what it is, its equation, its source and its usual size"
         yield finding("EFF006", f"`{cls.__name__}` has no docstring", cls, help=help)

@@ -19,6 +19,7 @@ MANY_CELLS = 4e7  # Numbers in the columns of a fit (rows times coefficients): 0
 
 class JointErrorMap(
     Effect,
+    unlikely=6.0,
     confused_with={
         "transmission_error": "a fine sweep of one joint: one line in the spectrum, or many",
         "link_geometry": "order 1 alone: wide ranges of the joints after it",

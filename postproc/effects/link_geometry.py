@@ -12,6 +12,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, param, v
 
 class LinkGeometry(
     Effect,
+    unlikely=4.0,
     reads=(),
     beside="joint_offset",
     confused_with={

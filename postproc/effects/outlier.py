@@ -14,6 +14,7 @@ class Outlier(
     Effect,
     reads=("row",),
     about_data=True,
+    unlikely=np.inf,
     confused_with={
         "session": "measure the row again",
         "backlash": "measure the row again from both sides",

@@ -13,6 +13,7 @@ from postproc.effects.base import Displacement, Effect, State, Variant, param, s
 
 class Session(
     Effect,
+    unlikely=4.0,
     reads=("session",),
     about_data=True,
     confused_with={

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from postproc.arrays import Array, finest
 from postproc.effects.base import Effect, JointBasis, State, Variant, param, structure, variant
+from postproc.effects.sums import SumOfTerms
 
 GEAR, MOTOR = 30, 250
 """Highest order searched of the output side, and of the motor side."""
+MANY = 3
+"""Lines in all from which a smooth function may tell them as well."""
 CLOSE = np.array([0.02, 0.04, 0.06, 0.08, 0.1, 0.2, 0.3, 0.4, 0.5])
 """How far beside an order others are tried, on either side."""
 LOWEST = 1.0
@@ -18,7 +23,7 @@ LOWEST = 1.0
 
 
 class TransmissionError(
-    Effect,
+    SumOfTerms,
     confused_with={
         "joint_error_map": "a fine sweep of one joint (five points a period): one line in the spectrum, or many",
         "gravity_compensator": "two payloads, and a first harmonic on joint 2 with the forearm up and down",
@@ -47,6 +52,39 @@ class TransmissionError(
         sine, cosine = (np.append(getattr(self, x), getattr(term, x)) for x in self.parameters())
         joint, order = (*self.joint, *term.joint), (*self.order, *term.order)
         return type(self)(joint=joint, order=order, sine_rad=sine, cosine_rad=cosine)
+
+    @classmethod
+    def rooms(cls, terms: Sequence[Effect], held: Effect | None, others: Mapping[str, Effect]) -> NDArray[np.bool_]:
+        """Not where three lines on a joint, or more than three orders in all, or a line beside a map would be one.
+
+        Eccentric gears have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a mapped
+        joint, or on any where three joints or more have one (one kind of gear is in all of them).
+        """
+        mapped = getattr(others.get("joint_error_map"), "joint", ())
+        joint, order = (held.joint, held.order) if isinstance(held, TransmissionError) else ((), ())
+
+        def room(term: Effect) -> bool:
+            assert isinstance(term, TransmissionError)
+            joints = (*joint, *term.joint)
+            many = any(joints.count(j) > 2 for j in joints) or len({*order, *term.order}) > 3
+            return not (many or len(mapped) > 2 or not set(joints).isdisjoint(mapped))
+
+        if len(joint) < 2 and not mapped:
+            return np.ones(len(terms), dtype=bool)  # two lines are never many
+        return np.array([room(term) for term in terms], dtype=bool)
+
+    def generalised(self) -> list[tuple[Self | None, str]]:
+        """A map in the place of the lines of joints that have several, or of three lines and more; motors' stay."""
+        motor, joint = np.array(self.order) > GEAR, np.array(self.joint)
+        crowded = ~motor & (np.bincount(joint[~motor], minlength=7)[joint] > 1)
+        parts = [crowded, ~motor if (~motor).sum() >= MANY else crowded]
+        some = {part.tobytes(): part for part in parts if part.any()}.values()
+        return [(None if part.all() else self._among(~part), "joint_error_map") for part in some]
+
+    def _among(self, use: NDArray[np.bool_]) -> Self:
+        """Some of the terms."""
+        fields: dict[str, Any] = {name: np.array(getattr(self, name))[use] for name in self.__dataclass_fields__}
+        return type(self)(**fields)
 
     @classmethod
     def variants(cls, state: State, current: Self | None = None) -> tuple[Variant, ...]:

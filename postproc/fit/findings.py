@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic
-from postproc.fit.fitted import Fit
+from postproc.fit.fitted import Fit, distances
 from postproc.fit.unseen import anywhere
 from postproc.fit.wording import joined
 from postproc.measure.repeat import Noise, estimate_noise
@@ -33,23 +33,22 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     from scipy.special import fdtrc
 
     found = [*too_loud(fit), *one_path(fit)]
-    own, stated = larger_noise(fit), fit.noise
+    own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
         message = (
-            f"the repeats scatter by {1e3 * (own.position or 0):.3f} mm per axis, more than the stated noise "
-            f"of {1e3 * (stated.position or 0):.3f} mm"
+            f"the repeats scatter by {1e3 * (own.sigma or 0):.3f} {unit} per {fit.observed.each}, more than the stated "
+            f"noise of {1e3 * (stated.sigma or 0):.3f} {unit}"
         )
         found.append(Diagnostic("DAT027", "warning", message, fit.data.source, help="leave the stated noise out"))
-    size = 1e3 * np.linalg.norm(fit.problem.error[:, :3], axis=1)
+    size = 1e3 * distances(fit.observed_error)
     for i in fit.set_aside:
-        message = (
-            f"{fit.data.name(i)} lies {size[i]:.2f} mm from the fitted model, far more than any other; it is left out"
-        )
+        message = f"{fit.data.name(i)} lies {size[i]:.2f} {unit} from the fitted model, far more than any other"
+        message += "; it is left out"
         help_ = "measure the row again; if it repeats, it shows something that the model lacks"
         found.append(Diagnostic("DAT013", "warning", message, *fit.data.where(i), help_))
     if rows := sorted(standing_out(fit).tolist(), key=lambda i: -size[i]):
         message = (
-            f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} mm from the fitted model, more than noise explains"
+            f"{fit.data.name(rows[0])} lies {size[rows[0]]:.2f} {unit} from the fitted model, more than noise explains"
         )
         if others := [fit.data.name(i) for i in rows[1:]]:
             more = [f"{len(others) - SHOWN} more"] if len(others) > SHOWN else []
@@ -61,17 +60,21 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
 
 def too_loud(fit: Fit) -> list[Diagnostic]:
     """DAT027 where the stated noise is many times what the fit leaves, which no noise can be."""
-    stated = fit.noise.position or 0.0
-    if fit.noise.origin not in ("user", "sigma_mm") or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
+    stated, unit = (fit.noise.sigma if fit.noise.origin == "user" else fit.noise.instrument) or 0.0, fit.observed.unit
+    if not stated or fit.freedom < FEW or stated < TOO_LOUD * fit.rms:
         return []
-    message = f"the stated noise of {1e3 * stated:.3f} mm cannot be: the fit leaves {1e3 * fit.rms:.3f} mm per axis"
-    return [Diagnostic("DAT027", "warning", message, fit.data.source, help="is it in micrometres? It counts in mm")]
+    message = (
+        f"the stated noise of {1e3 * stated:.3f} {unit} cannot be: the fit leaves {1e3 * fit.rms:.3f} {unit} per "
+        f"{fit.observed.each}"
+    )
+    help_ = f"is it in {'micrometres' if unit == 'mm' else 'another unit'}? It counts in {unit}"
+    return [Diagnostic("DAT027", "warning", message, fit.data.source, help=help_)]
 
 
 def one_path(fit: Fit) -> list[Diagnostic]:
     """DAT032 where rows of a moving arm are predicted far better than what lies between their joint angles."""
     state = fit.data.state
-    if not is_record(state):
+    if not is_record(state) or fit.observed.name != "position":
         return []
     between = anywhere(state, np.nanmin(state.q, axis=0), np.nanmax(state.q, axis=0), ELSEWHERE)
     away = float(np.sqrt(np.mean(predict_sigma(fit.recorded(), between) ** 2)))
@@ -87,12 +90,12 @@ def one_path(fit: Fit) -> list[Diagnostic]:
 
 def larger_noise(fit: Fit) -> Noise:
     """The noise of a fit, or that of the repeats where these scatter more than was stated."""
-    own = estimate_noise(fit.data, error=fit.problem.error[:, :3])
+    own = estimate_noise(fit.data, error=fit.observed_error)
     return own if fit.noise.origin == "user" and own.origin == "repeats" and _ratio(own, fit.noise) > 1 else fit.noise
 
 
 def _ratio(own: Noise, stated: Noise) -> float:
-    return ((own.position or 0.0) / max(stated.position or 0.0, 1e-300)) ** 2
+    return ((own.sigma or 0.0) / max(stated.sigma or 0.0, 1e-300)) ** 2
 
 
 def standing_out(fit: Fit) -> NDArray[np.int_]:

@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect
 from postproc.effects.similarity import ordinary_sizes
+from postproc.fit.errors import distances as distances
+from postproc.fit.errors import rms as rms
 from postproc.fit.held_out import contiguous_blocks, hold_out, standardised
 from postproc.fit.independent import independent_share, record_share, repeated_share
 from postproc.fit.linear import Linear, basis_of
+from postproc.fit.noise_parts import NoiseParts
 from postproc.fit.problem import Problem
 from postproc.fit.step import Masks
 from postproc.measure.measurements import Measurements
+from postproc.measure.observations import Observation
 from postproc.measure.repeat import Noise
 from postproc.model.arm import Model
 
@@ -142,10 +146,8 @@ class Fit:
     def covariance(self) -> Array:
         """(p, p) of the fitted parameters: variance (A^T A + penalty)^-1 over the share of independent rows.
 
-        The variance is that of poses that the fit has not seen, where they tell a larger one.
-
-        What the model misses, all repeats of a pose have in common: with its share s of the residual variance, m of
-        them count as m / (1 + (m - 1) s).
+        The variance is that of poses that the fit has not seen, where they tell a larger one. What the model misses,
+        repeats of a pose have in common: with its share s of the variance, m of them count as m / (1 + (m - 1) s).
         """
         return np.asarray(self.scatter_of_parameters * self.inverse)
 
@@ -170,15 +172,14 @@ class Fit:
     def surer(self) -> float:
         """How many times larger a residual variance poses tell that the fit has not seen than its own rows; 1 at least.
 
-        A free function that few poses determine is surer of itself than it is right: what it should be by its prior was
-        chosen by the same rows.
+        A free function that few poses determine is surer than it is right: the same rows chose its prior.
         """
         if not self.penalty.any():
             return 1.0
-        linear, position = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
-        position[:, :3] = True
+        linear, observed = self.linear, np.zeros(self.problem.weights.values.shape, dtype=bool)
+        observed[:, self.observed.columns] = True
         out = standardised(linear.residual, linear.nuisance, self.data.repeats[linear.row])
-        square = np.mean(out[position[self.problem.weights.used]] ** 2)
+        square = np.mean(out[observed[self.problem.weights.used]] ** 2)
         return max(float(square) / max(self.variance, 1e-300), 1.0)
 
     @cached_property
@@ -198,31 +199,41 @@ class Fit:
             result[key][i] = wide * deviation
         return result
 
+    @property
+    def observed(self) -> Observation:
+        """The kind of measured numbers that the figures speak of, with their unit."""
+        return self.data.observed
+
     @cached_property
     def rms(self) -> float:
-        """Position error per axis of the rows in the fit [m]."""
-        return rms(self.position_error)
+        """Error per axis (or joint) of what is observed, of the rows in the fit [m], [rad] of angles."""
+        return rms(self._in_fit(self.observed_error))
+
+    @property
+    def observed_error(self) -> Array:
+        """(n, k) measured minus predicted of what is observed [m], [rad] of angles; NaN where not measured."""
+        return self.problem.error[:, self.observed.columns]
 
     @cached_property
     def position_error(self) -> Array:
         """(n, 3) measured minus predicted [m], NaN in rows that were set aside."""
-        error = self.problem.error[:, :3].copy()
+        return self._in_fit(self.problem.error[:, :3])
+
+    def _in_fit(self, error: Array) -> Array:
+        error = error.copy()
         error[list(self.set_aside)] = np.nan
         return error
 
     @cached_property
     def held_out_error(self) -> Array:
-        """(n, 3) position error of every row as the other blocks predict it [m].
-
-        Ten contiguous blocks, repeats together.
-        """
+        """(n, k) error of what is observed as the other blocks predict it [m], [rad]: ten blocks, repeats together."""
         return self.held_out_by(contiguous_blocks(self.data.repeats))
 
     def held_out_by(self, blocks: NDArray[np.int_]) -> Array:
-        """(n, 3) the same for other blocks, (n,) the number of each row's."""
+        """(n, k) the same for other blocks, (n,) the number of each row's."""
         linear = self.linear
         out = hold_out(linear.residual, linear.nuisance, blocks[linear.row])
-        return self.problem.weights.measured(out)[:, :3]
+        return self.problem.weights.measured(out)[:, self.observed.columns]
 
     @cached_property
     def held_out_rms(self) -> float:
@@ -236,13 +247,17 @@ class Fit:
         return leftover(self)
 
     @cached_property
-    def unexplained(self) -> float:
-        """Standard deviation per axis [m] of what the model leaves of the true pose.
+    def parts(self) -> NoiseParts:
+        """What the noise consists of: the instrument's, the arm's."""
+        return NoiseParts(self.noise, self._square, lambda: self.leftover.noise)
 
-        The residual variance less that of the noise, where the difference is significant (F test, 1 %); less what
-        follows no channel where the noise is not known.
+    @cached_property
+    def unexplained(self) -> float:
+        """Standard deviation per axis [m], [rad] of angles, of what the model leaves of the true pose.
+
+        The residual variance less the noise, where significant (F test, 1 %); less what follows no channel without one.
         """
-        own, noise = self.surer * self._square, self.noise.position
+        own, noise = self.surer * self._square, self.noise.sigma
         if noise is None:
             return float(np.sqrt(own * (1 - self.leftover.noise)))
         from scipy.special import fdtrc
@@ -254,11 +269,7 @@ class Fit:
 
     @cached_property
     def undecided(self) -> float:
-        """Standard deviation per axis [m] of what drafted laws may leave beside the right ones; 0 without any.
-
-        A law that fits worse by odds of 50 to 1, a chi-square of 2 ln 50 over all numbers, would not have been told
-        from the one that was drafted.
-        """
+        """Standard deviation per axis [m] of what a law worse by odds of 50 to 1 may leave; 0 where none is drafted."""
         if not any(e.drafted and not e.is_null for e in self.model.effects):
             return 0.0
         numbers = self.serial * self.told * len(self.problem.residual)
@@ -266,8 +277,8 @@ class Fit:
 
     @cached_property
     def _square(self) -> float:
-        """Residual variance of a position [m^2] per axis and degree of freedom."""
-        error = self.problem.error[:, :3][self.problem.weights.used[:, :3]]
+        """Residual variance of what is observed [m^2], [rad^2] of angles, per number and degree of freedom."""
+        error = self.observed_error[self.problem.weights.used[:, self.observed.columns]]
         return rms(error) ** 2 * self.told * len(self.problem.residual) / max(self.freedom, 1.0)
 
     def recorded(self) -> Model:
@@ -285,16 +296,3 @@ class Fit:
         from postproc.fit.report import fit_text
 
         return fit_text(self)
-
-
-def distances(error: Array) -> Array:
-    """(n,) length of (n, 3) errors along the coordinates that were measured; NaN where none was."""
-    seen = np.isfinite(error)
-    length = np.linalg.norm(np.where(seen, error, 0.0), axis=1)
-    return np.asarray(np.where(seen.any(axis=1), length, np.nan))
-
-
-def rms(error: Array) -> float:
-    """Root mean square of all finite numbers, per axis."""
-    good = error[np.isfinite(error)]
-    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0

@@ -8,16 +8,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.instrument_frame import InstrumentFrame
 from postproc.effects.tool_frame import ToolFrame
+from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
-from postproc.fit.reweight import far_off
+from postproc.fit.reweight import far_off, reweighted
 from postproc.fit.rounding import blurred, rounded
+from postproc.fit.session_laws import session_laws
 from postproc.fit.smooth import choose_smoothness, enough_for_smoothness
 from postproc.fit.solve import ROUGHLY, Terms, solve
-from postproc.fit.start import elsewhere, seen_from, start_frames
+from postproc.fit.start import elsewhere, seen_from, start_frames, turned_tool
+from postproc.fit.step import Masks
+from postproc.fit.watch import Watch, unwatched
 from postproc.measure.measurements import Measurements
 from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
@@ -37,20 +42,24 @@ def fit_model(
     *,
     noise: float | None = None,
     terms: Terms = PLAIN,
+    watch: Watch = unwatched,
 ) -> Fit:
     """Fit all effects of a model, and further ones, on measured poses; a warm start from the model's present values.
 
     Args:
         effects: further effects; one with the key of an effect of the model replaces it.
         noise: standard deviation per axis [m] stated by the user; repeats or ``sigma_mm`` else.
+        watch: is told what is done, and which share of the work is.
         terms: what is fitted, how smooth, how closely; all of it as the data has it by default.
 
     Raises:
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
+    watch("all parameters", 0.1)
     fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
+    watch("whether angles were rounded", 0.6)
     told = replace(fit.data, rounded=rounded(fit))
     if not told.rounded:
         return _fitted(model, told, effects, noise, terms)
@@ -74,9 +83,9 @@ def _quieter(fit: Fit) -> Noise | None:
 
     Repeats of another time, temperature or force differ by what the model tells.
     """
-    left, known = estimate_noise(fit.data, error=fit.problem.error[:, :3]), fit.noise
+    left, known = estimate_noise(fit.data, error=fit.observed_error), fit.noise
     told = known.origin == "repeats" and not known.rounding and fit.problem.weights.turn is None
-    return left if told and left.position and left.position < QUIETER * (known.position or 0.0) else None
+    return left if told and left.sigma and left.sigma < QUIETER * (known.sigma or 0.0) else None
 
 
 def _solved(
@@ -113,7 +122,11 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     """A model beside measurements with nothing fitted but frames that the model lacks.
 
     An instrument frame or a tool of the model's own is kept as it is, but for an instrument that was set up elsewhere.
+
+    Raises:
+        PostprocError: DAT034 where a law in the rows or the time of another session would count here.
     """
+    session_laws(model, data)
     data = data.rows(data.usable)
     figures = estimate_noise(data, noise)
     lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
@@ -132,12 +145,38 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
     nothing = {e.key: np.zeros(len(e.vector()), dtype=bool) for e in whole.effects}
     masks = {**nothing, **{e.key: ~nothing[e.key] for e in lacking}}
     if lacking:
-        return solve(problem, figures, Terms(masks, robust=True))
+        return _placed(problem, figures, masks)
     aside = far_off(problem, problem.weights)
     values = problem.weights.values.copy()
     values[list(aside)] = 0.0
     problem = problem.weighted(Weights(values, problem.weights.turn))
     return Fit(problem, masks, (), (), np.zeros((len(problem.residual), 0)), np.zeros(0), figures, aside)
+
+
+def _placed(problem: Problem, figures: Noise, masks: Masks) -> Fit:
+    """Frames fitted to positions alone where these determine them; orientations tell the turn of the tool then.
+
+    What orientations have in common, such as a probe that was mounted anew, would turn the instrument, and move the
+    points with it.
+    """
+    data, terms = problem.data, Terms(masks, robust=True)
+    if len(data.observations) == 1 or data.observed.name != "position":
+        return solve(problem, figures, terms)
+    points = replace(data, rotation=None, joint=None)
+    alone = Problem(problem.model, points, make_weights(points, figures))
+    try:
+        fit = solve(alone, figures, terms)
+    except PostprocError:  # too few points
+        return solve(problem, figures, terms)
+    if any(key == "instrument_frame" for key, _ in fit.held):
+        return solve(problem, figures, terms)
+    placed = problem.at(fit.model.effects)
+    if "tool_frame" in masks and masks["tool_frame"].any():
+        placed = turned_tool(placed)
+    weights, aside = reweighted(placed, problem.weights, figures, False)
+    placed = placed.weighted(weights)
+    at = slope(placed, masks, set(), {})
+    return Fit(placed, masks, at.held, (), at.columns, at.penalty, figures, aside)
 
 
 def default_free(effect: Effect, problem: Problem) -> NDArray[np.bool_]:

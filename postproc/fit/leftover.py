@@ -14,7 +14,8 @@ from postproc.fit.fitted import Fit, rms
 from postproc.fit.held_out import contiguous_blocks
 from postproc.model.places import INSTRUMENT
 
-ROWS = 150
+NUMBERS = 450
+"""Measured numbers that are looked at: 150 positions, or 75 poses of six encoders."""
 RATIOS = (0.1, 1.0, 10.0, 100.0)
 """Variance of the free function in units of that of the noise; its prior is flat in the logarithm."""
 WIDTHS = (0.03, 0.1, 0.3, 1.0)
@@ -30,11 +31,20 @@ class Leftover:
 
     Args:
         noise: share of its variance that follows no channel, in (0, 1].
-        held_out: position error per axis [m] that the likeliest free function leaves on rows it has not seen.
+        held_out: error of what is observed [m], [rad] of angles, that the likeliest free function leaves on rows it has
+            not seen.
     """
 
     noise: float
     held_out: float
+
+
+def smooth_bound(fit: Fit) -> float:
+    """How far any smooth function of the channels, without physics, would bring the held-out error of a fit [m], [rad].
+
+    `compare`, `diagnose` and `add` tell that of the model as it came, fitted on all rows: one bound for one table.
+    """
+    return fit.leftover.held_out
 
 
 def leftover(fit: Fit) -> Leftover:
@@ -47,9 +57,11 @@ def leftover(fit: Fit) -> Leftover:
     are left out in closed form, fitted parameters and all, e_B = (P_BB)^-1 (P y)_B. Sources: Patterson and Thompson
     (1971); Rasmussen and Williams (2006), Sec. 2.7 and 5.4.2; Dubrule (1983).
     """
-    position = fit.problem.weights.used[:, :3].any(axis=1)
-    rows = np.flatnonzero(position)[:: max(1, -(-int(position.sum()) // ROWS))]
-    used = fit.problem.weights.used[rows, :3].ravel()
+    columns = fit.observed.columns
+    some = fit.problem.weights.used[:, columns].any(axis=1)
+    width = columns.stop - columns.start
+    rows = np.flatnonzero(some)[:: max(1, -(-int(some.sum()) * width // NUMBERS))]
+    used = fit.problem.weights.used[rows, columns].ravel()
     field = _Field.of(fit, rows, used)
     if len(rows) < 20 or field.freedom < 20:
         return Leftover(1.0, fit.held_out_rms)
@@ -66,12 +78,12 @@ def leftover(fit: Fit) -> Leftover:
                 best, chosen = likelihood, covariance
     weight = np.exp(np.array(evidence) - max(evidence))
     noise = float(weight @ variance / weight.sum() / alone[1])
-    blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], 3)[used]
+    blocks = np.repeat(contiguous_blocks(fit.data.repeats)[rows], width)[used]
     each = np.zeros(len(used))
     each[used] = field.held_out(chosen, blocks)
     out = np.zeros(fit.problem.weights.values.shape)
-    out[rows, :3] = each.reshape(-1, 3)
-    error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, :3]
+    out[rows, columns] = each.reshape(-1, width)
+    error = fit.problem.weights.measured(out[fit.problem.weights.used])[rows, columns]
     return Leftover(min(noise, 1.0), min(rms(error), fit.held_out_rms))
 
 
@@ -88,9 +100,9 @@ class _Field:
 
     @classmethod
     def of(cls, fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> _Field:
-        size = fit.problem.weights.values.shape[1]
+        size, columns = fit.problem.weights.values.shape[1], fit.observed.columns
         place = np.cumsum(fit.problem.weights.used.ravel()) - 1
-        at = place[(size * rows[:, None] + np.arange(3)).ravel()[used]]
+        at = place[(size * rows[:, None] + np.arange(columns.start, columns.stop)).ravel()[used]]
         soft = fit.penalty > 0
         own = fit.columns[at][:, soft] / fit.penalty[soft]
         U = np.linalg.qr(np.hstack([fit.problem.taken, fit.columns[:, ~soft]])[at])[0]
@@ -133,9 +145,10 @@ def _processes(fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Ite
     problem = fit.problem
     named = fit_channels(fit)
     near = {name: (x[rows, None] - x[rows]) ** 2 / np.ptp(x) ** 2 for name, x in named.items()}
-    J = problem.whitened.matrix[rows][:, :3]
-    turn, shift = J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3]
-    anywhere = _moved(turn) / np.sum(turn**2) + _moved(shift) / np.sum(shift**2)
+    J = problem.whitened.matrix[rows][:, fit.observed.columns]
+    moves = (J[:, :, :6], J[:, :, INSTRUMENT : INSTRUMENT + 3])
+    turn = moves[0]
+    anywhere = np.sum([_moved(move) / np.sum(move**2) for move in moves if move.any()], axis=0)
     for kind, widths in OWN.items():
         own = [(j, near[f"{kind}{j + 1}"]) for j in range(6) if f"{kind}{j + 1}" in near]
         for width in widths if own else ():
@@ -152,7 +165,7 @@ def _processes(fit: Fit, rows: NDArray[np.int_], used: NDArray[np.bool_]) -> Ite
 
 
 def _moved(J: Array) -> Array:
-    """(n, 3, n, 3) J J^T of every pair of rows."""
+    """(n, k, n, k) J J^T of every pair of rows."""
     return np.asarray(np.einsum("nij,mkj->nimk", J, J, optimize=True))
 
 

@@ -63,14 +63,16 @@ class Weights:
 def make_weights(data: Measurements, noise: Noise) -> Weights:
     """Weights from the noise of positions [m], rotations [rad] and joint angles [rad].
 
-    Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand in; figures that depend
-    on it are scaled by the residual in the end.
+    The variance of a row's position is that of the instrument there, `sigma_mm`, and that of the arm, which is the same
+    in all rows: s_i^2 + r^2. Where a noise is not known, 30 micrometres, and the same at a lever of one metre, stand
+    in; figures that depend on it are scaled by the residual in the end.
     """
-    sigma = noise.position or 3e-5
+    sigma = noise.sigma or noise.instrument or 3e-5
     own = np.ones(len(data))
     if data.sigma is not None:
-        own = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma))
-        own = own / np.sqrt(np.mean(own**2))
+        square = np.where(np.isfinite(data.sigma) & (data.sigma > 0), data.sigma, np.nanmedian(data.sigma)) ** 2
+        square += max(sigma**2 - float(np.mean(square)), 0.0)
+        own = np.sqrt(square / np.mean(square))
     parts = [np.isfinite(data.position) / (sigma * own)[:, None]]
     if data.rotation is not None:
         measured = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
@@ -167,6 +169,11 @@ class Problem:
     def row(self) -> NDArray[np.int_]:
         """(N,) measured row of each entry of the residual."""
         return np.asarray(np.nonzero(self.weights.used)[0])
+
+    @property
+    def lever(self) -> Array:
+        """(n, 6, 60) derivative of the pose by a move of every place, whatever was measured."""
+        return sensitivity(self.model, self.rest).matrix[:, :6]
 
     @cached_property
     def sensitivity(self) -> Sensitivity:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from postproc.diagnostics import Diagnostic
 from postproc.fit.findings import one_path, too_loud
 from postproc.fit.fitted import Fit
 from postproc.fit.unseen import unseen
+from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 from postproc.model.uncertainty import Uncertainty, range_table, uncertainty_table
 
@@ -20,21 +21,39 @@ SCARCE = 3.0
 """So many times the error on a fit's own rows that on others may be before poses are too few."""
 
 
+class Judged(Protocol):
+    """What has an error on its rows and on rows that it has not seen."""
+
+    @property
+    def rms(self) -> float: ...
+    @property
+    def held_out_rms(self) -> float: ...
+    @property
+    def observed(self) -> Observation: ...
+
+
 def recorded_model(fit: Fit) -> Model:
     """The fitted model with its table [fit]: data and its hash, figures, covariance, measured range, versions."""
     data = fit.data
     known = Uncertainty(fit.parameters, fit.covariance, _left(fit), *unseen(fit))
+    key, noise = fit.observed.key, fit.parts.level
     table: dict[str, Any] = {
         "rows": int(len(data) - len(fit.set_aside)),
-        "rms_mm": mm(fit.rms),
-        "held_out_rms_mm": mm(fit.held_out_rms),
+        key("rms"): mm(fit.rms),
+        key("held_out_rms"): mm(fit.held_out_rms),
         "version": __version__,
         **uncertainty_table(fit.model, known),
         "range": range_table(data.state),
     }
-    if fit.noise.position is not None:
-        table["noise_mm"] = mm(fit.noise.position)
-        table["noise_from"] = fit.noise.origin
+    if fit.parts.repeatability is not None:
+        table[key("noise_repeatability")] = mm(fit.parts.repeatability)
+    if noise is not None:
+        table[key("noise")] = mm(noise)
+        table["noise_from"] = fit.parts.origin
+    elif fit.observed.unit == "mm":
+        # What follows no channel: a measurement scatters by it whatever it is.
+        table["noise_mm"] = mm(fit.parts.unfollowed)
+        table["noise_from"] = "the residual"
     if data.sources:
         names = [source.path.replace("\\", "/").rsplit("/", 1)[-1] for source in data.sources]
         hashes = [hashlib.sha256(source.data).hexdigest() for source in data.sources]
@@ -43,8 +62,15 @@ def recorded_model(fit: Fit) -> Model:
 
 
 def _left(fit: Fit) -> float:
-    """What the model leaves of the true pose, per axis [m]: seen in the residual, and what drafted laws may hide."""
-    return float(np.hypot(fit.unexplained, fit.undecided))
+    """What the model leaves of the true pose, per axis [m]: seen in the residual, and what drafted laws may hide.
+
+    What it leaves of joint angles moves the point by the lever that it has in the measured poses.
+    """
+    left = float(np.hypot(fit.unexplained, fit.undecided))
+    if fit.observed.name == "position":
+        return left
+    turns = fit.problem.lever[:, :3, :6] if fit.observed.name == "joint" else np.eye(3)[None]
+    return left * float(np.sqrt(np.mean(np.sum(turns**2, axis=(1, 2))) / 3))
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
@@ -69,9 +95,10 @@ def _scarce(fit: Fit) -> list[Diagnostic]:
     poses = int(fit.data.repeats.max()) + 1
     if fit.held_out_rms < SCARCE * fit.rms or not fit.parameters:
         return []
+    unit = fit.observed.unit
     message = (
-        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {mm(fit.rms):.3f} mm on "
-        f"rows of the fit, {mm(fit.held_out_rms):.3f} mm on rows that it has not seen"
+        f"{poses} poses tell too little for {len(fit.parameters)} parameters: the error is {mm(fit.rms):.3f} {unit} on "
+        f"rows of the fit, {mm(fit.held_out_rms):.3f} {unit} on rows that it has not seen"
     )
     help_ = "measure more poses (`postproc plan` says which), or fit fewer effects"
     return [Diagnostic("DAT016", "warning", message, fit.data.source, help=help_)]
@@ -103,14 +130,13 @@ def _unphysical(fit: Fit) -> list[Diagnostic]:
 
 
 def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
-    """``postproc/fit/1``."""
+    """``postproc/fit/1``; its figures are those of what was observed, and their keys end in its unit."""
     return {
         "schema": "postproc/fit/1",
-        "rms_mm": mm(fit.rms),
-        "rms_3d_mm": mm(fit.rms * np.sqrt(3)),
-        "held_out_rms_mm": mm(fit.held_out_rms),
-        "noise_mm": None if fit.noise.position is None else mm(fit.noise.position),
-        "noise_from": fit.noise.origin,
+        "observed": fit.observed.name,
+        **figures_json(fit),
+        **({"rms_3d_mm": mm(fit.rms * np.sqrt(3))} if fit.observed.name == "position" else {}),
+        **noise_json(fit),
         "rows": len(fit.data),
         "set_aside_rows": [fit.data.row[i] for i in fit.set_aside],
         **(
@@ -125,6 +151,22 @@ def fit_json(fit: Fit, before: dict[str, Any] | None = None) -> dict[str, Any]:
         "at_bound": [parameter_name(fit, key, i) for key, i in fit.at_bound],
         "unexplained_mm": mm(_left(fit)),
         "diagnostics": [d.as_json() for d in (*fit.data.diagnostics, *cautions(fit))],
+    }
+
+
+def figures_json(fit: Judged) -> dict[str, float]:
+    """The errors of a fit on its rows and on rows that it has not seen."""
+    key = fit.observed.key
+    return {key("rms"): mm(fit.rms), key("held_out_rms"): mm(fit.held_out_rms)}
+
+
+def noise_json(fit: Fit) -> dict[str, Any]:
+    """The noise of one measured number, where it is known from, and what of it is the arm's repeatability."""
+    key, noise = fit.observed.key, fit.parts.level
+    return {
+        key("noise"): None if noise is None else mm(noise),
+        key("noise_repeatability"): None if fit.parts.repeatability is None else mm(fit.parts.repeatability),
+        "noise_from": fit.parts.origin,
     }
 
 
@@ -157,5 +199,5 @@ def parameter_name(fit: Fit, key: str, index: int) -> str:
 
 
 def mm(value: float) -> float:
-    """Metres to millimetres, as documents have them."""
+    """Metres to millimetres, radians to milliradians, as documents have them."""
     return round(float(value) * 1e3, 6)

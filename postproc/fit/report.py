@@ -16,17 +16,20 @@ def held_lines(fit: Fit) -> list[str]:
 
 def set_aside_lines(fit: Fit) -> list[str]:
     """Rows that no figure counts."""
-    off = 1e3 * distances(fit.problem.error[:, :3])
+    off, unit = 1e3 * distances(fit.observed_error), fit.observed.unit
     rows = [(f"R{fit.data.name(i)[1:]}", off[i]) for i in fit.set_aside]
-    return [f"{row} was left out: it lies {far:.1f} mm off, far from everything else." for row, far in rows]
+    return [f"{row} was left out: it lies {far:.1f} {unit} off, far from everything else." for row, far in rows]
 
 
 def fit_text(fit: Fit) -> str:
     """A fit in sentences, then its parameters with their standard deviations."""
-    noise = "unknown" if fit.noise.position is None else f"{1e3 * fit.noise.position:.3f} mm ({fit.noise.origin})"
+    unit, each, level = fit.observed.unit, fit.observed.each, fit.parts.level
+    noise = "unknown" if level is None else f"{1e3 * level:.3f} {unit} ({fit.parts.origin})"
+    if level is not None and fit.parts.repeatability:
+        noise += f", of which {1e3 * fit.parts.repeatability:.3f} {unit} is how well the arm repeats a pose"
     lines = [
-        f"The model misses {1e3 * fit.rms:.3f} mm per axis, {1e3 * fit.held_out_rms:.3f} mm on rows that the fit "
-        f"has not seen; the noise is {noise}.",
+        f"The model misses {1e3 * fit.rms:.3f} {unit} per {each}, {1e3 * fit.held_out_rms:.3f} {unit} on rows that the "
+        f"fit has not seen; the noise is {noise}.",
         "",
     ]
     for effect in fit.model.effects:

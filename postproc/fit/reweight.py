@@ -31,11 +31,11 @@ def reweighted(problem: Problem, base: Weights, figures: Noise, robust: bool) ->
 def far_off(problem: Problem, weights: Weights) -> tuple[int, ...]:
     """Rows farther off than ten typical rows: typing errors and lost beams, never more than one row in twenty.
 
-    By its position, its orientation or its joint angles: one may be weighed too much before its noise is known. None
+    By each kind of what was measured alone: one may be weighed too much before its noise is known. None
     where all of them are off as if the same joint had turned: they show what the model lacks.
     """
     squares = problem.weighted(weights).squares()
-    kinds = [kind.sum(axis=1) for kind in np.split(squares, (3, 6), axis=1)]
+    kinds = [squares[:, kind.columns].sum(axis=1) for kind in problem.data.observations]
     far = np.flatnonzero(np.any([kind > max(100 * np.median(kind), 1e-12) for kind in kinds], axis=0))
     return tuple(int(i) for i in far) if len(far) <= max(1, len(squares) // 20) and not _turned(problem, far) else ()
 
@@ -57,7 +57,7 @@ def _turned(problem: Problem, rows: NDArray[np.int_]) -> bool:
 
 
 def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise) -> Array:
-    """Orientations (and joint angles) weighted by their own residual where repeats did not give their noise.
+    """What is measured beside what is observed weighted by its own residual where repeats did not give its noise.
 
     The sigma that a table states for a row is that of its position. What else was measured there may scatter with it or
     be as good as everywhere: whichever makes the residuals likelier.
@@ -66,27 +66,23 @@ def _balanced(weights: Weights, data: Measurements, every: Array, figures: Noise
         every: (n, r) what is left of each number.
     """
     values = weights.values.copy()
-    scale = values[:, :3].max(axis=1)
+    first, *others = sorted(data.observations, key=lambda kind: kind != data.observed)
+    scale = values[:, first.columns].max(axis=1)
     typical = np.sqrt(np.mean(scale[scale > 0] ** -2.0)) if scale.any() else 1.0
     share = np.where(scale > 0, scale * typical, 1.0)[:, None]
-    position = weights.whiten(np.nan_to_num(every)[:, :, None])[:, :3, 0]
-    reference = robust_rms(position[values[:, :3] > 0])
-    start = 3
-    for measured, known in (
-        (data.rotation is not None, figures.rotation),
-        (data.joint is not None, None),
-    ):
-        if not measured:
+    whitened = weights.whiten(np.nan_to_num(every)[:, :, None])[:, first.columns, 0]
+    reference = robust_rms(whitened[values[:, first.columns] > 0])
+    for kind in others:
+        known = figures.rotation if kind.name == "orientation" else None
+        error, used = every[:, kind.columns], values[:, kind.columns] > 0
+        if not used.any():
             continue
-        stop = start + (3 if start == 3 and data.rotation is not None else 6)
-        error = every[:, start:stop]
-        seen = np.isfinite(error).all(axis=1)
+        seen = used.any(axis=1)
         with_it = _surprise(error * share) - np.mean(np.log(share[seen])) < _surprise(error)
         form = share if with_it else np.ones_like(share)
         own = robust_rms(error * form)
-        level = (reference or 1.0) / own if known is None and own > 0 else values[:, start:stop]
-        values[:, start:stop] = (values[:, start:stop] > 0) * level * form
-        start = stop
+        level = (reference or 1.0) / own if known is None and own > 0 else values[:, kind.columns]
+        values[:, kind.columns] = used * level * form
     return values
 
 

@@ -37,8 +37,8 @@ def blurred(problem: Problem, noise: Noise) -> tuple[Problem, Noise]:
     each = np.bincount(problem.data.repeats)[problem.data.repeats]
     turn = np.linalg.inv(np.linalg.cholesky(np.eye(size) + common * each[:, None, None]))
     added = float(np.mean(np.trace(own[:, :3, :3], axis1=1, axis2=2))) / 3
-    if noise.position is not None:
-        noise = replace(noise, position=float(np.hypot(noise.position, np.sqrt(added))), rounding=float(np.sqrt(added)))
+    if noise.sigma is not None:
+        noise = replace(noise, sigma=float(np.hypot(noise.sigma, np.sqrt(added))), rounding=float(np.sqrt(added)))
     return problem.weighted(Weights(problem.weights.values, turn)), noise
 
 
@@ -56,7 +56,7 @@ def rounded(fit: Fit) -> bool:
         np.stack([np.bincount(group, column[good]) for column in fit.problem.error[:, :3].T], axis=1) / each[:, None]
     )
     error *= np.sqrt(max(1.0, len(fit.problem.residual) / max(fit.freedom, 1.0)))
-    known = fit.noise.position is not None
+    known = fit.noise.sigma is not None
     noise = known * np.bincount(group, np.mean(values[good] ** -2.0, axis=1)) / each**2
     turns = fit.problem.sensitivity.matrix[good[first], :3, :6] * data.step / np.sqrt(12)
     return _likelihood(error, noise, turns, 0.0) - _likelihood(error, noise, turns, 1.0) < DENIED

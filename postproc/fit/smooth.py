@@ -85,6 +85,13 @@ def enough_for_smoothness(problem: Problem) -> Problem:
     return problem if step < 2 else problem.some(problem.data.repeats % step == 0)
 
 
+def effective_parameters(fit: Fit, key: str) -> float:
+    """How many parameters of a free function the data moves: fewer than it has, since a penalty holds them."""
+    own = np.array([name == key for name, _ in fit.parameters], dtype=bool)
+    others = basis_of(fit.columns[:, ~own], fit.penalty[~own])
+    return float(np.sum(basis_of(fit.columns, fit.penalty) ** 2) - np.sum(others**2))
+
+
 def _beside(fit: Fit, key: str) -> tuple[Array, Array, Array]:
     """What is to be told, y = r + A x, columns and penalties of all effects but one."""
     problem = fit.problem

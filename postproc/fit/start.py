@@ -95,6 +95,21 @@ def _placed(problem: Problem, rows: NDArray[np.bool_]) -> Problem:
     return problem.at([new.get(e.key, e) for e in model.effects])
 
 
+def turned_tool(problem: Problem) -> Problem:
+    """The problem with its tool turned as measured orientations say, as they are seen on the average."""
+    tool, rotation = problem.model.effect("tool_frame"), problem.data.rotation
+    if tool is None or rotation is None:
+        return problem
+    off = np.swapaxes(problem.T_instrument_tcp[:, :3, :3], 1, 2) @ rotation
+    good = np.isfinite(off).all(axis=(1, 2))
+    if not good.any():
+        return problem
+    x = tool.vector()
+    turn = Rotation.from_rotvec(x[3:]) * Rotation.from_matrix(off[good]).mean()
+    whole = tool.with_vector(np.concatenate([x[:3], turn.as_rotvec()]))
+    return problem.at([whole if e.key == "tool_frame" else e for e in problem.model.effects])
+
+
 def _vector(place: Alignment) -> Array:
     """(6,) of `instrument_frame`: translation [m] and rotation vector [rad] of the base as the instrument sees it."""
     T = place.T_instrument_base

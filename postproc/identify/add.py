@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,15 +13,20 @@ from postproc.effects.base import Effect
 from postproc.effects.registry import effect_library, find_effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import fit_json, mm, recorded_model
+from postproc.fit.leftover import smooth_bound
+from postproc.fit.record import figures_json, fit_json, mm, recorded_model
 from postproc.fit.rounding import rounded
 from postproc.fit.solve import Terms
 from postproc.fit.step import FRAMES
+from postproc.fit.watch import Watch, unwatched
+from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidate import Screen
-from postproc.identify.judgement import fitted_best
-from postproc.identify.selection import compose
+from postproc.identify.composition import compose
+from postproc.identify.refits import thinned
+from postproc.identify.refits import without as without_some
 from postproc.measure.columns import columns_of
 from postproc.measure.measurements import Measurements
+from postproc.measure.observations import Observation
 from postproc.model.arm import Model
 
 HELPS = 0.005
@@ -31,11 +36,28 @@ LITTLE = 0.05
 
 
 @dataclass(frozen=True)
+class Figures:
+    """What is told of a fit that is not kept: a fit of many rows holds much memory.
+
+    Args:
+        rms, held_out_rms: of what was observed [m], [rad] of angles.
+    """
+
+    rms: float
+    held_out_rms: float
+    observed: Observation
+
+    @classmethod
+    def of(cls, fit: Fit) -> Figures:
+        return cls(fit.rms, fit.held_out_rms, fit.observed)
+
+
+@dataclass(frozen=True)
 class Step:
     """One rung of the ladder: what was added, the fit after it, the share of the way from the base to the floor."""
 
     name: str
-    fit: Fit
+    fit: Fit | Figures
     share: float | None
 
 
@@ -44,21 +66,23 @@ class Addition:
     """A model with further effects.
 
     Args:
-        ladder: base, then one rung for each effect. without: the final fit with one effect left out, by key.
+        ladder: base, then one rung for each effect; the last one holds the fit.
+        without: the final fit with one effect left out, by key.
         floor: noise per axis, or the bound of any function where no noise is known [m].
     """
 
     ladder: tuple[Step, ...]
-    without: dict[str, Fit]
+    without: dict[str, Figures]
     floor: float
 
     @property
-    def before(self) -> Fit:
+    def before(self) -> Fit | Figures:
         return self.ladder[0].fit
 
     @property
     def fit(self) -> Fit:
-        return self.ladder[-1].fit
+        """The final fit."""
+        return cast(Fit, self.ladder[-1].fit)
 
     @property
     def model(self) -> Model:
@@ -67,38 +91,27 @@ class Addition:
 
     def as_json(self) -> dict[str, Any]:
         """``postproc/fit/1`` with the ladder and the leave-one-out table."""
-        before = {"rms_mm": mm(self.before.rms), "held_out_rms_mm": mm(self.before.held_out_rms)}
         return {
-            **fit_json(self.fit, before),
-            "floor_mm": mm(self.floor),
-            "ladder": [
-                {
-                    "step": s.name,
-                    "rms_mm": mm(s.fit.rms),
-                    "held_out_rms_mm": mm(s.fit.held_out_rms),
-                    "share_of_way": s.share,
-                }
-                for s in self.ladder
-            ],
-            "leave_one_out": [
-                {"without": key, "rms_mm": mm(f.rms), "held_out_rms_mm": mm(f.held_out_rms)}
-                for key, f in self.without.items()
-            ],
+            **fit_json(self.fit, figures_json(self.before)),
+            self.fit.observed.key("floor"): mm(self.floor),
+            "ladder": [{"step": s.name, **figures_json(s.fit), "share_of_way": s.share} for s in self.ladder],
+            "leave_one_out": [{"without": key, **figures_json(f)} for key, f in self.without.items()],
         }
 
     def text(self) -> str:
         """How far the error fell, then the ladder and the leave-one-out table."""
         first, last = 1e3 * self.before.held_out_rms, 1e3 * self.fit.held_out_rms
         helps = last < (1 - HELPS) * first
-        known = self.fit.noise.position is not None
+        known, unit, each = self.fit.parts.level is not None, self.fit.observed.unit, self.fit.observed.each
         floor = "the noise is" if known else "any smooth function of the channels would leave"
-        floor = f"{floor} {1e3 * self.floor:.3f} mm"
+        floor = f"{floor} {1e3 * self.floor:.3f} {unit}"
         names = " and ".join(f"`{s.name.removeprefix('+ ')}`" for s in self.ladder[1:])
         gone, unseen = self.ladder[-1].share, "on rows that the fit has not seen"
-        falls = f"the error falls from {first:.3f} to {last:.3f} mm per axis"
+        falls = f"the error falls from {first:.3f} to {last:.3f} {unit} per {each}"
         said = f"O{unseen[1:]}, {falls}"
         if not helps:
-            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} mm per axis, {first:.3f} before"
+            said = f"Adding {names} does not help: {unseen}, the error is {last:.3f} {unit} per {each}, "
+            said += f"{first:.3f} before"
         elif gone is not None and gone < LITTLE:
             helps, said = False, f"Adding {names} hardly helps: {unseen}, {falls}"
         lines = [
@@ -107,12 +120,12 @@ class Addition:
             if helps
             else "Keep the model as it was, and ask `diagnose` what it lacks.",
             "",
-            f"{'ladder':28s} rms mm  held-out mm  way to {'the noise' if known else 'that bound'}",
+            f"{'ladder':28s} rms {unit}  held-out {unit}  way to {'the noise' if known else 'that bound'}",
         ]
         for s in self.ladder:
             way = "" if s.share is None else f"{100 * s.share:5.0f} %"
             lines.append(f"  {s.name:24s} {1e3 * s.fit.rms:8.3f} {1e3 * s.fit.held_out_rms:10.3f}     {way}")
-        lines += ["", f"{'leave one out':28s} rms mm  held-out mm"]
+        lines += ["", f"{'leave one out':28s} rms {unit}  held-out {unit}"]
         lines += [f"  - {k:22s} {1e3 * f.rms:8.3f} {1e3 * f.held_out_rms:10.3f}" for k, f in self.without.items()]
         return "\n".join(lines)
 
@@ -124,11 +137,12 @@ def add_effects(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
+    watch: Watch = unwatched,
 ) -> Addition:
     """Add effects by key one after another, each in the form that suits the data, and refit everything.
 
     Args:
-        extra_effects: classes beside the library's.
+        extra_effects: classes beside the library's. watch: is told what is done, and which share of the work is.
 
     Raises:
         PostprocError: EFF020 for an unknown key, DAT021 where the data lacks a channel that an effect reads.
@@ -136,30 +150,60 @@ def add_effects(
     library = effect_library()
     library.update({cls.key: cls for cls in extra_effects})
     classes = [find_effect(key, library) for key in keys]
-    added = _added(model, data, classes, noise)
+    data = data.in_order
+    added = _added(model, data, classes, noise, watch)
     told = added.fit.data.rounded
     if told is None or told == rounded(added.fit):
         return added
-    return _added(model, replace(data, rounded=not told), classes, noise)
+    return _added(model, replace(data, rounded=not told), classes, noise, watch)
 
 
-def _added(model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None) -> Addition:
+def _added(
+    model: Model, data: Measurements, classes: Sequence[type[Effect]], noise: float | None, watch: Watch
+) -> Addition:
+    watch("the model as it came", 0.0)
     base = fit_model(model, data, noise=noise)
-    steps = [("base", base)]
-    for cls in classes:
-        steps.append((f"+ {cls.key}", grown(steps[-1][1], cls, noise)))
+    # Forms are chosen on as many rows as tell them, and fitted to all.
+    found = start = thinned(base, noise)
+    steps, bound = [Step("base", Figures.of(base), None)], smooth_bound(base)
+    every = list(dict.fromkeys([*(cls.key for cls in classes), *(e.key for e in model.effects)]))
+    total = len(classes) + len(every) + 2
+    for k, cls in enumerate(classes):
+        watch(f"`{cls.key}`", (k + 1) / total)
+        found = grown(found, cls, noise)
+        if cls is not classes[-1]:
+            steps.append(Step(f"+ {cls.key}", Figures.of(_on_all_rows(base, start, found, noise)), None))
     added = [cls for cls in classes if model.effect(cls.key) is None]
-    final = _beside_each_other(steps[-1][1], added if len(classes) > 1 else [], noise)
-    steps[-1] = (steps[-1][0], final)
-    floor = _floor(final)
-    top = base.held_out_rms
-    ladder = []
-    for name, fit in steps:
-        share = None if top <= floor else float(np.clip((top - fit.held_out_rms) / (top - floor), 0.0, 1.0))
-        ladder.append(Step(name, fit, share))
-    without = {e.key: _without(final, e.key, noise) for e in final.model.effects if e.key not in FRAMES}
-    # The frames of sessions that saw the arm from elsewhere come back by themselves.
-    return Addition(tuple(ladder), {key: fit for key, fit in without.items() if fit.model.effect(key) is None}, floor)
+    found = _beside_each_other(found, added if len(classes) > 1 else [], noise)
+    watch("all of it", (len(classes) + 1) / total)
+    final = _on_all_rows(base, start, found, noise)
+    steps.append(Step(f"+ {classes[-1].key}", final, None))
+    level = final.parts.level
+    floor = bound if level is None else level
+    top = steps[0].fit.held_out_rms
+    if top > floor:
+        shares = [float(np.clip((top - s.fit.held_out_rms) / (top - floor), 0.0, 1.0)) for s in steps]
+        steps = [replace(s, share=share) for s, share in zip(steps, shares, strict=True)]
+    without: dict[str, Figures] = {}
+    for k, effect in enumerate(e for e in final.model.effects if e.key not in FRAMES):
+        watch(f"without `{effect.key}`", (len(classes) + 2 + k) / total)
+        # Of many rows what the slope foretells is near enough: nobody fits them ten times.
+        fit = _without(final, effect.key, noise) if start is base else without_some(final, [effect.key])
+        # The frames of sessions that saw the arm from elsewhere come back by themselves.
+        if fit.model.effect(effect.key) is None:
+            without[effect.key] = Figures.of(fit)
+    return Addition(tuple(steps), without, floor)
+
+
+def _on_all_rows(base: Fit, start: Fit, found: Fit, noise: float | None) -> Fit:
+    """What was found on some rows, fitted to all; free functions get the smoothness that these can carry."""
+    if start is base:
+        return found
+    known = frozenset(base.parameters + found.parameters)
+    # A start that some of the rows have settled needs no step below a third of a standard deviation.
+    closely = 0.1 / len(base.problem.residual)
+    terms = Terms({**base.free, **found.free}, base.strength, closely=closely, determined=known)
+    return fit_model(base.model.with_effects(*found.model.effects), base.data, noise=noise, terms=terms)
 
 
 def grown(fit: Fit, cls: type[Effect], noise: float | None = None) -> Fit:
@@ -196,7 +240,3 @@ def _without(final: Fit, key: str, noise: float | None) -> Fit:
     free = {e.key: final.free[e.key] for e in kept}
     strength = {k: v for k, v in final.strength.items() if k != key}
     return fit_model(final.model.with_effects(*kept), final.data, noise=noise, terms=Terms(free, strength))
-
-
-def _floor(fit: Fit) -> float:
-    return fit.leftover.held_out if fit.noise.position is None else fit.noise.position

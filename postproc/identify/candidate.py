@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.effects.base import Effect
+from postproc.effects.sums import SumOfTerms
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights
 from postproc.fit.step import Masks
-from postproc.identify.forms import Form, Forms, forms_of, is_sum
+from postproc.identify.forms import Form, Forms, forms_of
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,6 @@ class Candidate:
         visible: an effect of ordinary size in units of the noise of the whole data; p_value: corrected for what was
             tried.
         starts: itself and its next best forms, where its worth must be found by full fits.
-        first: of a sum of several terms, the one that came first alone.
         fit: the full fit that it was judged by.
     """
 
@@ -42,7 +42,6 @@ class Candidate:
     visible: float
     p_value: float
     starts: tuple[Candidate, ...] = ()
-    first: Candidate | None = None
     fit: Fit | None = None
 
     @property
@@ -69,7 +68,7 @@ LIKE = 0.01
 
 
 @dataclass
-class Stock:
+class FormCache:
     """What stays the same while the rows in use do; refits move it by a few parts in a thousand.
 
     Args:
@@ -82,13 +81,13 @@ class Stock:
     forms: dict[tuple[str, ...], Forms] = field(default_factory=dict)
     by_load: dict[Hashable, Array] = field(default_factory=dict)
 
-    def at(self, weights: Weights) -> Stock:
+    def at(self, weights: Weights) -> FormCache:
         """The same with other weights; nothing of it where rows are used that were not, or numbers are mixed."""
         old, new = self.weights, weights
         if old is None:
-            return Stock(new)
+            return FormCache(new)
         if not np.array_equal(old.used, new.used):
-            return Stock(new)
+            return FormCache(new)
         ratio = new.values[new.used] / old.values[old.used]
         if old.turn is None or new.turn is None:
             mixed = old.turn is not new.turn
@@ -97,9 +96,9 @@ class Stock:
         if not mixed and np.abs(ratio - 1).max(initial=0.0) < LIKE:
             return self
         if mixed or new.turn is not None:
-            return Stock(new)
+            return FormCache(new)
         forms = {key: some.times(ratio) for key, some in self.forms.items()}
-        return Stock(new, forms)
+        return FormCache(new, forms)
 
 
 @dataclass
@@ -113,7 +112,7 @@ class Screen:
     problem: Problem
     classes: Mapping[str, type[Effect]]
     free: Masks = field(default_factory=dict)
-    stock: Stock = field(default_factory=Stock)
+    stock: FormCache = field(default_factory=FormCache)
     held: dict[str, Forms] = field(default_factory=dict)
 
     def forms(self, key: str, current: Effect | None) -> Forms:
@@ -123,7 +122,7 @@ class Screen:
         """
         cls, held = self.classes[key], self.problem.model.effect(key)
         known = (key, *self._depends_on(cls))
-        if is_sum(cls) or (current is None and held is None):
+        if issubclass(cls, SumOfTerms) or (current is None and held is None):
             if known not in self.stock.forms:
                 self.stock.forms[known] = forms_of(self.problem, cls)
             return self.stock.forms[known]
@@ -147,17 +146,13 @@ class Screen:
         """(M,) how ordinary each form is, 0 where what is there leaves no room for it."""
         forms, there = self.forms(key, current), current or self.problem.model.effect(key)
         odds = np.array([form.odds for form in forms], dtype=float)
-        mapped = getattr(self.problem.model.effect("joint_error_map"), "joint", ())
-        joint, order = getattr(there, "joint", ()), getattr(there, "order", ())
-        if key != "transmission_error" or (len(joint) < 2 and not mapped):
-            return odds  # two lines are never many
-        lines = ((getattr(f.effect, "joint", ()), getattr(f.effect, "order", ())) for f in forms)
-        return odds * [not _broadband((*joint, *j), (*order, *n), mapped) for j, n in lines]
+        cls, others = self.classes[key], {e.key: e for e in self.problem.model.effects}
+        return odds * cls.rooms([f.effect for f in forms], there, others) if issubclass(cls, SumOfTerms) else odds
 
     def beside(self, form: Form, current: Effect | None) -> Form:
         """A form with what is there before it."""
         there = current or self.problem.model.effect(form.key)
-        return form.beside(there) if there is not None and is_sum(type(there)) else form
+        return form.beside(there) if isinstance(there, SumOfTerms) else form
 
     def _more(self, form: Form, held: Effect) -> Form | None:
         """A form of an effect that the model holds, with what the fit moves already; None where that is all of it.
@@ -168,16 +163,6 @@ class Screen:
         if len(form.refit) != len(held.vector()) or moved is None:
             return form if len(form.refit) > len(held.vector()) else None
         return replace(form, refit=form.refit | moved) if (form.refit & ~moved).any() else None
-
-
-def _broadband(joint: tuple[int, ...], order: tuple[float, ...], mapped: tuple[int, ...]) -> bool:
-    """Three lines in the spectrum of one joint, or four orders in all, or one more line beside a map, are a map.
-
-    Not eccentric gears: those have the orders of the wheel, of the strain wave and of the motor. Beside a map: on a
-    mapped joint, or on any where three joints or more have one (one kind of gear is in all of them).
-    """
-    many = any(joint.count(j) > 2 for j in set(joint)) or len(set(order)) > 3
-    return many or len(mapped) > 2 or not set(joint).isdisjoint(mapped)
 
 
 def kind(effect: Effect) -> tuple[object, ...]:

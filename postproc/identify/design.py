@@ -13,10 +13,12 @@ from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem
 from postproc.fit.step import FRAMES, Name
+from postproc.identify.acceptance import fitted_best
 from postproc.identify.candidate import Screen
+from postproc.identify.composition import compose
 from postproc.identify.forms import ordinary
-from postproc.identify.selection import compose
-from postproc.identify.shaped import formed
+from postproc.identify.indistinguishable import indistinguishable
+from postproc.identify.nonlinear import refit_form
 
 
 def _columns(fit: Fit, pool: Problem, without: tuple[str, ...] = ()) -> tuple[Array, Array, Array]:
@@ -112,6 +114,21 @@ def separate(fit: Fit, pool: Problem, pair: list[type[Effect]], n: int) -> tuple
     return chosen, before, min(side.distance() for side in sides)
 
 
+def tells_apart(fit: Fit, pair: list[type[Effect]]) -> bool:
+    """Whether the data tells two effects apart, by what makes `diagnose` say that it does not (`confusable`)."""
+    screen = Screen(fit.problem, {cls.key: cls for cls in pair})
+    new = [cls.key for cls in pair if fit.model.effect(cls.key) is None]
+    ranked = [c for key in new if (c := compose(screen, fit.linear, key)) is not None]
+    if len(ranked) < 2:
+        return True
+    best = max(ranked, key=lambda c: c.evidence)
+    found = fitted_best(fit, screen, best)
+    if found is None:
+        return True
+    alike, unseen = indistinguishable(ranked, found[0], fit, found[1])
+    return not alike and not unseen
+
+
 @dataclass
 class _Side:
     """One effect's signal against everything else.
@@ -157,7 +174,7 @@ def _form(fit: Fit, pool: Problem, screen: Screen, cls: type[Effect]) -> tuple[E
         return held, np.asarray(fit.free[cls.key]) & held.amplitudes()
     candidate = compose(screen, fit.linear, cls.key)
     if candidate is not None:
-        candidate = formed(screen, fit.linear, candidate)
+        candidate = refit_form(screen, fit.linear, candidate)
         return candidate.effect, candidate.free & candidate.effect.amplitudes()
     effect = fit.model.effect(cls.key) or cls.null()
     for form in cls.variants(pool.sensitivity.state, None):

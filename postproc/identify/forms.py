@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.effects.base import Effect, Variant
 from postproc.effects.similarity import ordinary_sizes
+from postproc.effects.sums import SumOfTerms
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.arm import Model
+
+CHUNK = 4e6
+"""Numbers in the columns of forms that are screened together: 32 MB."""
 
 
 @dataclass(frozen=True)
@@ -72,14 +76,18 @@ class Form:
     @property
     def joint(self) -> int | None:
         """The joint that a term of a sum turns, as many others do."""
-        one = isinstance(self.seen, Turned) and is_sum(type(self.effect)) and len(set(self.seen.joint.tolist())) == 1
+        one = (
+            isinstance(self.seen, Turned)
+            and isinstance(self.effect, SumOfTerms)
+            and len(set(self.seen.joint.tolist())) == 1
+        )
         return int(self.seen.joint[0]) if isinstance(self.seen, Turned) and one else None
 
-    def beside(self, effect: Effect) -> Form:
+    def beside(self, effect: SumOfTerms) -> Form:
         """A term of a sum after those of an effect: it moves the arm as it does alone."""
-        whole = effect.plus(self.effect)
-        last = effect.with_vector(0 * effect.vector()).plus(self.effect.with_vector(self.screened.astype(float)))
-        assert whole is not None and last is not None
+        assert isinstance(self.effect, SumOfTerms)
+        marked = self.effect.with_vector(self.screened.astype(float))
+        whole, last = effect.plus(self.effect), effect.with_vector(0 * effect.vector()).plus(marked)
         every = np.ones(len(whole.vector()), dtype=bool)
         return replace(self, effect=whole, refit=every, screened=last.vector() > 0)
 
@@ -155,7 +163,7 @@ class Forms(tuple[Form, ...]):
 
 def _chunks(forms: Sequence[Form], index: list[int]) -> list[list[int]]:
     first = forms[index[0]].seen
-    size = max(1, int(4e7 / max((first.values if isinstance(first, Turned) else first).size, 1)))
+    size = max(1, int(CHUNK / max((first.values if isinstance(first, Turned) else first).size, 1)))
     return [index[at : at + size] for at in range(0, len(index), size)]
 
 
@@ -230,13 +238,9 @@ class _Columns:
 
 def forms_nearby(problem: Problem, effect: Effect, new: int) -> Forms:
     """Forms of an effect that say one of its new terms a little differently, each with the columns of all its terms."""
-    every = (replace(v, free=v.refit) for v in effect.nearby(new))
+    near = effect.nearby(new) if isinstance(effect, SumOfTerms) else ()
+    every = (replace(v, free=v.refit) for v in near)
     return Forms(form for v in every if (form := make_form(problem, v, fresh=False)) is not None)
-
-
-def is_sum(cls: type[Effect]) -> bool:
-    """Whether an effect is a sum of terms, each of which moves the arm as it does alone."""
-    return cls.plus is not Effect.plus
 
 
 def make_form(

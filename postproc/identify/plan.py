@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from postproc.arrays import Array
+from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
 from postproc.effects.contract import State
 from postproc.effects.registry import effect_library, find_effect
@@ -18,7 +19,8 @@ from postproc.fit.problem import Problem, make_weights
 from postproc.fit.record import parameter_name
 from postproc.fit.step import Name
 from postproc.fit.wording import held_text
-from postproc.identify.design import separate, sharpen
+from postproc.identify.design import separate, sharpen, tells_apart
+from postproc.identify.room import ANYWHERE, Room
 from postproc.measure.measurements import Measurements
 from postproc.model.arm import Model
 from postproc.model.equilibrium import predict
@@ -38,6 +40,7 @@ class Plan:
         between: the two effects to be told apart, or None.
         before, after: how many standard deviations the difference of the two effects stands out without and with these
             poses; or the largest standard deviation, in ordinary sizes, of the parameters that poses can determine.
+        told_apart: whether the data so far tells the two effects apart, as `diagnose` has it.
         fit: of the data so far; worst: those of its parameters that are determined worst; never: those that no pose
             determines.
     """
@@ -50,6 +53,7 @@ class Plan:
     after: float
     worst: tuple[Name, ...] = ()
     never: tuple[Name, ...] = ()
+    told_apart: bool = True
 
     def as_csv(self) -> str:
         """A measurement table without measured columns: ``pose_id``, joints, payload, approach sides."""
@@ -74,6 +78,7 @@ class Plan:
             "schema": "postproc/plan/1",
             "poses": len(self.state),
             "between": None if self.between is None else list(self.between),
+            "told_apart": self.told_apart,
             "before": round(self.before, 3),
             "after": round(self.after, 3),
             "worst_determined": [parameter_name(self.fit, *entry) for entry in self.worst],
@@ -93,7 +98,7 @@ class Plan:
                 )
             enough = (
                 "the data so far tells them apart already"
-                if self.before >= APART
+                if self.before >= APART and self.told_apart
                 else "enough to tell them apart"
                 if self.after >= APART
                 else f"{APART:.0f} tell them apart: ask for more poses with `-n`"
@@ -125,6 +130,7 @@ def plan_poses(
     extra_effects: Iterable[type[Effect]] = (),
     *,
     noise: float | None = None,
+    room: Room = ANYWHERE,
 ) -> Plan:
     """Choose n poses one after another from random reachable ones.
 
@@ -132,12 +138,19 @@ def plan_poses(
     fitted parameters, both ways (T-optimal, Atkinson and Fedorov 1975). Else: the pose that shrinks the volume of the
     parameters' covariance most (D-optimal), counted in ordinary sizes.
 
+    Args:
+        room: where poses may be.
+
     Raises:
-        PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses.
+        PostprocError: EFF020 for an unknown effect, DAT024 where an effect moves nothing on such poses, or where fewer
+            of them are inside the room than are asked for.
     """
     fit = fit_model(model, data, noise=noise)
-    state = _candidates(fit)
-    pool = _pool(fit, state)
+    pool = _pool(fit, _candidates(fit, room), room)
+    if len(pool.data) < n:
+        message = f"{len(pool.data)} poses are where they may be, and {n} are asked for"
+        raise PostprocError.of("DAT024", message, help="widen the region, or ask for fewer with `-n`")
+    apart = True
     if between is None:
         chosen, before, after, worst, never = sharpen(fit, pool, n)
     else:
@@ -145,13 +158,13 @@ def plan_poses(
         library.update({cls.key: cls for cls in extra_effects})
         pair = [find_effect(key, library) for key in between]
         chosen, before, after = separate(fit, pool, pair, n)
-        worst, never = [], []
+        worst, never, apart = [], [], tells_apart(fit, pair)
     picked = pool.data.rows(np.array(chosen)).state
     T = predict(fit.model.with_effects(*(e for e in fit.model.effects if e.key != "instrument_frame")), picked)
-    return Plan(fit, picked, T, between, before, after, tuple(worst), tuple(never))
+    return Plan(fit, picked, T, between, before, after, tuple(worst), tuple(never), apart)
 
 
-def _candidates(fit: Fit) -> State:
+def _candidates(fit: Fit, room: Room) -> State:
     """Random states.
 
     Joints inside the limits (inside the measured span where it is wide), free of the floor, sides and payloads mixed.
@@ -160,19 +173,18 @@ def _candidates(fit: Fit) -> State:
     robot, seen = fit.model.robot, fit.data.state
     margin = np.deg2rad(5.0)
     low, high = np.maximum(robot.lower + margin, -np.pi), np.minimum(robot.upper - margin, np.pi)
-    q = g.uniform(low, high, (CANDIDATES, 6))
-    approach = g.choice([-1.0, 1.0], (CANDIDATES, 6))
+    if room.measured_range:
+        low, high = np.nanmin(seen.q, axis=0), np.nanmax(seen.q, axis=0)
+    count = CANDIDATES if room.candidates is None else len(room.candidates)
+    q = g.uniform(low, high, (count, 6)) if room.candidates is None else room.candidates
+    approach = g.choice([-1.0, 1.0], (count, 6))
     mass, center = None, None
     if seen.payload_mass is not None:
         loads = np.unique(np.round(seen.payload_mass, 3))
         if len(loads) == 1 and robot.payload is not None:
             loads = np.array([loads[0], 0.5 * robot.payload, robot.payload])
-        mass = g.choice(loads, CANDIDATES)
-        center = (
-            np.zeros((CANDIDATES, 3))
-            if seen.payload_center is None
-            else np.tile(seen.payload_center[0], (CANDIDATES, 1))
-        )
+        mass = g.choice(loads, count)
+        center = np.zeros((count, 3)) if seen.payload_center is None else np.tile(seen.payload_center[0], (count, 1))
     tool = seen.T_flange_tcp[0] if seen.T_flange_tcp.ndim == 3 else seen.T_flange_tcp
     tool = tool if fit.data.tool_known else fit.model.T_flange_tcp
     state = State(
@@ -181,17 +193,17 @@ def _candidates(fit: Fit) -> State:
         payload_mass=mass,
         payload_center=center,
         T_flange_tcp=tool,
-        temperature=_median(seen.temperature),
-        time=_median(seen.time),
+        temperature=_median(seen.temperature, count),
+        time=_median(seen.time, count),
     )
     return state
 
 
-def _median(values: Array | None) -> Array | None:
-    return None if values is None else np.full(CANDIDATES, float(np.median(values)))
+def _median(values: Array | None, count: int) -> Array | None:
+    return None if values is None else np.full(count, float(np.median(values)))
 
 
-def _pool(fit: Fit, state: State) -> Problem:
+def _pool(fit: Fit, state: State, room: Room) -> Problem:
     """The candidates as a problem with every position measured.
 
     Poses with a body or the TCP below the base are dropped.
@@ -205,8 +217,8 @@ def _pool(fit: Fit, state: State) -> Problem:
     up = fit.model.R_world_base[2]
     heights = problem.rest.chain.T_base_body[:, 3:, :3, 3] @ up
     tip = problem.rest.T_base_tcp[:, :3, 3] @ up
-    room = np.minimum(heights.min(axis=1), tip) > 0.1
-    if room.sum() < 50:
-        room = np.ones(len(state), dtype=bool)
-    some = data.rows(room)
+    free = np.minimum(heights.min(axis=1), tip) > 0.1
+    if free.sum() < 50 or room.candidates is not None:
+        free = np.ones(len(state), dtype=bool)
+    some = data.rows(free & room.holds(problem))
     return Problem(fit.model, some, make_weights(some, fit.noise))

@@ -13,8 +13,8 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.solve import Terms, advance
 from postproc.identify.candidate import Candidate
 
-ENOUGH = 3000
-"""Measured numbers beyond which the search takes every second, third .. pose."""
+ENOUGH = 2000
+"""Measured numbers that a search takes at most: beyond it every second, third .. pose."""
 STEPS, MISSED = 4, 0.02
 """Steps that are made at most, and the share of the sum of squares by which one may miss what its slope foretells."""
 
@@ -42,7 +42,7 @@ def thinned(base: Fit, noise: float | None) -> Fit:
 
     The full data then gives the final fit.
     """
-    step = int(base.problem.weights.used.sum() // ENOUGH)
+    step = -(-int(base.problem.weights.used.sum()) // ENOUGH)
     if step < 2:
         return base
     groups = base.data.repeats

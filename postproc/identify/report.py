@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from postproc.effects.registry import BUILT_IN
-from postproc.fit.record import mm, parameters_json, structure_json
+from postproc.fit.record import mm, noise_json, parameters_json, structure_json
 from postproc.fit.report import held_lines
+from postproc.fit.smooth import effective_parameters
 from postproc.fit.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidate import Candidate
-from postproc.identify.verdict import doubts, headline, title
-
-if TYPE_CHECKING:
-    from postproc.identify.diagnose import Diagnosis
-    from postproc.patterns.suspects import Suspect
-
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.sentences import doubts, headline, title
+from postproc.patterns.suspects import Suspect
 
 UNNAMED = "+ what was found, without a name"
 TELLING = 0.05
@@ -30,26 +28,29 @@ LIBRARY = frozenset(cls.key for cls in BUILT_IN)
 
 
 def _known(value: float | None) -> float | None:
-    """Metres to millimetres, None where it is not known."""
+    """Metres to millimetres (radians to milliradians), None where it is not known."""
     return None if value is None or not np.isfinite(value) else mm(value)
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
-    """``postproc/diagnose/1``."""
+    """``postproc/diagnose/1``; the keys of figures hold the unit of what was observed."""
+    key = d.base.observed.key
     return {
         "schema": "postproc/diagnose/1",
+        "observed": d.base.observed.name,
         "verdict": d.verdict,
-        "noise_mm": _known(d.floor),
-        "rms_mm": _known(d.base.rms),
-        "held_out_rms_mm": _known(d.base.held_out_rms),
-        "rms_mm_after": _known(d.final.rms),
-        "held_out_rms_mm_after": _known(d.final.held_out_rms),
+        **noise_json(d.final),
+        key("rms"): _known(d.base.rms),
+        key("held_out_rms"): _known(d.base.held_out_rms),
+        f"{key('rms')}_after": _known(d.final.rms),
+        f"{key('held_out_rms')}_after": _known(d.final.held_out_rms),
         "missing": [
             {
                 "effect": m.candidate.key,
                 "form": m.candidate.label,
-                "held_out_rms_mm_after": _known(m.held_out_after),
+                f"{key('held_out_rms')}_after": _known(m.held_out_after),
                 "p_value": m.candidate.p_value,
+                **_smooth(d, m.candidate.key),
                 "not_separable_from": list(m.not_separable),
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameters_json(d.told, m.candidate.key),
@@ -62,12 +63,22 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             *(_untestable(d, key, why) for key, why in d.untestable.items()),
         ],
         "suspects": [s.as_json() for s in d.suspects],
-        "floor_mm": _known(d.floor),
-        "held_out_rms_mm_unnamed": _known(d.unnamed),
-        "bound_mm": _known(d.bound),
+        key("floor"): _known(d.floor),
+        f"{key('held_out_rms')}_unnamed": _known(d.unnamed),
+        "searched": {"rows": len(d.searched.data), key("held_out_rms"): _known(d.searched.held_out_rms)},
+        key("bound"): _known(d.bound),
+        "hold_out": None if d.hold_out is None else d.hold_out.as_json(),
         "blind_to": [{"effect": k, "why": why} for k, why in d.blind.items()],
         "diagnostics": [x.as_json() for x in d.diagnostics],
     }
+
+
+def _smooth(d: Diagnosis, key: str) -> dict[str, Any]:
+    """Whether an effect is a cause or a smooth correction, and how many parameters of that the data moves."""
+    effect = d.final.model.effect(key)
+    if effect is None or effect.roughness() is None:
+        return {"is": "cause"}
+    return {"is": "smooth correction", "effective_parameters": round(effective_parameters(d.final, key), 1)}
 
 
 def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
@@ -76,7 +87,7 @@ def _candidate(d: Diagnosis, c: Candidate) -> dict[str, Any]:
     return {
         "effect": c.key,
         "form": c.label,
-        "rms_mm_after": _known(after),
+        f"{d.base.observed.key('rms')}_after": _known(after),
         "p_value": float(c.p_value),
         "evidence": None if not np.isfinite(c.evidence) else round(c.evidence, 2),
         "testable": c.key not in d.blind,
@@ -88,7 +99,7 @@ def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
     return {
         "effect": key,
         "form": "",
-        "rms_mm_after": _known(d.base.rms),
+        f"{d.base.observed.key('rms')}_after": _known(d.base.rms),
         "p_value": 1.0,
         "evidence": None,
         "testable": False,
@@ -99,10 +110,15 @@ def _untestable(d: Diagnosis, key: str, why: str) -> dict[str, Any]:
 def diagnosis_text(d: Diagnosis) -> str:
     """The verdict in sentences, then what was found, the ladder, the ranking and what was seen."""
     lines = [headline(d), *doubts(d), "", *_found(d), *_ladder(d)]
-    lines += ["", "Ranking on the model as it came (rms per axis on the fitted rows if this effect alone were added):"]
+    kind = d.base.observed
+    alone = f"rms per {kind.each} on the fitted rows if this effect alone were added"
+    lines += ["", f"Ranking on the model as it came ({alone}):"]
     for c in _told(d.candidates):
-        row = f"  {c.key:24s} {_candidate(d, c)['rms_mm_after']:8.3f} mm   p {p_text(c.p_value):>8s}   {place(c.label)}"
+        after = _candidate(d, c)[f"{kind.key('rms')}_after"]
+        row = f"  {c.key:24s} {after:8.3f} {kind.unit}   p {p_text(c.p_value):>8s}   {place(c.label)}"
         lines.append(row.rstrip())
+    if d.hold_out is not None:
+        lines += ["", d.hold_out.text()]
     if d.suspects:
         lines += ["", "What the remaining structure follows:"]
         lines += _followed(d.suspects)
@@ -139,8 +155,11 @@ def _ladder(d: Diagnosis) -> list[str]:
     floor = f"{1e3 * d.floor:.3f}" if d.floor else "unknown"
     rungs = [("the model as it came", d.base.held_out_rms, "")]
     rungs += [(f"+ {m.candidate.key}", m.held_out_after, place(m.candidate.label)) for m in d.missing]
-    rungs += [(UNNAMED, d.unnamed, "")] if d.unnamed is not None else []
+    if d.unnamed is not None:
+        some, every = len(d.searched.data), len(d.base.data)
+        where = f"on {some} of {every} rows, without it {1e3 * d.searched.held_out_rms:.3f}" if some < every else ""
+        rungs.append((UNNAMED, d.unnamed, where))
     rungs.append((FREE, d.bound, ""))
-    lines = ["held-out error, mm per axis:"]
+    lines = [f"held-out error, {d.base.observed.unit} per {d.base.observed.each}:"]
     lines += [f"  {name:36s} {1e3 * error:8.3f}   {where}".rstrip() for name, error, where in rungs]
     return [*lines, f"  {'noise':36s} {floor:>8s}"]

@@ -14,6 +14,7 @@ from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
 from postproc.measure.layout import ColumnMap
 from postproc.measure.numbers import EMPTY, as_number, find_decimal, holds_numbers
+from postproc.measure.spreadsheet import MARK, sheet_text
 from postproc.measure.units import is_unit, stated_unit
 from postproc.numbers import read_number
 
@@ -111,13 +112,16 @@ class Cells:
             diagnostics.append(Diagnostic(code, "warning", message, self.source, self.span(rows[0]), help_))
 
 
-def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic]) -> Cells:
+def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic], every: bool = False) -> Cells:
     """Split a delimited text file into cells.
+
+    Args:
+        every: rows with more or fewer cells than the header stay, with nothing but their first cell.
 
     Raises:
         PostprocError: DAT001 where there is no table.
     """
-    source = _as_text(source)
+    source = _as_text(source, diagnostics)
     numbered = [
         (number, line)
         for number, line in enumerate(source.data.decode(source.encoding).split("\n"), start=1)
@@ -141,9 +145,12 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
             cells = cells[:-1]
         if len(cells) != len(header):
             message = f"row {number} has {len(cells)} cells where the header has {len(header)}"
-            help_ = "check for a missing separator or a decimal comma; until then the row counts as empty"
+            then = "nothing is told of it" if every else "the row is left out"
+            help_ = f"check for a missing separator or a decimal comma; until then {then}"
             diagnostics.append(Diagnostic("DAT004", "warning", message, source, _start(source, number), help_))
-            cells = [""] * len(header)
+            if not every:
+                continue
+            cells = [cells[0], *("" for _ in header[1:])]
         rows.append(tuple(cells))
         lines.append(number)
     if all(not any(row) for row in rows):
@@ -158,14 +165,16 @@ def read_cells(source: Source, layout: ColumnMap, diagnostics: list[Diagnostic])
     return Cells(source, tuple(header), tuple(units), tuple(rows), tuple(lines), decimal)
 
 
-def _as_text(source: Source) -> Source:
+def _as_text(source: Source, diagnostics: list[Diagnostic]) -> Source:
     """The file as UTF-8 or latin-1 with line feeds alone, whatever wrote it."""
+    if source.data.startswith(MARK):
+        return sheet_text(source, diagnostics)
     data = source.data
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         data = data.decode("utf-16", "replace").encode()
-    if b"\0" in data[:4096] or data[:2] == b"PK":
-        help_ = "save the table as `CSV UTF-8`, or as plain text"
-        raise _no_table("this file is no text: a spreadsheet, or another binary form", source, help_)
+    if b"\0" in data[:4096]:
+        help_ = "save the table as `.xlsx`, `CSV UTF-8`, or as plain text"
+        raise _no_table("this file is no text: an old spreadsheet, or another binary form", source, help_)
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return source if data == source.data else replace(source, data=data)
 

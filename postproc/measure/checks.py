@@ -65,7 +65,7 @@ def check_measurements(
         return (
             found + radians + _check_orientations(data, robot, rows, cells, turns) + _check_limits(data, robot, cells)
         )
-    readings = _check_readings(data, robot, rows, cells, unit)
+    readings = _check_readings(data, robot, rows, cells, unit, turns)
     if has_errors(readings):
         return found + readings
     turned = _check_orientations(data, robot, rows, cells, turns)
@@ -126,9 +126,12 @@ def _check_rounding(data: Measurements, cells: Cells) -> list[Diagnostic]:
 
 
 def _check_readings(
-    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str
+    data: Measurements, robot: Robot, rows: NDArray[np.int_], cells: Cells, unit: str, turns: Turns | None
 ) -> list[Diagnostic]:
-    """Where the points are not where the arm is: what makes them fit, or that nothing does."""
+    """Where the points are not where the arm is: what makes them fit, or that nothing does.
+
+    Joint angles under which measured orientations do not follow the flange are no other reading.
+    """
     some = rows[:: max(1, len(rows) // 120)]
     q, y = data.state.q[some], data.position[some]
     as_read = seen(robot, q, y)
@@ -148,7 +151,8 @@ def _check_readings(
         return [_slip(*slip, rows, cells)]
     if fits(as_read):
         return []
-    other = other_reading(robot, q, y, as_read, unit)
+    oriented = None if turns is None else replace(turns, numbers=turns.numbers[some])
+    other = other_reading(robot, q, y, as_read, unit, lambda angles: _agree(robot, angles, q, oriented))
     if other is not None:
         return found("error", *other)
     if as_read.typical < SUSPICIOUS_M:
@@ -165,6 +169,16 @@ def _check_readings(
         return found("warning", message, help_)
     help_ = "check the robot's name, the joint zeros and signs, and that joints and points belong to the same rows"
     return found("error" if as_read.typical > HOPELESS_M else "warning", message, help_)
+
+
+def _agree(robot: Robot, angles: Array, as_read: Array, turns: Turns | None) -> bool:
+    """Whether orientations allow other joint angles than those that were read (n, 6): they follow no worse."""
+    good = np.zeros(len(angles), dtype=bool) if turns is None else np.isfinite(turns.numbers).all(axis=1)
+    if turns is None or good.sum() < FEW:
+        return True
+    shown = replace(turns, numbers=turns.numbers[good])
+    off, before = (shown.off(forward(robot, q[good])[:, :3, :3], None) for q in (angles, as_read))
+    return off is None or before is None or off < max(FOLLOWS, before)
 
 
 def _slip(before: int, after: int, k: int, rows: NDArray[np.int_], cells: Cells) -> Diagnostic:

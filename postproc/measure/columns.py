@@ -42,15 +42,25 @@ def unit_of(column: str) -> str:
     return next((unit for unit in _UNIT_OF_SUFFIX if column.endswith("_" + unit)), "1")
 
 
-_LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
-_JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|gelenk|theta|rob)"
+LABELS = frozenset({"pose", "pose id", "point", "point id", "point name", "name", "label", "id", "no", "nr", "punkt"})
+EXPANDED = re.compile(r"u[ _]*[xyz]?[ _]*\(?[ _]*95[ _]*%?\)?.*", re.IGNORECASE)
+"""Expanded uncertainties as instruments call them: U95, U(95), Ux95."""
+_JOINT = "(?:j|a|q|axis|axe|achse|eje|asse|joint|joint[ _]?a|gelenk|theta|rob)"
 _UR = {"base": "j1", "shoulder": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
 """What Universal Robots call their joints."""
-_WHOSE = "(?:actual|act|ist|measured|meas|tracker|smr)"
+_ROS = {"shoulderpan": "j1", "shoulderlift": "j2", "elbow": "j3", "wrist1": "j4", "wrist2": "j5", "wrist3": "j6"}
+"""The same in its drivers for ROS, each followed by `joint`."""
+_RADIANS = re.compile(r"(?:.*_joint|(?:actual|target)_q_?\d|joint_a\d)")
+"""Names that ROS (REP 103) and the real-time interface of Universal Robots write: their angles are in radians."""
+ZEROTH = frozenset({"actual_q_0", "target_q_0", "actual_q0", "target_q0"})
+"""Joints that are counted from 0."""
+_WHOSE = "(?:actual|act|ist|measured|measurement|meas|tracker|smr)"
 _ENDS = "(?:rad|deg|cmd|command|commanded|set|soll)"
 TURNS: Mapping[tuple[str, ...], str] = {
     ("w", "p", "r"): "xyz",
     ("rx", "ry", "rz"): "rotvec",
+    ("q0", "q1", "q2", "q3"): "wxyz",
+    ("q1", "q2", "q3", "q4"): "wxyz",
     ("roll", "pitch", "yaw"): "xyz",
     ("a", "b", "c"): "ZYX",
     ("o", "a", "t"): "ZYZ",
@@ -69,7 +79,8 @@ def nearest(name: str) -> str | None:
 
 def recognised(header: Sequence[str], units: Sequence[str]) -> dict[str, MappedColumn]:
     """Standard columns under another name that states its unit, ``X [mm]`` or ``J1 (rad)``, where it is unique."""
-    every = [(theirs, name, unit) for theirs, unit in zip(header, units, strict=True) if (name := _meant(theirs, unit))]
+    pairs = zip(_meanings(header, units), header, units, strict=True)
+    every = [(theirs, name, unit) for name, theirs, unit in pairs if name]
     names = [name for _, name, _ in every]
     lower = {theirs.lower() for theirs in header}
     return {
@@ -92,8 +103,8 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
         needed: columns of which at least one must be among them.
     """
     found: dict[str, str] = {}
-    for theirs, unit in zip(header, units, strict=True):
-        name = _meant(theirs, unit)
+    for name, theirs, unit in zip(_meanings(header, units), header, units, strict=True):
+        unit = unit or ("rad" if name in JOINTS and _RADIANS.fullmatch(theirs.lower()) else "")
         other = unit != unit_of(name) and fitting(unit, unit_of(name))
         found.setdefault(
             name, f'{name} = {{ name = "{theirs}", unit = "{unit}" }}' if other else f'{name} = "{theirs}"'
@@ -105,10 +116,31 @@ def likely_map(header: Sequence[str], units: Sequence[str], needed: Sequence[str
     return "\n".join(["[columns]", guess, *(found[name] for name in wanted)])
 
 
+def _meanings(header: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Standard names of columns that another program wrote, empty where none is known.
+
+    Joint angles are six: fewer columns q1, q2, .. may be the parts of a quaternion, and are none.
+    """
+    lower = {theirs.lower() for theirs in header}
+    counted = [_counted(theirs) for theirs in header] if lower & ZEROTH else header
+    found = [_meant(theirs, unit) for theirs, unit in zip(counted, units, strict=True)]
+    if set(JOINTS) <= set(found):
+        return found
+    pairs = zip(found, header, strict=True)
+    return ["" if name in JOINTS and theirs.lower().startswith("q") else name for name, theirs in pairs]
+
+
+def _counted(theirs: str) -> str:
+    """A joint counted from 0 as one counted from 1: ``actual_q_0`` is ``q1``."""
+    found = re.fullmatch(r"(?:actual|target)_q_?([0-5])", theirs.strip().lower())
+    return f"q{int(found[1]) + 1}" if found else theirs
+
+
 def _meant(theirs: str, unit: str) -> str:
     """Standard name of a column that another program wrote; empty where none is known."""
     plain = re.sub(r"[\[(].*?[\])]", "", theirs).strip().lower()
-    plain = _UR.get(re.sub("[ _]", "", plain), plain)
+    bare = re.sub("[ _]", "", plain)
+    plain = _UR.get(bare) or _ROS.get(bare.removesuffix("joint")) or plain
     if joint := re.fullmatch(rf"(?:robot[ _.])?{_JOINT}[ _.]*(?:angle)?[ _.]*([1-6])(?:[ _.]{_ENDS})?", plain):
         return f"q{joint[1]}_deg"
     if place := re.fullmatch(
@@ -117,6 +149,6 @@ def _meant(theirs: str, unit: str) -> str:
         return f"{place[1]}_mm"
     if part := re.fullmatch(r"(?:q|quat|quaternion)[ _.]*([wxyz])", plain):
         return f"q{part[1]}"
-    if plain in _LABELS:
+    if plain in LABELS:
         return "pose_id"
     return _WORDS.get(plain, "") if unit else ""

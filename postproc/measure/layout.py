@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Source
@@ -30,20 +30,32 @@ def _form(form: str) -> str:
     return form
 
 
+def _stripped(name: object) -> object:
+    return name.strip() if isinstance(name, str) else name
+
+
+Name = Annotated[str | int, BeforeValidator(_stripped)]
+"""A column by its header, without the blanks around it, or by its number."""
+
+
 class MappedColumn(BaseModel):
     """Where a standard column stands in another layout.
 
     Args:
         name: header of the column there, or its number counted from 1 where there is no header.
         unit: its unit, a key of ``UNITS``; empty for the one that the column states, or the standard one.
+        minus: a column in the same unit that is taken off it (measured = tracker - correction).
         sign: +1, or -1 for an axis that counts the other way.
-        offset: added after the sign, in the column's own unit (another joint zero).
+        factor: by which it is multiplied: 0.5 makes a standard deviation of an expanded uncertainty U(95).
+        offset: added after sign and factor, in the column's own unit (another joint zero).
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    name: str | int
+    name: Name
     unit: Annotated[str, AfterValidator(_known)] = ""
+    minus: Name | None = None
     sign: float = 1.0
+    factor: float = 1.0
     offset: float = 0.0
 
     @model_validator(mode="before")
@@ -63,7 +75,7 @@ class MappedRotation(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
-    columns: tuple[str, ...]
+    columns: tuple[Annotated[str, BeforeValidator(_stripped)], ...]
     form: Annotated[str, AfterValidator(_form)]
     unit: Literal["", "1", "deg", "rad", "mrad"] = ""
 

@@ -46,7 +46,7 @@ class Table:
         }
         asked = {name: self._in_its_unit(name, m) for name, m in layout.columns.items()}
         mapped = {header[self.cells.at(m.name)] for m in asked.values()}
-        mapped |= layout.turned
+        mapped |= {header[self.cells.at(m.minus)] for m in asked.values() if m.minus is not None} | layout.turned
         found = names.recognised(header, units)
         taken = {k: m for k, m in found.items() if m.name not in mapped and k not in layout.columns}
         if not {"time_s"} & (place.keys() | taken.keys() | layout.columns.keys()):
@@ -75,6 +75,8 @@ class Table:
         at = self.cells.at(wanted.name)
         if at < 0:
             raise self._no_such(wanted.name, name)
+        if wanted.minus is not None and self.cells.at(wanted.minus) < 0:
+            raise self._no_such(wanted.minus, name)
         stated, standard = self.cells.units[at], unit_of(name)
         known = fitting(stated, standard) or (name not in names.STANDARD and stated in UNITS)
         if stated and not known and not wanted.unit and name not in names.TEXT:
@@ -115,7 +117,10 @@ class Table:
         stamps = self._stamps(mapped.name) if name == "time_s" else None
         if stamps is None:
             cure = ("write sides as +1, -1 or 0",) if name in names.APPROACH else ()
-            values = mapped.sign * self.cells.numbers(mapped.name, self.diagnostics, *cure) + mapped.offset
+            values = self.cells.numbers(mapped.name, self.diagnostics, *cure)
+            if mapped.minus is not None:
+                values = values - self.cells.numbers(mapped.minus, self.diagnostics)
+            values = mapped.sign * mapped.factor * values + mapped.offset
             values = (values - np.nanmin(values) if mapped.unit == "d" else values) * UNITS[mapped.unit]
         else:
             values = stamps
@@ -137,8 +142,13 @@ class Table:
         self.say("DAT005", "warning", message, "fill in the cells, or remove the column", first)
         return np.where(gaps, value, values)
 
-    def vector(self, wanted: Sequence[str], fill: float | None = None, partial: bool = False) -> Array | None:
+    def vector(
+        self, wanted: Sequence[str], fill: float | None = None, partial: bool = False, absent: float = 0.0
+    ) -> Array | None:
         """(n, k) several columns; None where none of them is there.
+
+        Args:
+            partial: some of them are enough; absent: what stands for the others.
 
         Raises:
             PostprocError: DAT002 where some are missing that nothing fills.
@@ -152,9 +162,9 @@ class Table:
             self.say("DAT002", severity, f"there is a column `{present[0]}` and no {missing}", missing_help(self.cells))
             if fill is None:
                 raise PostprocError(self.diagnostics.pop())
-        zeros = np.zeros(len(self.cells.rows))
+        nothing = np.full(len(self.cells.rows), absent)
         parts = [self.column(name, fill) for name in wanted]
-        return np.stack([zeros if part is None else part for part in parts], axis=1)
+        return np.stack([nothing if part is None else part for part in parts], axis=1)
 
     def turns(self, wanted: Sequence[str], mapped: MappedRotation | None) -> Turns | None:
         """Orientations from a quaternion's columns, or as the column map says."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.effects.contract import State
+from postproc.measure.observations import Observation, observations
 
 FEWEST = 8
 """Rows whose angles may all be round by chance."""
@@ -32,6 +34,8 @@ class Measurements:
         pose_id: (n,) labels; rows with the same label and the same state are repeats.
         row: (n,) row numbers in the file, the first data row is 1; line: (n,) line numbers in the file.
         tool_known: the tool of every row is in ``state.T_flange_tcp`` (it came from a program).
+        counted: the channel `row` is the number of the row in its file, as the user says that rows stand in order.
+        accepted: codes of findings that the user accepts.
         rounded: whether joint angles of few digits were rounded when they were written, and the arm stood beside them;
             None where a fit has to tell.
         sources: the files, none for data made in memory; file: (n,) number of the one that a row stands in, () for one.
@@ -47,6 +51,8 @@ class Measurements:
     row: tuple[int, ...] = ()
     line: tuple[int, ...] = ()
     tool_known: bool = False
+    counted: bool = False
+    accepted: frozenset[str] = frozenset()
     rounded: bool | None = None
     sources: tuple[Source, ...] = field(default=(), repr=False)
     file: tuple[int, ...] = ()
@@ -82,6 +88,25 @@ class Measurements:
             measured |= np.isfinite(self.joint).any(axis=1)
         return np.asarray(measured & np.isfinite(self.state.q).all(axis=1))
 
+    @cached_property
+    def observations(self) -> tuple[Observation, ...]:
+        """The kinds of numbers that a row holds."""
+        return observations(self.rotation is not None, self.joint is not None)
+
+    @cached_property
+    def observed(self) -> Observation:
+        """The kind that figures speak of: positions where there are any, else orientations, else joint angles."""
+        some = [kind for kind in self.observations if np.isfinite(self.numbers(kind)).any()]
+        return some[0] if some else self.observations[0]
+
+    def numbers(self, kind: Observation) -> Array:
+        """(n, k) what was measured of one kind, NaN where it was not; orientations as they are written, (n, 9)."""
+        if kind.name == "position":
+            return self.position
+        values = self.rotation if kind.name == "orientation" else self.joint
+        assert values is not None
+        return values.reshape(len(self), -1)
+
     def rows(self, index: NDArray[Any] | Sequence[int]) -> Measurements:
         """The rows of an index or of a mask, in that order."""
         picked = np.arange(len(self))[np.asarray(index)]
@@ -91,6 +116,49 @@ class Measurements:
             values = getattr(self, name)
             some[name] = tuple(values[i] for i in picked) if values else ()
         return replace(self, state=self.state.rows(picked), **some)
+
+    @cached_property
+    def order(self) -> NDArray[np.int_]:
+        """(n,) rows in an order that does not hang on that of the file, unless the user says that it counts.
+
+        Sessions one after another, in each by `time_s`, or by the number of the row where that counts. Without either
+        the rows are exchangeable: they are mixed by what they say, repeats of a pose together.
+        """
+        state = self.state
+        clock = state.time if state.time is not None else state.channels.get("row") if self.counted else None
+        session = self._sessions(clock)
+        q = np.round(state.q, 9) + 0.0
+        mixed = [blake2b(row.tobytes(), digest_size=8).digest() for row in q]
+        told = np.nan_to_num(np.column_stack([q, self._said()]), nan=-1e9)
+        if clock is not None:
+            return np.lexsort((*told.T, clock, session))
+        return np.lexsort((*told.T, _rank(mixed), session))
+
+    def _sessions(self, clock: Array | None) -> NDArray[np.int_]:
+        """(n,) place of the session of each row: by file, then by its first time, then by its name."""
+        if self.state.session is None:
+            return np.zeros(len(self), dtype=int)
+        keys = []
+        for session in range(len(self.state.session_names)):
+            rows = np.flatnonzero(self.state.session == session)
+            first = float(np.min(clock[rows])) if clock is not None and len(rows) else 0.0
+            file = min((self.file[i] for i in rows), default=0) if self.file else 0
+            keys.append((file, first, self.state.session_names[session]))
+        place = np.argsort(sorted(range(len(keys)), key=lambda k: keys[k]))
+        return np.asarray(place[np.asarray(self.state.session, dtype=int)])
+
+    def _said(self) -> Array:
+        """(n, k) channels and measured numbers of every row."""
+        state, n = self.state, len(self)
+        some = (state.payload_mass, state.approach, state.v, state.temperature, *state.channels.values())
+        parts = [part.reshape(n, -1) for part in some if part is not None]
+        return np.hstack([*parts, *(self.numbers(kind) for kind in self.observations)])
+
+    @property
+    def in_order(self) -> Measurements:
+        """The same rows in that order."""
+        order = self.order
+        return self if (np.diff(order) > 0).all() else self.rows(order)
 
     @cached_property
     def step(self) -> float:
@@ -123,3 +191,8 @@ class Measurements:
             key = (labels[i], int(sessions[i]), stacked[i].tobytes())
             groups[i] = keys.setdefault(key, len(keys))
         return groups
+
+
+def _rank(labels: Sequence[Any]) -> NDArray[np.int_]:
+    """(n,) place of each label among the different ones, sorted."""
+    return np.unique(np.array(labels), return_inverse=True)[1]

@@ -32,6 +32,7 @@ def own_channels(table: Table) -> dict[str, Array]:
         column = None if levels else table.column(name)
         found |= levels if column is None else {name: column}
     taken = {header[cells.at(mapped.name)] for mapped in table.place.values()}
+    taken |= {header[cells.at(mapped.minus)] for mapped in table.place.values() if mapped.minus is not None}
     taken |= table.layout.turned
     for name in header:
         if name in taken or not name:
@@ -46,6 +47,12 @@ def own_channels(table: Table) -> dict[str, Array]:
         if fitting(cells.units[cells.at(name)], "kg") and "payload_kg" not in table.place:
             what = f"column `{name}` holds masses, and no payload is read from it"
             table.say("DAT015", "warning", what, f'if it is what hangs on the flange: payload_kg = "{name}"')
+        if names.EXPANDED.fullmatch(name) and "sigma_mm" not in table.place:
+            what = f"column `{name}` looks like an expanded uncertainty and is not read as the instrument's noise"
+            stated = cells.units[cells.at(name)]
+            unit = stated if fitting(stated, "mm") else "mm"
+            meant = f'sigma_mm = {{ name = "{name}", unit = "{unit}", factor = 0.5 }}'
+            table.say("DAT015", "info", what, f"with a coverage factor of 2 (95 %), a column map reads it: {meant}")
         if np.isfinite(values).all():
             found[name] = values
         elif levels := _levels(table, name, name):
@@ -87,19 +94,15 @@ def _levels(table: Table, name: str, theirs: str | int) -> dict[str, Array]:
     return {f"{name}={level}": (told == level).astype(float) for level in levels}
 
 
-def row_order(state: State, labels: Sequence[str] = (), measured: bool = True) -> dict[str, Array]:
-    """The number of the row, in place of a time that was not recorded; none where rows stand in another order.
+def row_order(state: State, labels: Sequence[str] = ()) -> dict[str, Array]:
+    """The number of the row, of rows that stand in the order of measuring, in place of a time that was not recorded.
 
-    Names of poses that end in a number and rise along the rows (``P12``) tell it where rows were left out, too, and
-    when poses were measured that are only asked about.
+    Names of poses that end in a number and rise along the rows (``P12``) tell it where rows were left out, too.
     """
-    some = [*state.q.T, state.payload_mass, state.temperature, *state.channels.values()]
-    steps = [np.diff(x) for x in some if x is not None]
-    in_order = any(x.any() and ((x >= 0).all() or (x <= 0).all()) for x in steps)
-    if (in_order and measured) or "row" in state.channels:
+    if "row" in state.channels:
         return {}
     parts = [re.fullmatch(r"(.*?)(\d{1,9})", label) for label in labels]
     told = np.array([float(part[2]) for part in parts if part])
     if len(told) == len(state) and len({part and part[1] for part in parts}) == 1 and (np.diff(told) > 0).all():
         return {"row": told}
-    return {"row": np.arange(1.0, len(state) + 1)} if measured else {}
+    return {"row": np.arange(1.0, len(state) + 1)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import combinations, product
 
 import numpy as np
@@ -63,12 +63,17 @@ def other_lengths(unit: str) -> Iterator[tuple[float, str, str]]:
 
 
 def other_reading(
-    robot: Robot, q: Array, position: Array, as_read: Alignment, unit: str = "mm"
+    robot: Robot,
+    q: Array,
+    position: Array,
+    as_read: Alignment,
+    unit: str = "mm",
+    allowed: Callable[[Array], bool] = lambda q: True,
 ) -> tuple[str, str] | None:
     """What the table more likely means, and what to do, where that makes the points fit; None where nothing does.
 
     Args:
-        unit: of length, in which the positions were read.
+        unit: of length, in which the positions were read. allowed: whether other joint angles (n, 6) are possible.
     """
     best, found = as_read.typical / CLEARER, None
     mirror = "the points are mirrored: two of `x_mm`, `y_mm`, `z_mm` are swapped, or one has the wrong sign"
@@ -80,7 +85,7 @@ def other_reading(
             if abs(other.scale / factor - 1) > SAME:
                 continue
             fit = other if factor == 1.0 else seen(robot, q_other, position / factor)
-            if fits(fit) and fit.typical < best:
+            if fits(fit) and fit.typical < best and allowed(q_other):
                 best = fit.typical / 2
                 length = f"the positions {look}" if look else ""
                 unit_help = f"give the unit in a column map: x_mm = {{name = .., unit = '{short}'}}" if look else ""

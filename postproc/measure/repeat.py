@@ -21,55 +21,79 @@ class Noise:
     """How far the measurement scatters by itself.
 
     Args:
-        position: standard deviation per axis [m]; dof: degrees of freedom behind it.
-        rotation: standard deviation per axis [rad], None where no orientation was repeated.
-        origin: where the figure comes from. rounding: what of ``position`` comes from joint angles that are rounded.
+        sigma: standard deviation of one number of what is observed [m], [rad] where only angles were measured, with the
+            arm's own repeatability in it; None where nothing tells it. dof: degrees of freedom behind it.
+        rotation: standard deviation per axis [rad] of orientations beside positions, None where none was repeated.
+        origin: where the figure comes from. rounding: what of ``sigma`` comes from joint angles that are rounded.
+        instrument: the instrument's own share of ``sigma`` as `sigma_mm` states it [m], None where it does not. It is
+            the least that the noise can be: how well the arm repeats a pose is added to it.
     """
 
-    position: float | None
+    sigma: float | None
     dof: float
     rotation: float | None
-    origin: Literal["repeats", "sigma_mm", "user", "none"]
+    origin: Literal["repeats", "user", "none"]
     rounding: float = 0.0
+    instrument: float | None = None
 
     @property
     def stated(self) -> float | None:
         """What the user has stated [m], None where the data tells its noise."""
-        known = self.position is not None and self.origin == "user"
-        return float(np.sqrt((self.position or 0.0) ** 2 - self.rounding**2)) if known else None
+        known = self.sigma is not None and self.origin == "user"
+        return float(np.sqrt((self.sigma or 0.0) ** 2 - self.rounding**2)) if known else None
+
+    @property
+    def repeatability(self) -> float | None:
+        """What of the noise is the arm's [m]; None where `sigma_mm` and the whole are not both known."""
+        if self.instrument is None or self.sigma is None:
+            return None
+        return float(np.sqrt(max(self.sigma**2 - self.rounding**2 - self.instrument**2, 0.0)))
 
 
 def estimate_noise(data: Measurements, stated: float | None = None, error: Array | None = None) -> Noise:
-    """Noise stated by the user [m], else from repeats (pooled scatter about the mean of each group).
+    """Noise stated by the user, else from repeats (pooled scatter about the mean of each group).
 
-    Else from column ``sigma_mm``. Repeats of one visit count where there are enough of them: those of a later round, at
-    another temperature, differ by drift and growth as well. What follows a column of the user's own within repeats is
-    no noise either; where all repeats then scatter clearly less than those of one visit, they count.
+    What column ``sigma_mm`` states is the instrument's share; without repeats nothing tells the arm's. Repeats of one
+    visit count where there are enough of them: those of a later round, at another temperature, differ by drift and
+    growth as well. What follows a column of the user's own within repeats is no noise either; where all repeats then
+    scatter clearly less than those of one visit, they count.
 
     Args:
-        error: (n, 3) what a model leaves of the positions [m]: its scatter within repeats counts in place of theirs.
+        stated: [m], or [rad] where only angles were measured.
+        error: (n, k) what a model leaves of the numbers that are observed: its scatter within repeats counts in place
+            of theirs.
     """
-    places = data.position if error is None else error
-    rotation = _rotation_scatter(data, data.repeats)
+    values = _values(data) if error is None else error
+    beside = data.observed.name == "position"
+    rotation = _rotation_scatter(data, data.repeats) if beside else None
+    instrument = None
+    if data.sigma is not None and beside:
+        instrument = float(np.sqrt(np.nanmean(data.sigma**2)))
     if stated is not None:
-        return Noise(stated, np.inf, rotation, "user")
+        return Noise(stated, np.inf, rotation, "user", instrument=instrument)
     found: Noise | None = None
     for groups in (visits(data), data.repeats):
-        square, dof = _beside_own_columns(data, _without_strays(places, groups), groups)
+        square, dof = _beside_own_columns(data, _without_strays(values, groups), groups)
         if dof >= 9 and square > 0 and (found is None or _quieter(square, dof, found)):
-            found = Noise(float(np.sqrt(square)), dof, rotation, "repeats")
-    if found is not None:
-        return found
-    if data.sigma is not None:
-        return Noise(float(np.sqrt(np.nanmean(data.sigma**2))), np.inf, rotation, "sigma_mm")
-    return Noise(None, 0.0, rotation, "none")
+            found = Noise(float(np.sqrt(square)), dof, rotation, "repeats", instrument=instrument)
+    return found or Noise(None, 0.0, rotation, "none", instrument=instrument)
+
+
+def _values(data: Measurements) -> Array:
+    """(n, k) numbers that are observed, as far as repeats of them can be compared.
+
+    Orientations as rotation vectors from the first one of each pose.
+    """
+    if data.observed.name == "orientation":
+        return _turned(data, data.repeats)
+    return data.numbers(data.observed)
 
 
 def _quieter(square: float, dof: float, than: Noise) -> bool:
     """Whether a variance is no chance below another (F)."""
     from scipy.special import fdtrc
 
-    return bool(fdtrc(than.dof, dof, float(than.position or 0.0) ** 2 / square) < CHANCE)
+    return bool(fdtrc(than.dof, dof, float(than.sigma or 0.0) ** 2 / square) < CHANCE)
 
 
 def visits(data: Measurements) -> NDArray[np.int_]:
@@ -157,14 +181,21 @@ def pooled_scatter(values: Array, groups: NDArray[np.int_], beside: Array | None
 def _rotation_scatter(data: Measurements, groups: NDArray[np.int_]) -> float | None:
     if data.rotation is None:
         return None
+    square, dof = pooled_scatter(_turned(data, groups), groups)
+    return float(np.sqrt(square)) if dof >= 9 and square > 0 else None
+
+
+def _turned(data: Measurements, groups: NDArray[np.int_]) -> Array:
+    """(n, 3) by how much orientations are turned from the first one of their group [rad], NaN where not measured."""
     from scipy.spatial.transform import Rotation
 
+    assert data.rotation is not None
+    turned = np.full((len(data), 3), np.nan)
     good = np.asarray(np.isfinite(data.rotation).all(axis=(1, 2)))
     if not good.any():
-        return None
+        return turned
     first = {int(g): i for i, g in reversed(list(enumerate(groups))) if good[i]}
     rows = np.flatnonzero(good)
     reference = np.array([data.rotation[first[int(groups[i])]] for i in rows])
-    turned = Rotation.from_matrix(np.swapaxes(reference, 1, 2) @ data.rotation[rows]).as_rotvec()
-    square, dof = pooled_scatter(turned, groups[rows])
-    return float(np.sqrt(square)) if dof >= 9 and square > 0 else None
+    turned[rows] = Rotation.from_matrix(np.swapaxes(reference, 1, 2) @ data.rotation[rows]).as_rotvec()
+    return turned

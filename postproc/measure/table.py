@@ -14,10 +14,12 @@ from postproc.measure import columns as names
 from postproc.measure.cells import read_cells
 from postproc.measure.checks import check_measurements
 from postproc.measure.commanded import commanded_joints, program_targets
+from postproc.measure.join import join
 from postproc.measure.layout import read_column_map
 from postproc.measure.lookup import Table, missing_help
 from postproc.measure.measurements import Measurements
 from postproc.measure.own import own_channels, row_order
+from postproc.measure.terms import AS_IT_IS, Reading, accepted
 from postproc.measure.trajectory import with_motion
 from postproc.robot.arm import Robot
 
@@ -33,6 +35,8 @@ def read_measurements(
     program: Source | Sequence[Source] | None = None,
     column_map: Source | None = None,
     measured: bool = True,
+    *,
+    terms: Reading = AS_IT_IS,
 ) -> Measurements:
     """Read a measurement table and check it against the arm.
 
@@ -41,17 +45,21 @@ def read_measurements(
         robot: gives the nominal kinematics for commanded poses and for the checks of units and columns.
         program: the RAPID program that was run, for tables with a ``target`` column; with what is read along with it.
         column_map: how another layout writes its columns, see ``read_column_map``.
-        measured: False for poses that are only asked about, or have yet to be measured.
+        measured: False for poses that are only asked about, or have yet to be measured: then every row stays.
+        terms: what the user says of the table beside that.
 
     Raises:
         PostprocError: DAT001 to DAT009, where the table cannot be what it says.
     """
     diagnostics: list[Diagnostic] = []
     layout = read_column_map(column_map)
-    table = Table(read_cells(source, layout, diagnostics), layout, diagnostics)
+    cells = read_cells(source, layout, diagnostics, every=not measured)
+    if terms.joints is not None:
+        cells = join(cells, read_cells(terms.joints, layout, diagnostics), diagnostics)
+    table = Table(cells, layout, diagnostics)
     n = len(table.cells.rows)
     turns = table.turns(names.ORIENTATION, layout.orientation)
-    measured_joints = table.vector(names.MEASURED_JOINTS)
+    measured_joints = table.vector(names.MEASURED_JOINTS, partial=True, absent=np.nan)
     position = _seen(table)
     if position is None:
         position = np.full((n, 3), np.nan)
@@ -62,9 +70,8 @@ def read_measurements(
     if "time_s" in table.place:
         state, findings = with_motion(state, source)
         diagnostics += findings
-    else:
-        order = row_order(state, table.text("pose_id"), measured)
-        state = state.with_(channels={**state.channels, **order})
+    elif terms.rows_in_order:
+        state = state.with_(channels={**state.channels, **row_order(state, table.text("pose_id"))})
     data = Measurements(
         state=state,
         position=position,
@@ -75,10 +82,13 @@ def read_measurements(
         row=tuple(range(1, n + 1)),
         line=table.cells.lines,
         tool_known=tool_known,
+        counted="time_s" not in table.place and terms.rows_in_order and "row" not in table.place,
+        accepted=terms.accept,
         sources=(source,),
     )
     unit = table.place["x_mm"].unit if "x_mm" in table.place else "mm"
     diagnostics += check_measurements(data, robot, table.cells, turns, measured, unit)
+    diagnostics = accepted(diagnostics, terms.accept)
     if has_errors(diagnostics):
         raise PostprocError(diagnostics)
     return replace(data, diagnostics=tuple(diagnostics))

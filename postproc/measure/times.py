@@ -21,6 +21,8 @@ def seconds(cells: Sequence[str]) -> Array | None:
     ISO 8601, dates with points or slashes and a time of day, or the time of day alone, which may pass midnight. Where
     days and months can be told apart in two ways, the shorter record is meant.
     """
+    # An apostrophe before a stamp marks text for a spreadsheet.
+    cells = [cell.lstrip("'\u2019") for cell in cells]
     filled = [i for i, cell in enumerate(cells) if cell]
     readings: list[Callable[[str], datetime]] = [datetime.fromisoformat]
     readings += [partial(_read, form=f"{date} {clock}") for date in DATES for clock in CLOCKS]

@@ -10,16 +10,16 @@ from pathlib import PurePath
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source
+from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, has_errors
 from postproc.effects.contract import State
 from postproc.measure.alignment import align
 from postproc.measure.cells import read_cells
 from postproc.measure.clock import going_on
 from postproc.measure.layout import read_column_map
 from postproc.measure.measurements import Measurements
-from postproc.measure.own import row_order
 from postproc.measure.readings import CLEARER, SUSPICIOUS_M, seen
 from postproc.measure.table import read_measurements
+from postproc.measure.terms import AS_IT_IS, Reading, accepted
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward
 
@@ -34,6 +34,8 @@ def read_tables(
     program: Sequence[Source] | None = None,
     column_map: Source | None = None,
     measured: bool = True,
+    *,
+    terms: Reading = AS_IT_IS,
 ) -> Measurements:
     """Read tables of one arm, see ``read_measurements``; of several the map counts for those that have its columns.
 
@@ -41,10 +43,15 @@ def read_tables(
         PostprocError: what is wrong with one of them; DAT031 where they do not belong together.
     """
     if len(sources) == 1:
-        return read_measurements(sources[0], robot, program, column_map, measured)
+        return read_measurements(sources[0], robot, program, column_map, measured, terms=terms)
+    if terms.joints is not None:
+        message = f"`{terms.joints.path}` can stand beside one table, and {len(sources)} are named"
+        raise PostprocError.of("DAT033", message, help="name one table, or put its angles into each")
     maps = [column_map if column_map is not None and _concerns(column_map, source) else None for source in sources]
     pairs = zip(sources, maps, strict=True)
-    return together([read_measurements(source, robot, program, own, measured) for source, own in pairs], robot)
+    return together(
+        [read_measurements(source, robot, program, own, measured, terms=terms) for source, own in pairs], robot
+    )
 
 
 def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
@@ -73,7 +80,10 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         raise PostprocError(_finding("error", message, "give joint angles in all of them, or targets in all"))
     names = [table.state.session_names or (name,) for table, name in zip(tables, _names(sources), strict=True)]
     for (one, here), (other, there) in combinations(zip(tables, names, strict=True), 2):
-        _check_setup(one, other, robot, shared=sorted(set(here) & set(there)))
+        setup = _check_setup(one, other, robot, shared=sorted(set(here) & set(there)))
+        found += accepted([] if setup is None else [setup], tables[0].accepted)
+    if has_errors(found):
+        raise PostprocError(found)
     data = Measurements(
         state=_state(tables, names, found),
         position=np.vstack([table.position for table in tables]),
@@ -84,6 +94,8 @@ def together(tables: Sequence[Measurements], robot: Robot) -> Measurements:
         row=tuple(row for table in tables for row in table.row),
         line=tuple(line for table in tables for line in table.line),
         tool_known=tables[0].tool_known,
+        counted=all(table.counted for table in tables),
+        accepted=tables[0].accepted,
         sources=tuple(sources),
         file=tuple(k for k, table in enumerate(tables) for _ in range(len(table))),
     )
@@ -129,7 +141,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
         parts = [s.channels.get(name) for s in states]
         # The word of a column stands nowhere in a table that has no such word.
         column = _stacked(parts, tables, 0.0) if "=" in name else _shared(name, parts, tables, found)
-        channels |= {} if column is None or name == "row" else {name: column}
+        channels |= {} if column is None else {name: column}
     state = State(
         q=np.vstack([s.q for s in states]),
         session=np.concatenate(session).astype(int),
@@ -141,7 +153,7 @@ def _state(tables: Sequence[Measurements], names: Sequence[tuple[str, ...]], fou
     state = state.with_(**{name: _stacked([getattr(s, name) for s in states], tables, 0.0) for name in NOTHING})
     if tables[0].tool_known:
         state = state.with_(T_flange_tcp=np.concatenate([s.T_flange_tcp for s in states]))
-    return state if state.time is not None else state.with_(channels={**channels, **row_order(state)})
+    return state
 
 
 def _shared(
@@ -149,16 +161,16 @@ def _shared(
 ) -> Array | None:
     """A channel that every table has recorded; said, and None, where some have not."""
     lacking = [table for part, table in zip(parts, tables, strict=True) if part is None]
-    if lacking and len(lacking) < len(tables) and name != "row":
+    if lacking and len(lacking) < len(tables):
         message = f"`{lacking[0].sources[0].path}` has no `{name}`, which other tables have: it is not used"
         found.append(_finding("warning", message, "what follows it can be tried on the tables that have it"))
     return None if lacking else _stacked(parts, tables, np.nan)
 
 
-def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: Sequence[str]) -> None:
-    """Raises DAT031 where the second table has its points elsewhere on the flange, or a session of both moved."""
+def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: Sequence[str]) -> Diagnostic | None:
+    """DAT031 where the second table has its points elsewhere on the flange, or a session of both moved; else None."""
     if one.tool_known or min(_located(one).sum(), _located(other).sum()) < FEW:
-        return
+        return None
     (q, y), (q_other, y_other) = ((t.state.q[_located(t)], t.position[_located(t)]) for t in (one, other))
     first, own = seen(robot, q, y), seen(robot, q_other, y_other)
     T = forward(robot, q_other)
@@ -167,14 +179,15 @@ def _check_setup(one: Measurements, other: Measurements, robot: Robot, shared: S
     paths = f"`{one.sources[0].path}` and `{other.sources[0].path}`"
     if same.typical > max(SUSPICIOUS_M, CLEARER * own.typical):
         message = f"the points of {paths} are not one point of the flange: {1e3 * same.typical:.0f} mm apart"
-        raise PostprocError(_finding("error", message, "fit a model to each, or state the tools in a program"))
+        return _finding("error", message, "fit a model to each, or state the tools in a program")
     frame = first.T_instrument_base
     left = float(np.median(np.linalg.norm(y_other - T[:, :3, 3] @ frame[:3, :3].T - frame[:3, 3], axis=1)))
     if shared and left > max(SUSPICIOUS_M, CLEARER * same.typical):
         message = (
             f"the instrument stood elsewhere in {paths} ({1e3 * left:.0f} mm), and both name session `{shared[0]}`"
         )
-        raise PostprocError(_finding("error", message, "give them different names in column `session`"))
+        return _finding("error", message, "give them different names in column `session`")
+    return None
 
 
 def _located(table: Measurements) -> Array:

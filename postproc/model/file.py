@@ -30,7 +30,7 @@ AGAIN = {"help": "fit the model again, or take the table [fit] out"}
 Vec3 = tuple[float, float, float]
 Span = tuple[float, float]
 Channel = Literal[
-    "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
+    "q1", "q2", "q3", "q4", "q5", "q6", "payload", "temperature", "time", "dir1", "dir2", "dir3", "dir4", "dir5", "dir6"
 ]
 
 
@@ -52,8 +52,12 @@ class _Fit(_Table):
 
     rows: int = 0
     rms_mm: float = 0.0
+    rms_mrad: float = 0.0
+    held_out_rms_mrad: float = 0.0
+    noise_mrad: float = 0.0
     held_out_rms_mm: float = 0.0
     noise_mm: float = 0.0
+    noise_repeatability_mm: float = 0.0
     noise_from: str = ""
     not_identifiable: list[str] = []
     version: str = ""

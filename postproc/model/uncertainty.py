@@ -184,7 +184,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
     table: Mapping[str, Any] = model.fit.get("range", {})
     found = []
     for name, values in _channels(state).items():
-        if name not in table:
+        if name not in table or name == "time":  # what follows the time is a session's own
             continue
         low, high = (float(x) for x in table[name])
         slack = MARGIN * (high - low)
@@ -196,7 +196,7 @@ def beyond_range(model: Model, state: State) -> tuple[Beyond, ...]:
 
 def _channels(state: State) -> dict[str, Array]:
     channels = {f"q{j + 1}": state.q[:, j] for j in range(6)}
-    for name, values in (("payload", state.payload_mass), ("temperature", state.temperature)):
+    for name, values in (("payload", state.payload_mass), ("temperature", state.temperature), ("time", state.time)):
         if values is not None and np.isfinite(values).any():
             channels[name] = np.broadcast_to(np.asarray(values, dtype=float), (len(state),))
     # What no row comes from is a gap of a model that may lack lost motion; 0 is a side that nobody knows.

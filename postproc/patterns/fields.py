@@ -10,8 +10,8 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.fit.problem import Problem
 from postproc.model.places import TOOL
-from postproc.patterns.felt import felt_by_tool
-from postproc.patterns.sight import SEEN, WRIST, Sight
+from postproc.patterns.instrument_model import SEEN, WRIST, Sight
+from postproc.patterns.tool_frame_forces import felt_by_tool
 
 PLACE = ("x", "y", "z")
 

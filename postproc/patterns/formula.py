@@ -185,7 +185,15 @@ def together(parts: Iterable[Part]) -> Family:
         at = int(np.searchsorted(ends, k, side="right")) - 1
         return groups[at][k - int(ends[at])]
 
-    return Family(int(ends[-1]), make, lambda: np.vstack([raw_of(group) for group in groups]), tuple(groups))
+    def raw() -> Any:
+        # One after another into one array: side by side they would take twice the memory.
+        rows = len(groups[0][0].signals[0].values)
+        every = np.empty((int(ends[-1]), rows), dtype=np.float32)
+        for group, first in zip(groups, ends, strict=False):
+            every[first : first + len(group)] = raw_of(group)
+        return every
+
+    return Family(int(ends[-1]), make, raw, tuple(groups))
 
 
 def raw_of(some: Sequence[Pattern]) -> Array:
@@ -199,7 +207,7 @@ def values_of(some: Sequence[Pattern]) -> Single:
     """(n, P) of patterns with one function each, by their largest size; in single precision, which is twice as fast."""
     raw = raw_of(some)
     most = np.maximum(raw.max(axis=1, keepdims=True), -raw.min(axis=1, keepdims=True))
-    return np.divide(raw, np.maximum(most, 1e-30), dtype=np.float32).T
+    return np.divide(raw, np.maximum(most, 1e-30), out=raw if raw.dtype == np.float32 else None, dtype=np.float32).T
 
 
 def spread(moves: Array, values: Array) -> Array:

@@ -10,8 +10,9 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.breaks import FINEST
-from postproc.patterns.cycles import (
+from postproc.patterns.change_points import FINEST
+from postproc.patterns.formula import Family, Pattern, family
+from postproc.patterns.harmonics import (
     EIGHTHS,
     GEAR,
     LOW,
@@ -25,7 +26,6 @@ from postproc.patterns.cycles import (
     turns,
     ways_of,
 )
-from postproc.patterns.formula import Family, Pattern, family
 from postproc.patterns.shapes import levels, line
 from postproc.patterns.signals import Signal
 

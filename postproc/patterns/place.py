@@ -91,21 +91,19 @@ class Place:
                 gram[:, j, :, i] += both
         return gram, (self.rest @ b).T
 
-    def falls(self, values: Single, squares: Single | None = None) -> Array:
-        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values (with their squares).
+    def falls(self, values: Single) -> Array:
+        """Fall of the sum of squares by the place times each pattern, (P,), for (n, P) values.
 
         It is b^T G^-1 b with G = C^T M C and b = C^T M y of the columns C of each.
         """
         P, m = values.shape[1], self.count
-        squares = values**2 if squares is None else squares
         falls = np.zeros(P)
         for at in range(0, P, CHUNK):
-            b, bb = values[:, at : at + CHUNK], squares[:, at : at + CHUNK]
-            if len(self.pose) < len(values):
-                b, bb = b[self.pose], bb[self.pose]
+            b = values[:, at : at + CHUNK]
+            b = b[self.pose] if len(self.pose) < len(values) else b
             found = self.straight @ b
             inside, along = found[:-m].reshape(m, -1, b.shape[1]), found[-m:].astype(float)
-            alone = (self.squared @ bb).astype(float)
+            alone = (self.squared @ b**2).astype(float)
             gram = np.zeros((m, m, b.shape[1]))
             for (i, j), square in zip(self.pairs, alone, strict=True):
                 gram[i, j] = square - np.einsum("kc,kc->c", inside[i], inside[j])

@@ -13,7 +13,19 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import shown
-from postproc.patterns.breaks import FINEST, STEPS, above, around, breaks, edges, gaps, knots, nearest, only, step
+from postproc.patterns.change_points import (
+    FINEST,
+    STEPS,
+    above,
+    around,
+    breaks,
+    edges,
+    gaps,
+    knots,
+    nearest,
+    only,
+    step,
+)
 from postproc.patterns.formula import Edge, Family, Pattern, family, sharper, together
 from postproc.patterns.signals import Movable, Signal
 

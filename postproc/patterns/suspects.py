@@ -14,15 +14,15 @@ from postproc.effects.arm_load import ArmLoad
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Problem
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.every import Patterns
-from postproc.patterns.felt import LEANS, leaning, overturning_moment
+from postproc.patterns.dictionary import Patterns
 from postproc.patterns.fields import Field, fields
 from postproc.patterns.formula import Pattern, spread
-from postproc.patterns.odds import FRAMES, LOADED, SEATED, off_everywhere
+from postproc.patterns.instrument_model import Sight
+from postproc.patterns.pattern_prior import FRAMES, LOADED, SEATED, off_everywhere
 from postproc.patterns.place import taken_off
-from postproc.patterns.sight import Sight
+from postproc.patterns.screening import UNNAMED_LOG_PRIOR, Tried, above
 from postproc.patterns.signals import Draft, Signal, text_of
-from postproc.patterns.tried import ODDS, Tried, above
+from postproc.patterns.tool_frame_forces import LEANS, leaning, overturning_moment
 
 TOGETHER = 0.97
 """Rank correlation of two channels (Spearman 1904) from which on one stands for the other."""
@@ -155,7 +155,7 @@ class Look:
         """
         if asked < self.least:
             # Whatever is so near the best is sharpened in any case.
-            sure = max(f.worth for f in self.tried.found) - ODDS
+            sure = max(f.worth for f in self.tried.found) - UNNAMED_LOG_PRIOR
             self.told, self.least = self._sharp(asked), 0.0 if asked < sure else asked
         return self.told
 
@@ -252,7 +252,7 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
     near = [
         s
         for s in suspects
-        if s.evidence > first.evidence - ODDS or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
+        if s.evidence > first.evidence - UNNAMED_LOG_PRIOR or (s.evidence > 0 and 1 - s.share < 2 * (1 - first.share))
     ]
     plain: dict[frozenset[str], float] = {}
     for s in near:
@@ -263,7 +263,7 @@ def _likely(suspects: Sequence[Suspect]) -> list[Suspect]:
 def _elsewhere(suspects: Sequence[Suspect], likely: Sequence[Suspect]) -> list[Suspect]:
     """The place that the first cannot be told from, or the joint that a weight winds, at which it shows most."""
     first = suspects[0]
-    close = [s for s in likely if s.channel == first.channel and s.evidence > first.evidence - ODDS]
+    close = [s for s in likely if s.channel == first.channel and s.evidence > first.evidence - UNNAMED_LOG_PRIOR]
     if others := [s for s in close if s.where != first.where]:
         return others[:1]
     wound = [s for s in suspects if s.channel == first.channel and s.where.startswith("joint") and s.evidence > 0]

@@ -14,13 +14,13 @@ import numpy as np
 from postproc.diagnostics import Diagnostic
 from postproc.effects.parameters import unit_suffix
 from postproc.effects.registry import effect_library
-from postproc.identify.diagnose import Diagnosis
-from postproc.identify.verdict import suspect_size
-from postproc.patterns.felt import LEAN, LEANS
-from postproc.patterns.odds import FRAMES, LOADED, off_everywhere
-from postproc.patterns.sight import SEEN, WAYS, Sight
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.sentences import suspect_size
+from postproc.patterns.instrument_model import SEEN, WAYS, Sight
+from postproc.patterns.pattern_prior import FRAMES, LOADED, off_everywhere
 from postproc.patterns.signals import Draft, Way, channels_read, text_of
 from postproc.patterns.suspects import Suspect
+from postproc.patterns.tool_frame_forces import LEAN, LEANS
 from postproc.render.templates import environment, fill, load_template
 
 FRAME = FRAMES[0].partition(", ")[2]

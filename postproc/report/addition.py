@@ -22,19 +22,21 @@ def addition_page(name: str, found: Addition) -> str:
     ladder = {
         ("the model as it came" if i == 0 else s.name): 1e3 * s.fit.held_out_rms for i, s in enumerate(found.ladder)
     }
-    floor, noise = document["floor_mm"], found.fit.noise.position
+    kind, noise = found.fit.observed, found.fit.parts.level
+    floor = document[kind.key("floor")]
     without = {f"without {key}": 1e3 * fit.held_out_rms for key, fit in found.without.items()}
     key = {
-        "error before": document["before"]["held_out_rms_mm"],
-        "error after": document["held_out_rms_mm"],
+        "error before": document["before"][kind.key("held_out_rms")],
+        "error after": document[kind.key("held_out_rms")],
         "noise" if noise is not None else "any smooth function": floor,
     }
     note = (
         "Rms per axis. The dashed line is the noise: no model can be expected below it." if noise else "Rms per axis."
     )
+    dashed = floor if noise else None
     sections = [
-        Section("The error on rows that the fit has not seen", bars(ladder, floor if noise else None), note),
-        Section("What each effect is worth", bars(without, floor if noise else None), EACH),
+        Section("The error on rows that the fit has not seen", bars(ladder, dashed, unit=kind.unit), note),
+        Section("What each effect is worth", bars(without, dashed, unit=kind.unit), EACH),
         workspace_section(found.fit, "Where it is off now"),
         channel_section(found.fit, noise, "What the rest follows"),
         Section("Parameters", parameter_table(found.fit, [e.key for e in found.fit.model.effects])),

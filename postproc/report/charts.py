@@ -94,18 +94,18 @@ def course(x: Array, y: Array, x_label: str, y_label: str, *, limit: float, colo
     return f'<div class="course">{frame.draw(parts, x_label, y_label)}</div>'
 
 
-def bars(levels: Mapping[str, float | None], floor: float | None = None, aside: str = "") -> str:
-    """Horizontal bars [mm], a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
+def bars(levels: Mapping[str, float | None], floor: float | None = None, aside: str = "", unit: str = "mm") -> str:
+    """Horizontal bars, a dashed line at ``floor`` where one is given; the level ``aside`` is drawn in grey."""
     known = {label: value for label, value in levels.items() if value is not None}
     percent = 100 / max([*known.values(), floor or 0.0, 1e-12])
     end = "" if floor is None else f'<i class="floor" style="left: {floor * percent:.1f}%; border-color: {RED}"></i>'
     rows = []
     for label, value in known.items():
         bar = f"width: {value * percent:.1f}%; background: {GREY if label == aside else BLUE}"
-        figure = f"{value:.3f} mm"
+        figure = f"{value:.3f} {unit}"
         rows.append(f'<span>{escape(label)}</span><b><i style="{bar}"></i>{end}</b><span>{figure}</span>')
     if floor is not None:
-        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} mm</span>')
+        rows.append(f'<span style="color: {RED}">noise</span><b>{end}</b><span>{floor:.3f} {unit}</span>')
     return f'<div class="bars">{"".join(rows)}</div>'
 
 

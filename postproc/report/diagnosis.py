@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from postproc.fit.wording import FREE, p_text, place
-from postproc.identify.diagnose import Diagnosis
-from postproc.identify.report import UNNAMED
-from postproc.identify.verdict import NAMED, doubts, headline
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.report import UNNAMED, diagnosis_json
+from postproc.identify.sentences import NAMED, doubts, headline
+from postproc.measure.observations import Observation
 from postproc.report.charts import bars
 from postproc.report.document import plain
 from postproc.report.page import Section, render_page, table
@@ -28,25 +29,27 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     Args:
         name: of the model and the table.
     """
-    document = plain(found.as_json())
-    ladder = {"the model as it came": document["held_out_rms_mm"]}
-    ladder |= {f"+ {m['effect']}": m["held_out_rms_mm_after"] for m in document["missing"]}
-    if document["held_out_rms_mm_unnamed"] is not None:
-        ladder[UNNAMED] = document["held_out_rms_mm_unnamed"]
-    ladder[FREE] = document["bound_mm"]
+    document = plain(diagnosis_json(found))
+    kind = found.base.observed
+    error, floor = kind.key("held_out_rms"), document[kind.key("floor")]
+    ladder = {"the model as it came": document[error]}
+    ladder |= {f"+ {m['effect']}": m[f"{error}_after"] for m in document["missing"]}
+    if document[f"{error}_unnamed"] is not None:
+        ladder[UNNAMED] = document[f"{error}_unnamed"]
+    ladder[FREE] = document[kind.key("bound")]
     key = {
         **_verdict(document),
-        "error per axis as it came": document["held_out_rms_mm"],
-        "with what was found": document["held_out_rms_mm_after"] if document["missing"] else None,
-        "with what has no name": document["held_out_rms_mm_unnamed"],
-        "noise per axis": document["floor_mm"],
+        f"error per {kind.each} as it came": document[error],
+        "with what was found": document[f"{error}_after"] if document["missing"] else None,
+        "with what has no name": document[f"{error}_unnamed"],
+        f"noise per {kind.each}": floor,
     }
     sections = [
         Section(
             "The error on rows that the fit has not seen",
-            bars(ladder, document["floor_mm"], aside=FREE),
-            "Rms per axis. "
-            + (NOISE if document["floor_mm"] else "")
+            bars(ladder, floor, FREE, kind.unit),
+            f"Rms per {kind.each}, {kind.unit}. "
+            + (NOISE if floor else "")
             + "Grey: what a smooth function of all channels, without physics, reaches.",
         )
     ]
@@ -65,7 +68,7 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
     sections += [
         workspace_section(found.final, "Where it is off in the end"),
         channel_section(found.final, found.floor, "What the rest follows", suspected),
-        _ranking(document),
+        _ranking(document, kind),
     ]
     if document["blind_to"]:
         blind = [(b["effect"], b["why"]) for b in document["blind_to"]]
@@ -88,25 +91,25 @@ def _alike(missing: dict[str, Any]) -> list[str]:
 
 
 def _found(found: Diagnosis, document: dict[str, Any]) -> Section:
-    rows = []
+    rows, kind = [], found.base.observed
     for m in document["missing"]:
         effect = found.told.model.effect(m["effect"])
         title = effect.title if effect is not None else ""
-        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), m["held_out_rms_mm_after"]))
-    columns = ("effect", "what it is", "form", "p", "held out with it [mm]")
+        rows.append((m["effect"], title, place(m["form"]), _p(m["p_value"]), m[f"{kind.key('held_out_rms')}_after"]))
+    columns = ("effect", "what it is", "form", "p", f"held out with it [{kind.unit}]")
     values = parameter_table(found.told, [m["effect"] for m in document["missing"]])
     note = " ".join([*doubts(found), "`postproc add` writes the model that has it."])
     return Section("What is missing", table(columns, rows) + values, note)
 
 
-def _ranking(document: dict[str, Any]) -> Section:
+def _ranking(document: dict[str, Any], kind: Observation) -> Section:
     rows = []
     for c in document["candidates"]:
         form, why = place(c["form"]), c["why_not"] or ""
-        rows.append((c["effect"], form, c["rms_mm_after"], _p(c["p_value"]), c["evidence"], why))
-    columns = ("effect", "form", "rms after [mm]", "p", "evidence", "not testable because")
+        rows.append((c["effect"], form, c[f"{kind.key('rms')}_after"], _p(c["p_value"]), c["evidence"], why))
+    columns = ("effect", "form", f"rms after [{kind.unit}]", "p", "evidence", "not testable because")
     note = (
-        "Each effect alone on the model as it came; rms per axis on the fitted rows. Evidence is twice the logarithm "
+        "Each effect alone on the model as it came; rms on the fitted rows. Evidence is twice the logarithm "
         "of the odds, after paying for parameters and for the number of forms that were tried: above 0 it speaks for "
         "the effect."
     )

@@ -242,7 +242,7 @@ def test_what_follows_can_be_copied_into_a_shell(
         text=lambda: "..",
     )
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
-    monkeypatch.setattr("postproc.identify.verdict.too_few", lambda *_: False)
+    monkeypatch.setattr("postproc.identify.sentences.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my cell.toml").write_bytes((samples / "models" / "irb4600_60_205.toml").read_bytes())
     outcome = call("diagnose", "my cell.toml", cell / "fit.csv")

@@ -11,7 +11,7 @@ from postproc.fit.channels import channels
 from postproc.fit.findings import data_findings, standing_out
 from postproc.fit.problem import Weights
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.every import patterns
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import look
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column

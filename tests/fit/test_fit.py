@@ -26,6 +26,7 @@ from postproc.fit.record import cautions, fit_json
 from postproc.fit.solve import FREED, LEAST, Terms, _held_at_prior, _made_up_for, advance
 from postproc.identify.add import Addition, Step, add_effects
 from postproc.identify.compare import compare
+from postproc.measure.observations import observations
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
 from postproc.measure.together import read_tables
@@ -142,7 +143,7 @@ def test_the_fit_is_written_and_read_back():
     assert "# my cell" in text and "# the big one" in text
     again = parse_model(Source("cell.toml", text.encode()))
     np.testing.assert_allclose(predict(again, data.state), predict(model, data.state), atol=1e-12)
-    assert again.fit["noise_mm"] == pytest.approx(1e3 * estimate_noise(data).position, abs=1e-5)
+    assert again.fit["noise_mm"] == pytest.approx(1e3 * estimate_noise(data).sigma, abs=1e-5)
 
 
 def test_too_few_rows_are_a_finding():
@@ -232,7 +233,7 @@ def test_one_pose_measured_often_can_be_compared():
     again = data.rows(np.zeros(30, dtype=int))
     noise = np.random.default_rng(1).normal(0, 1e-5, again.position.shape)
     found = compare(base_fit(data).recorded(), replace(again, position=again.position + noise))
-    assert found.iso.poses == 1 and 5e-6 < found.noise.position < 2e-5
+    assert found.iso.poses == 1 and 5e-6 < found.fit.noise.sigma < 2e-5
 
 
 def test_a_joint_that_yields_against_its_load_is_named():
@@ -287,7 +288,12 @@ def test_an_effect_that_does_not_help_is_said_so():
 
 def test_an_effect_that_hardly_helps_is_said_so():
     def fit(held_out: float) -> SimpleNamespace:
-        return SimpleNamespace(held_out_rms=held_out, rms=held_out, noise=SimpleNamespace(position=2.5e-5))
+        return SimpleNamespace(
+            held_out_rms=held_out,
+            rms=held_out,
+            parts=SimpleNamespace(level=2.5e-5),
+            observed=observations(False, False)[0],
+        )
 
     def said(held_out: float, share: float) -> list[str]:
         steps = Step("base", fit(143e-6), None), Step("+ own", fit(held_out), share)

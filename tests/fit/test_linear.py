@@ -9,7 +9,7 @@ from postproc.fit.held_out import contiguous_blocks, hold_out, neighbouring_bloc
 from postproc.fit.independent import independent_share, serial_share
 from postproc.fit.linear import Linear, basis_of
 from postproc.fit.worth import f_test
-from postproc.identify.gains import gain
+from postproc.identify.evidence import gain
 
 
 def problem(seed=1, rows=60, columns=7):

@@ -126,7 +126,7 @@ def base(data: Measurements, noise: float):
 def test_whether_angles_were_rounded_or_commanded_so_is_told_by_the_points(digits, noise, written):
     fit = base(stated(digits, written, noise), noise)
     assert fit.data.rounded is written
-    assert (fit.noise.position > noise) is written
+    assert (fit.noise.sigma > noise) is written
     assert fit.noise.stated == pytest.approx(noise)
     assert 0.75 < fit.variance < 1.3
 

@@ -12,7 +12,8 @@ from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.identify.diagnose import Diagnosis, diagnose
+from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model

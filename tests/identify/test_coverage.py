@@ -30,7 +30,7 @@ def test_intervals_hold_the_truth(repeats):
         terms = {"seed": 5100 + i, "robot": ARMS[i % 3], "poses": 60, "noise": (0.012, 0.03, 0.06)[i // 3 % 3]}
         data, true = cell(**terms)
         fit = base_fit(data if repeats else single(data), terms["robot"])
-        assert (fit.noise.position is not None) == repeats
+        assert (fit.noise.sigma is not None) == repeats
         inside.append(predictions(fit, true))
         known.append(compliances(fit, true_compliance(**terms)))
     assert 0.90 < np.mean(inside) < 0.98
@@ -58,7 +58,7 @@ def test_free_functions_come_near_the_noise_where_physics_is_missing():
     left = fit.leftover
     assert fit.rms > 2 * 3e-5
     assert left.held_out < 1.3 * 3e-5
-    assert left.noise * fit.variance * fit.noise.position**2 == pytest.approx(9e-10, rel=0.2)
+    assert left.noise * fit.variance * fit.noise.sigma**2 == pytest.approx(9e-10, rel=0.2)
 
 
 def test_repeats_tell_nothing_new_about_what_the_model_misses():
@@ -164,9 +164,9 @@ def warm_rounds(seed: int, noise: float):
 def test_repeats_of_a_warmer_round_tell_the_noise_once_the_drift_is_known():
     data = warm_rounds(71, 2e-5)
     lacking, whole = base_fit(data), base_fit(data, more=("thermal_joint_drift",))
-    assert lacking.noise.position > 2 * 2e-5
-    assert whole.noise.position == pytest.approx(2e-5, rel=0.25)
-    assert whole.problem.weights.values.max() == pytest.approx(1 / whole.noise.position)
+    assert lacking.noise.sigma > 2 * 2e-5
+    assert whole.noise.sigma == pytest.approx(2e-5, rel=0.25)
+    assert whole.problem.weights.values.max() == pytest.approx(1 / whole.noise.sigma)
     assert 0.7 < whole.variance < 1.4
     assert fit_json(whole)["noise_mm"] == pytest.approx(0.02, rel=0.25)
 

@@ -23,8 +23,9 @@ from postproc.identify.diagnose import diagnose
 from postproc.identify.plan import Plan as PosePlan
 from postproc.identify.plan import plan_poses
 from postproc.identify.predict import predict_rows
+from postproc.identify.report import diagnosis_json, diagnosis_text
+from postproc.identify.sentences import headline
 from postproc.identify.trends import joint_errors
-from postproc.identify.verdict import headline
 from tests.identify.cells import base_fit, cell, hidden_found, true_error
 from tests.independent import library_effects as kinds
 from tests.independent import unknown_effects as strange
@@ -65,7 +66,7 @@ def test_two_missing_effects_are_both_named():
 
 
 def test_every_step_of_a_thinned_search_is_told_for_all_rows(monkeypatch):
-    monkeypatch.setattr(refits, "ENOUGH", 200)
+    monkeypatch.setattr(refits, "ENOUGH", 300)
     data, _ = cell(kinds.backlash, kinds.arm_load, seed=222, poses=150)
     found = diagnose(base_fit(data).model, data)
     assert len(found.screened.data) < 0.7 * len(data)
@@ -229,7 +230,7 @@ def test_an_effect_outside_the_library_is_unknown_and_its_channel_is_named():
         suspect = found.suspects[0]
         assert suspect.where == f"joint {suspect.channel[1]}" and suspect.pattern.startswith("step near")
         assert 0.8 * found.floor < found.unnamed < 1.2 * found.floor < 0.6 * found.base.held_out_rms
-        table = found.text().split("held-out error")[1].splitlines()
+        table = diagnosis_text(found).split("held-out error")[1].splitlines()
         assert table[2] == f"  + what was found, without a name     {1e3 * found.unnamed:8.3f}"
     # A pattern of several channels is told with all of them, columns of the table's own first.
     data = replace(
@@ -253,7 +254,7 @@ def test_shuffled_channels_win_nothing():
 
 def test_json_keeps_its_contract_and_text_speaks_first():
     found = hidden_found(kinds.backlash, seed=211)
-    j = json.loads(json.dumps(found.as_json(), allow_nan=False))
+    j = json.loads(json.dumps(diagnosis_json(found), allow_nan=False))
     assert j["schema"] == "postproc/diagnose/1"
     keys = {
         "verdict",
@@ -274,10 +275,10 @@ def test_json_keeps_its_contract_and_text_speaks_first():
     assert re.match(
         r"The model lacks `backlash` \(joints 2 and 4\): a joint stops short on the side from which it came\. "
         r"With it, the error on rows the fit has not seen falls from [\d.]+ to [\d.]+ mm per axis\.",
-        found.text(),
+        diagnosis_text(found),
     )
     value, sigma = j["missing"][0]["parameters"]["half_gap_rad"][1]
-    told = re.search(r"^  half_gap\[2\] (\S+) ± (\S+) mrad$", found.text(), re.M)
+    told = re.search(r"^  half_gap\[2\] (\S+) ± (\S+) mrad$", diagnosis_text(found), re.M)
     assert told and [float(x) for x in told.groups()] == pytest.approx([1e3 * value, 1e3 * sigma], rel=0.05)
 
 
@@ -286,8 +287,8 @@ def test_few_poses_tell_nothing():
     few = data.rows(np.arange(9))
     found = diagnose(base_fit(few).model, few)
     assert found.verdict == "complete"
-    assert found.text().startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
-    assert "measure 8 more poses at least" in found.text().splitlines()[0]
+    assert diagnosis_text(found).startswith("Too few poses to tell: 27 measured numbers for 17 parameters.")
+    assert "measure 8 more poses at least" in diagnosis_text(found).splitlines()[0]
 
 
 def test_adding_prints_the_ladder_down_to_the_floor():

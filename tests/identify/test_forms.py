@@ -7,8 +7,8 @@ import pytest
 
 from postproc.effects.nonlinear_compliance import NonlinearCompliance
 from postproc.effects.transmission_error import TransmissionError
+from postproc.identify.evidence import gain, gains
 from postproc.identify.forms import Turned, forms_nearby, forms_of, ordinary
-from postproc.identify.gains import gain, gains
 from tests.identify.cells import base_fit, cell
 from tests.independent import library_effects as kinds
 

@@ -27,14 +27,7 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.fit.problem import Weights
 from postproc.fit.solve import Terms
-from postproc.identify import taking
-from postproc.identify.add import add_effects
-from postproc.identify.alike import confusable
-from postproc.identify.candidate import Candidate, Screen
-from postproc.identify.diagnose import diagnose
-from postproc.identify.forms import forms_of
-from postproc.identify.gains import laplace
-from postproc.identify.judgement import (
+from postproc.identify.acceptance import (
     convincing,
     fitted_best,
     impossible,
@@ -43,9 +36,15 @@ from postproc.identify.judgement import (
     reaches_further,
     refit,
 )
-from postproc.identify.ranking import Search
-from postproc.identify.selection import compose
-from postproc.identify.taking import take
+from postproc.identify.add import add_effects
+from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.composition import compose
+from postproc.identify.diagnose import diagnose
+from postproc.identify.evidence import laplace
+from postproc.identify.forms import forms_of
+from postproc.identify.forward import accepted
+from postproc.identify.indistinguishable import indistinguishable
+from postproc.identify.state import SearchState
 from postproc.measure.measurements import Measurements
 from postproc.model.equilibrium import predict
 from postproc.patterns.suspects import Suspect, places
@@ -120,17 +119,6 @@ def _soft_bearing(g, arm):
         return xi
 
     return Hidden("bearing", "bearing_tilt", body=body)
-
-
-def test_two_lines_of_gears_know_which_came_first():
-    data, _ = cell(_waves, seed=640120, poses=80)
-    base = base_fit(data)
-    key = "transmission_error"
-    both = compose(Screen(base.problem, {key: TransmissionError}, base.free), base.linear, key)
-    assert both.label == "joint 2, order 1; joint 3, order 9" and both.first.label == "joint 2, order 1"
-    assert both.first.effect.joint == (2,) and both.first.count < both.count and both.first.first is None
-    alone = refit(base, both.first)
-    assert alone.linear.square < base.linear.square - 0.9 * both.first.fall
 
 
 def test_what_is_far_larger_than_ordinary_is_fitted_as_well():
@@ -256,7 +244,7 @@ def test_better_is_what_predicts_better_in_most_blocks():
     assert np.nansum(bad.held_out_error**2) > np.nansum(base.held_out_error**2) and predicts_better(bad, base, 1.5)
 
 
-def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch):
+def test_what_tells_poses_by_their_like_alone_does_not_reach_further():
     """Forty places seen twice, hours apart, each off by what no law tells: a map of an angle learns them all."""
     g = np.random.default_rng(640131)
     data, _ = cell(seed=640120, poses=40)
@@ -271,9 +259,7 @@ def test_what_tells_poses_by_their_like_alone_does_not_reach_further(monkeypatch
     free = np.ones(len(after.model.effect("joint_error_map").vector()), dtype=bool)
     effect, fall = after.model.effect("joint_error_map"), base.linear.square - after.linear.square
     learnt = Candidate("joint_error_map", effect, free, "joint 1", 100.0, fall, 50, 0.0, 9.0, 0.0, fit=after)
-    assert take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is None
-    monkeypatch.setattr(taking, "reaches_further", lambda after, before: True)
-    assert take(Search(base, {"joint_error_map": JointErrorMap}, None, []), learnt, [learnt]) is not None
+    assert accepted(SearchState(base, base, {"joint_error_map": JointErrorMap}, None), learnt) is None
     data, _ = cell(_short_wave, seed=640120, poses=80)
     base = base_fit(data)
     assert reaches_further(fit_model(base.model, base.data, [TransmissionError(joint=[3], order=[9])]), base)
@@ -300,7 +286,7 @@ def test_what_hides_is_told_from_fits_that_use_other_rows():
     ranking = [compose(screen, before.linear, key) for key in screen.classes]
     ranking = [replace(c, evidence=1.0) for c in ranking]
     chosen = replace(ranking[0], key="transmission_error", evidence=1e9, fall=before.linear.square)
-    assert confusable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
+    assert indistinguishable(ranking, chosen, before, after) == ((), ("gravity_compensator",))
 
 
 def test_what_explains_no_more_than_noise_hides_behind_nothing():
@@ -310,7 +296,7 @@ def test_what_explains_no_more_than_noise_hides_behind_nothing():
     screen = Screen(before.problem, {LinkGeometry.key: LinkGeometry})
     some = replace(compose(screen, before.linear, LinkGeometry.key), evidence=1.0)
     chosen = replace(some, key="backlash", evidence=1e9, fall=before.linear.square)
-    assert confusable([some], chosen, before, after) == ((), ())
+    assert indistinguishable([some], chosen, before, after) == ((), ())
 
 
 def test_held_out_blocks_are_predicted_with_the_patterns_beside():
@@ -327,7 +313,7 @@ def test_held_out_blocks_are_predicted_with_the_patterns_beside():
         own = at == block
         x = np.linalg.lstsq(columns[~own], y[~own], rcond=None)[0]
         wanted.append(np.sum(((y[own] - columns[own] @ x) / weights.values[weights.used][own]) ** 2))
-    beside = Search(fit, {}, None, []).beside([one]).fit
+    beside = SearchState(fit, fit, {}, None).beside((one,)).fit
     found = np.bincount(blocks, np.nansum(beside.held_out_error**2, axis=1))
     assert found == pytest.approx(np.array(wanted), rel=1e-2)
     assert found.sum() < 0.5 * np.nansum(fit.held_out_error**2)
@@ -394,9 +380,9 @@ def test_what_follows_loads_is_asked_anew_beside_a_further_load_and_nothing_else
     data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
     base = base_fit(data)
     loaded = replace(base, problem=base.problem.at([*base.model.effects, ArmLoad(body=(3,), mass_kg=[200.0])]))
-    search = Search(base, {c.key: c for c in (NonlinearCompliance, Backlash, PayloadError)}, None, [])
+    search = SearchState(base, base, {c.key: c for c in (NonlinearCompliance, Backlash, PayloadError)}, None)
     beside = replace(search, fit=loaded)
-    same = {key: search.screen().forms(key, None) is beside.screen().forms(key, None) for key in search.classes}
+    same = {key: search.screen.forms(key, None) is beside.screen.forms(key, None) for key in search.classes}
     assert same == {"nonlinear_compliance": False, "backlash": True, "payload_error": True}
 
 
@@ -404,20 +390,21 @@ def test_forms_follow_the_weights_of_the_present_fit():
     """Orientations weigh by what a fit leaves of them: what was whitened for a worse fit is not what it was."""
     data, _ = cell(_loose, seed=904, noise=0.02, poses=100)
     base = base_fit(data)
-    search = Search(base, {Backlash.key: Backlash}, None, [])
-    first = search.screen().forms(Backlash.key, None)
+    search = SearchState(base, base, {Backlash.key: Backlash}, None)
+    first = search.screen.forms(Backlash.key, None)
     values = base.problem.weights.values
     heavier = Weights(values * [1.0, 2.0, 3.0])
     beside = replace(search, fit=replace(base, problem=base.problem.weighted(heavier)))
-    found = beside.screen().forms(Backlash.key, None)
+    found = beside.screen.forms(Backlash.key, None)
     for one, other in zip(found, forms_of(base.problem.weighted(heavier), Backlash), strict=True):
         assert one.columns == pytest.approx(other.columns, rel=1e-12)
     alike = replace(search, fit=replace(base, problem=base.problem.weighted(Weights(values * 1.001))))
-    assert search.screen().forms(Backlash.key, None) is not first
-    assert alike.screen().forms(Backlash.key, None) is search.screen().forms(Backlash.key, None)
+    again = replace(search)
+    assert again.screen.forms(Backlash.key, None) is not first
+    assert alike.screen.forms(Backlash.key, None) is again.screen.forms(Backlash.key, None)
     fewer = Weights(np.where(np.arange(len(values))[:, None] == 3, 0.0, values))
     less = replace(search, fit=replace(base, problem=base.problem.weighted(fewer)))
-    assert less.screen().forms(Backlash.key, None)[0].columns.shape[0] == first[0].columns.shape[0] - 3
+    assert less.screen.forms(Backlash.key, None)[0].columns.shape[0] == first[0].columns.shape[0] - 3
 
 
 def test_a_further_joint_is_one_among_the_forms_of_its_effect_alone():

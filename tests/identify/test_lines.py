@@ -11,15 +11,14 @@ from postproc.effects.joint_error_map import JointErrorMap
 from postproc.effects.registry import effect_library
 from postproc.effects.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
-from postproc.identify import lines
 from postproc.identify.candidate import Candidate, Screen
+from postproc.identify.composition import _sharpened, columns_of
 from postproc.identify.diagnose import _steps, diagnose
+from postproc.identify.evidence import gain
 from postproc.identify.forms import forms_of
-from postproc.identify.gains import gain
-from postproc.identify.lines import lines_or_map
-from postproc.identify.ranking import Search, ranking
-from postproc.identify.selection import _sharpened, columns_of
-from postproc.identify.whole import Missing, formed_anew
+from postproc.identify.forward import backward
+from postproc.identify.state import SearchState, SelectedEffect
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import Suspect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
@@ -55,9 +54,8 @@ def test_lines_give_way_to_a_map_where_it_predicts_better(shares, waves, expecte
     wave = TransmissionError(joint=joint, order=order)
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)
-    search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, [Missing(candidate)], None)
-    assert {m.candidate.key for m in missing} == expected
+    search = backward(SearchState(base, fit, effect_library(), None, (SelectedEffect(candidate),)))
+    assert set(search.keys) == expected
     assert expected <= {e.key for e in search.fit.model.effects}
     kept = search.fit.model.effect(wave.key)
     assert kept is None or kept.joint == tuple(j for j in joint if len(expected) == 1 or j == 4)
@@ -71,10 +69,9 @@ def test_lines_beside_a_map_give_way_to_a_map_of_both_joints(broad):
     base = base_fit(data)
     wave, known = TransmissionError(joint=(2, 2), order=(2.0, 5.0)), JointErrorMap(joint=(3,), order=8)
     fit = fit_model(base.model, base.data, [known, wave])
-    told = [Missing(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)) for e in (known, wave)]
-    search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, told, None)
-    assert [m.candidate.key for m in missing] == ([known.key] if broad else [known.key, wave.key])
+    told = [SelectedEffect(Candidate(e.key, e, fit.free[e.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0)) for e in (known, wave)]
+    search = backward(SearchState(base, fit, effect_library(), None, tuple(told)))
+    assert search.keys == ((known.key,) if broad else (known.key, wave.key))
     assert set(search.fit.model.effect(known.key).joint) == ({2, 3} if broad else {3})
 
 
@@ -84,15 +81,15 @@ def test_a_line_that_a_pattern_leaves_nothing_to_tell_goes():
     base = base_fit(data)
     wave = TransmissionError(joint=(2, 3), order=(4.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
-    told = [Missing(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0))]
+    told = [SelectedEffect(Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 4, 0.0, 1.0, 0.0))]
     place = fit.problem.sensitivity.matrix[:, :, 2:3]
     jump = Suspect("q3", "joint 3", "step", 1.0, 1.0, 1.0, place, 1.0 * (data.state.q[:, 2] > 0.1), ("q3",))
-    search = Search(fit, effect_library(), None, []).beside([jump])
-    [kept] = formed_anew(search, base, told)
-    assert search.fit.model.effect(wave.key).joint == (2,) and kept.candidate.label == "joint 2, order 4"
-    # Nothing stands beside them: the search has judged them already.
-    alone = Search(fit, effect_library(), None, [])
-    assert formed_anew(alone, base, told) is told and alone.fit is fit
+    state, position = fit.problem.sensitivity.state, fit.problem.rest.T_base_tcp[:, :3, 3]
+    every = patterns({"q3": state.q[:, 2]}, state, position)
+    search = SearchState(base, fit, effect_library(), every, tuple(told)).beside((jump,))
+    anew = backward(search)
+    assert anew.fit.model.effect(wave.key).joint == (2,)
+    assert [m.candidate.label for m in anew.missing] == ["joint 2, order 4"]
 
 
 @pytest.mark.parametrize(("new", "order"), [(2, 11.0), (1, 11.4)])
@@ -114,7 +111,7 @@ def test_joint_zeros_come_before_what_else_could_say_the_same():
     base = fit_model(found.model.with_effects(*kept), found.data)
     library = effect_library()
     names = ("joint_offset", "link_geometry", "transmission_error")
-    ranked = ranking(Search(base, {key: library[key] for key in names}, None, []))
+    ranked = SearchState(base, base, {key: library[key] for key in names}, None).ranked
     assert ranked[0].key == "joint_offset" and ranked[0].evidence > 100
     assert next(c for c in ranked if c.key == "link_geometry").evidence <= 0
 
@@ -192,32 +189,16 @@ def test_lines_of_three_joints_give_way_to_a_map_that_few_rows_do_not_earn_joint
     wave = TransmissionError(joint=(2, 1, 5), order=(3.0, 1.0, 1.0))
     fit = fit_model(base.model, base.data, [wave])
     candidate = Candidate(wave.key, wave, fit.free[wave.key], "", 1.0, 1.0, 6, 0.0, 1.0, 0.0)
-    search = Search(fit, effect_library(), None, [])
-    missing = lines_or_map(search, [Missing(candidate)], None)
-    assert [m.candidate.key for m in missing] == ["joint_error_map"]
-    assert missing[0].candidate.label.startswith("joints 1, 2, 3, 4, 5 and 6")
+    search = backward(SearchState(base, fit, effect_library(), None, (SelectedEffect(candidate),)))
+    assert search.keys == ("joint_error_map",)
+    assert search.fit.model.effect("joint_error_map").joint == (1, 2, 3, 4, 5, 6)
     assert search.fit.held_out_rms < 0.9 * fit.held_out_rms
-
-
-@pytest.mark.parametrize("better", [True, False])
-def test_lines_that_predict_no_better_than_a_map_could_as_well_be_one(monkeypatch, better):
-    named = SimpleNamespace(key="transmission_error")
-    told, other = (
-        Missing(named, ("arm_load",), ("joint_error_map",)),
-        Missing(SimpleNamespace(key="backlash")),
-    )
-    trial = lines.Trial(told, np.zeros(2, dtype=bool), named, SimpleNamespace())
-    monkeypatch.setattr(lines, "_trial", lambda search, missing, noise: trial)
-    monkeypatch.setattr(lines, "predicts_better", lambda after, before, errors: better and before is trial.fit)
-    found = lines.perhaps_a_map(SimpleNamespace(fit=None), [told, other], None)
-    assert [m.alike for m in found] == [("arm_load",) if better else ("arm_load", "joint_error_map"), ()]
-    assert [m.unseen for m in found] == [("joint_error_map",) if better else (), ()]
 
 
 def test_a_map_is_called_by_the_orders_that_the_model_has():
     screened, fitted = (JointErrorMap(joint=(1, 2), order=k) for k in (16, 40))
     none = np.zeros(64, dtype=bool)
-    found = Missing(Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9))
+    found = SelectedEffect(Candidate("joint_error_map", screened, none, screened.label, 9.0, 9.0, 1, 0.0, 9.0, 1e-9))
     final = SimpleNamespace(model=SimpleNamespace(effect=lambda key: fitted), held_out_rms=2e-5)
     (told,) = _steps([found], final)
     assert told.candidate.label == "joints 1 and 2, orders to 40" and told.held_out_after == 2e-5

@@ -17,8 +17,8 @@ from postproc.fit.least_squares import fit_model
 from postproc.fit.linear import Linear
 from postproc.identify.add import add_effects
 from postproc.identify.candidate import Screen
-from postproc.identify.selection import compose
-from postproc.identify.shaped import Glimpse, formed, glimpse, shaped
+from postproc.identify.composition import compose
+from postproc.identify.nonlinear import SubsampledProblem, optimise_nonlinear, refit_form, subsampled
 from postproc.model.equilibrium import predict
 from postproc.model.places import carried
 from tests.identify.cells import base_fit, cell, true_error
@@ -85,7 +85,7 @@ def _fitted(*hidden):
 def test_the_answer_to_an_effect_is_what_it_does_to_the_prediction():
     fit, data, _ = _fitted(_hose)
     effect = DressPack(stiffness_N_per_m=400.0, slack_m=0.4, from_m=[0.1, 0, 0.2], to_m=[0, 0.1, 0])
-    seen = Glimpse(fit.problem, fit.linear)
+    seen = SubsampledProblem(fit.problem, fit.linear)
     moved = predict(fit.model.with_effects(*fit.model.effects, effect), data.state) - predict(fit.model, data.state)
     expected = (moved[:, :3, 3] * fit.problem.weights.values)[fit.problem.weights.used]
     assert seen.answers([effect])[:, 0] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
@@ -113,7 +113,7 @@ def test_many_effects_load_the_arm_at_once_as_each_does_alone():
 
 
 def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
-    monkeypatch.setattr("postproc.identify.shaped.POSES", 30)
+    monkeypatch.setattr("postproc.identify.nonlinear.POSES", 30)
     fit, data, _ = _fitted(_hose)
     rng = np.random.default_rng(3)
     problem = replace(fit.problem, data=data)
@@ -121,7 +121,7 @@ def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
     columns, penalty = rng.normal(size=(n, 7)), np.array([0, 0, 0, 20.0, 30.0, 40.0, 50.0])
     U = columns @ np.linalg.inv(np.linalg.cholesky(columns.T @ columns + np.diag(penalty**2))).T
     linear = Linear(problem.residual, U, problem.row)
-    few = glimpse(Screen(problem, {}), linear)
+    few = subsampled(Screen(problem, {}), linear)
     step = round(len(data) / 30)
     assert step > 1
     some = (np.arange(len(data)) % step == 0)[problem.row]
@@ -134,8 +134,8 @@ def test_some_poses_are_fitted_as_a_penalty_asks_of_their_share(monkeypatch):
 def test_both_ends_of_a_hose_are_found_from_far_away(start):
     fit, _, _ = _fitted(_hose)
     far = DressPack(slack_m=0.6, from_m=start, to_m=[-0.1, 0.1, 0.1])
-    seen = glimpse(Screen(fit.problem, {}), fit.linear)
-    found, square = shaped(seen, far, np.ones(8, dtype=bool))
+    seen = subsampled(Screen(fit.problem, {}), fit.linear)
+    found, square = optimise_nonlinear(seen, far, np.ones(8, dtype=bool))
     left = seen.linear.rest - seen.linear.project(seen.answers([found]))[:, 0]
     assert square == pytest.approx(left @ left)
     assert seen.linear.square > 3 * len(left) and square < 1.2 * len(left)
@@ -160,7 +160,7 @@ def test_bodies_are_chosen_after_the_ends_of_every_pair_were_looked_for():
 def test_a_hose_may_end_before_the_last_joint():
     fit, _, _ = _fitted(_wrist)
     screen = Screen(fit.problem, {"dress_pack": DressPack}, fit.free)
-    best = formed(screen, fit.linear, compose(screen, fit.linear, "dress_pack"))
+    best = refit_form(screen, fit.linear, compose(screen, fit.linear, "dress_pack"))
     assert (best.effect.body_from, best.effect.body_to) == (2, 5) and best.label == "from body 2 to 5, slack at times"
     flange = max((c for c in best.starts if c.effect.body_to == 6), key=lambda c: c.evidence, default=None)
     assert flange is None or flange.evidence < best.evidence - 8
@@ -183,7 +183,7 @@ def _formed(cls, fit):
     screen = Screen(fit.problem, {cls.key: cls})
     candidate = compose(screen, fit.linear, cls.key)
     assert candidate is not None and candidate.effect.is_null
-    return formed(screen, fit.linear, candidate), fit
+    return refit_form(screen, fit.linear, candidate), fit
 
 
 def test_a_hose_that_is_added_first_is_looked_for_again_beside_the_others():

@@ -8,10 +8,10 @@ import numpy as np
 
 from postproc.effects.registry import effect_library
 from postproc.fit.problem import Weights
-from postproc.identify.judgement import judged, refit
-from postproc.identify.ranking import Search
-from postproc.identify.selection import compose
-from postproc.identify.whole import Missing, formed_anew, worth
+from postproc.identify.acceptance import judged, refit
+from postproc.identify.composition import compose
+from postproc.identify.forward import backward
+from postproc.identify.state import SearchState, SelectedEffect
 from tests.identify.cells import base_fit, cell
 from tests.independent.cells import Hidden, column
 
@@ -34,20 +34,18 @@ def test_a_law_that_was_taken_before_the_other_effect_gives_way_to_the_one_that_
     data, _ = cell(two_rates, eccentric, seed=7)
     base = base_fit(data)
     library = effect_library()
-    search = Search(base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None, [])
-    missing = []
+    search = SearchState(base, base, {k: library[k] for k in ("nonlinear_compliance", "transmission_error")}, None)
     for key, change in (("nonlinear_compliance", {"law": "tanh"}), ("transmission_error", {})):
-        screen, linear = search.screen(), search.fit.linear
-        found = compose(screen, linear, key)
+        found = compose(search.screen, search.fit.linear, key)
         told = replace(found, effect=replace(found.effect, **change), label=change.get("law", found.label))
         after = refit(search.fit, told)
-        missing.append(Missing(judged(search.fit, after, told)))
-        search.fit = after
+        search = search.with_effect(SelectedEffect(judged(search.fit, after, told)), after)
     early = search.fit.linear.square
-    anew = formed_anew(search, base, missing)
-    assert [m.candidate.effect.law for m in anew[:1]] == ["piecewise"] and len(anew) == 2
-    assert search.fit.linear.square < early - 20
-    assert formed_anew(search, base, anew) is anew
+    anew = backward(search)
+    laws = {m.key: getattr(m.candidate.effect, "law", "") for m in anew.missing}
+    assert laws == {"nonlinear_compliance": "piecewise", "transmission_error": ""}
+    assert anew.fit.linear.square < early - 20
+    assert backward(anew).fit is anew.fit
 
 
 def test_a_whole_is_worth_the_same_however_large_the_noise_was_said_to_be():
@@ -58,5 +56,5 @@ def test_a_whole_is_worth_the_same_however_large_the_noise_was_said_to_be():
         base, problem=base.problem.weighted(Weights(3.0 * base.problem.weights.values)), columns=3.0 * base.columns
     )
     assert quiet.linear.square > 8.0 * base.linear.square
-    found = [worth(base, Search(fit, {}, None, []), []) for fit in (base, quiet)]
+    found = [SearchState(base, fit, {}, None).log_evidence for fit in (base, quiet)]
     np.testing.assert_allclose(found[1], found[0], atol=1e-6)

@@ -21,12 +21,15 @@ from postproc.fit.record import fit_json, parameters_json
 from postproc.fit.solve import Terms
 from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.compare import compare
-from postproc.identify.diagnose import Diagnosis
+from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.report import _followed, _told
-from postproc.identify.verdict import doubts, headline, of_little_worth
-from postproc.identify.whole import Missing
+from postproc.identify.sentences import doubts, headline, of_little_worth
+from postproc.identify.state import SelectedEffect
+from postproc.measure.observations import observations
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell
+
+POSITIONS = observations(rotation=False, joint=False)[0]
 
 
 @pytest.mark.parametrize(
@@ -133,10 +136,12 @@ def test_a_map_of_a_joint_is_told_by_its_size() -> None:
 
 
 def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
-    load = Missing(SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",))
-    alone = Missing(SimpleNamespace(key="backlash", label=""))
+    load = SelectedEffect(
+        SimpleNamespace(key="arm_load", label="body 3"), ("payload_error", "dress_pack"), ("session",)
+    )
+    alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
     assert load.not_separable == ("payload_error", "dress_pack", "session")
-    fit = SimpleNamespace(held_out_rms=1e-4)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
     found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
     assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
     assert headline(found).split(". ")[0] == (
@@ -149,8 +154,10 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
 
 def test_many_rivals_stand_below_the_headline():
     rivals = ("payload_error", "dress_pack", "backlash", "bearing_tilt")
-    map_ = Missing(SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals)
-    fit = SimpleNamespace(held_out_rms=1e-4)
+    map_ = SelectedEffect(
+        SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
+    )
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
     found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
     assert headline(found).startswith(
         "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"
@@ -180,7 +187,7 @@ def test_a_users_own_effect_stands_in_the_ranking_however_little_it_does():
 
 @pytest.mark.parametrize(("unnamed", "said"), [(None, False), (0.9e-4, False), (1.1e-4, True)])
 def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, said):
-    found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4))
+    found = SimpleNamespace(unnamed=unnamed, searched=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS))
     assert Diagnosis.misleading.fget(found) is said
     suspect = SimpleNamespace(channel="q2", where="base", pattern="growing", share=0.9, codes=("state.q[:, 1]",))
     said_of = SimpleNamespace(
@@ -188,8 +195,10 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
         missing=[],
         suspects=[suspect],
         floor=None,
-        final=SimpleNamespace(held_out_rms=1e-4),
-        base=SimpleNamespace(held_out_rms=1e-4, data=SimpleNamespace(state=SimpleNamespace(channels={}))),
+        final=SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS),
+        base=SimpleNamespace(
+            held_out_rms=1e-4, observed=POSITIONS, data=SimpleNamespace(state=SimpleNamespace(channels={}))
+        ),
         misleading=said,
     )
     text = headline(said_of)
@@ -198,7 +207,7 @@ def test_a_pattern_that_predicts_unseen_rows_worse_is_no_law_to_add(unnamed, sai
 
 def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
     """Beside a large law that nobody knows it hardly lowers the error on its own, and is worth adding."""
-    line = Missing(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
+    line = SelectedEffect(SimpleNamespace(key="transmission_error", label="joint 1, order 5"), held_out_after=4.91e-4)
     suspect = SimpleNamespace(channel="operator", where="tool", pattern="step", share=0.9, codes=("1.0",))
     found = SimpleNamespace(
         verdict="unknown",
@@ -206,7 +215,10 @@ def test_a_name_beside_what_remains_is_told_by_the_error_of_both():
         suspects=[suspect],
         floor=None,
         final=SimpleNamespace(held_out_rms=4.91e-4),
-        base=SimpleNamespace(held_out_rms=4.88e-4, data=SimpleNamespace(state=SimpleNamespace(channels={}))),
+        base=SimpleNamespace(
+            held_out_rms=4.88e-4, observed=POSITIONS, data=SimpleNamespace(state=SimpleNamespace(channels={}))
+        ),
+        screened=SimpleNamespace(held_out_rms=4.88e-4),
         unnamed=5.7e-5,
         misleading=False,
     )

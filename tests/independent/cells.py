@@ -71,8 +71,8 @@ class Cell:
     gravity: np.ndarray = field(default_factory=lambda: A.G)
 
 
-def measure(cell: Cell, s: States) -> np.ndarray:
-    """(n, 3) true TCP in the instrument's frame [m]."""
+def settle(cell: Cell, s: States) -> A.Equilibrium:
+    """Where the arm stands under all loads."""
     load = A.Load(s.mass, s.center, gravity=cell.gravity)
 
     def displace(f: A.Frames, tau: np.ndarray, wrench: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,7 +95,16 @@ def measure(cell: Cell, s: States) -> np.ndarray:
                 parts, joint = parts + more.parts, joint + more.joint
         return A.Wrenches(parts, joint)
 
-    e = A.equilibrium(cell.arm, s.q, cell.tool, load, displace, extra, sweeps=8)
+    return A.equilibrium(cell.arm, s.q, cell.tool, load, displace, extra, sweeps=8)
+
+
+def measure(cell: Cell, s: States) -> np.ndarray:
+    """(n, 3) true TCP in the instrument's frame [m]."""
+    return seen_by_instrument(cell, s, settle(cell, s))
+
+
+def seen_by_instrument(cell: Cell, s: States, e: A.Equilibrium) -> np.ndarray:
+    """(n, 3) true TCP in the instrument's frame [m], of an arm that stands there."""
     p = e.frames.tcp[:, :3, 3]
     seen = p @ cell.instrument[:3, :3].T + cell.instrument[:3, 3]
     for h in cell.hidden:

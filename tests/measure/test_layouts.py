@@ -102,8 +102,10 @@ def test_encodings_of_spreadsheets_are_read(written):
 
 
 def test_a_binary_file_is_called_one():
-    with pytest.raises(PostprocError, match="no text"):
+    with pytest.raises(PostprocError, match="no workbook"):
         read(b"PK\x03\x04" + bytes(range(256)))
+    with pytest.raises(PostprocError, match="no text"):
+        read(b"\xd0\xcf\x11\xe0" + bytes(range(256)))
 
 
 def test_names_that_state_their_unit_need_no_map():
@@ -193,7 +195,7 @@ def test_orientations_in_the_form_of_the_map(form, numbers, unit):
     layout = {"orientation": {"columns": columns, "form": form} | ({"unit": unit} if unit else {})}
     found = read(with_columns(",".join(columns), [",".join(f"{x:.9f}" for x in row) for row in cells]), layout)
     np.testing.assert_allclose(found.rotation, R.as_matrix(), atol=1e-7)
-    assert found.diagnostics == () and list(found.state.channels) == ["row"]
+    assert found.diagnostics == () and list(found.state.channels) == []
 
 
 @pytest.mark.parametrize(
@@ -275,13 +277,13 @@ def test_misspelt_names_are_warned_of(name, meant):
     for found in (in_table, in_map):
         (said,) = (d for d in found.diagnostics if d.code == "DAT015")
         assert said.severity == "warning" and said.help == f"did you mean `{meant}`?"
-        assert list(found.state.channels) == [name, "row"]
+        assert list(found.state.channels) == [name]
 
 
 def test_what_is_not_used_is_said():
     found = read(with_columns("wind,q7_deg", [",1"] * (len(Q) - 1) + ["2,1"]))
     assert [d.message for d in found.diagnostics] == ["column `wind` holds empty cells and is not used"]
-    assert list(found.state.channels) == ["q7_deg", "row"]
+    assert list(found.state.channels) == ["q7_deg"]
 
 
 def test_remarks_are_not_read():
@@ -289,7 +291,7 @@ def test_remarks_are_not_read():
     lines = [f"{rows[0]},remark", *(f"{row},beam {i} held" for i, row in enumerate(rows[1:] + rows[1:]))]
     found = read("\n".join(lines).encode())
     assert [(d.code, d.severity) for d in found.diagnostics] == [("DAT015", "info")]
-    assert "more than 12 different words" in found.diagnostics[0].message and list(found.state.channels) == ["row"]
+    assert "more than 12 different words" in found.diagnostics[0].message and list(found.state.channels) == []
 
 
 @pytest.mark.parametrize("layout", [None, {"columns": {"shift": "Schicht"}}])
@@ -298,7 +300,7 @@ def test_each_of_a_few_words_is_a_channel(layout):
     found = read(with_columns("Schicht,site", [f"{word},Ulm" for word in words[: len(Q)]]), layout)
     name = "shift" if layout else "Schicht"
     late, early = (np.array([w == word for w in words[: len(Q)]]) for word in ("spät", "früh"))
-    assert list(found.state.channels) == [*(f"{name}={w}" for w in ("spät", "früh", "none")), "site=Ulm", "row"]
+    assert list(found.state.channels) == [*(f"{name}={w}" for w in ("spät", "früh", "none")), "site=Ulm"]
     np.testing.assert_array_equal(found.state.channels[f"{name}=spät"], late)
     np.testing.assert_array_equal(found.state.channels[f"{name}=früh"], early)
     (said,) = found.diagnostics

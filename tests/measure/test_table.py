@@ -11,12 +11,14 @@ from postproc.measure.alignment import align
 from postproc.measure.iso9283 import iso9283
 from postproc.measure.repeat import estimate_noise
 from postproc.measure.table import read_measurements
+from postproc.measure.terms import Reading
 from postproc.model.arm import Model
 from postproc.robot.catalogue import load_robot
 from postproc.robot.kinematics import forward
 from tests.measure.tables import TOOL, edited, points, poses, source, table
 
 ARM = load_robot("irb4600_60_205")
+IN_ORDER = Reading(rows_in_order=True)
 ANGLES, PLACES = range(1, 7), range(7, 10)
 
 
@@ -230,7 +232,7 @@ def test_repeats_that_differ_in_a_column_of_the_users_are_none_where_it_matters(
             rows.append(",".join([*cells[:7], *(f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True))]))
             rows[-1] += f",{dock_names[dock - 1]}"
     noise = estimate_noise(read_measurements(source([f"{lines[0]},dock", *rows]), ARM))
-    assert noise.position == pytest.approx(5e-5, rel=0.15)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     assert noise.dof == dof
 
 
@@ -245,7 +247,7 @@ def test_repeats_that_follow_a_number_of_the_users_are_no_noise():
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, f"{force:.1f}", f"{20 + 5 * (round_ == 2)}"]))
     noise = estimate_noise(read_measurements(source([f"{lines[0]},grip_N,temperature_C", *rows]), ARM))
-    assert noise.position == pytest.approx(2e-5, rel=0.2)
+    assert noise.sigma == pytest.approx(2e-5, rel=0.2)
     assert noise.dof == 24 * 3
 
 
@@ -260,7 +262,7 @@ def test_repeats_agree_in_words_where_every_one_of_them_does():
             seen = [f"{float(c) + d:.6f}" for c, d in zip(cells[7:], moved, strict=True)]
             rows.append(",".join([*cells[:7], *seen, ("A1", "B2", "C3")[k]]))
     noise = estimate_noise(read_measurements(source([f"{lines[0]},smr", *rows]), ARM))
-    assert noise.position == pytest.approx(2e-5, rel=0.2)
+    assert noise.sigma == pytest.approx(2e-5, rel=0.2)
 
 
 def test_one_coordinate_tells_its_noise():
@@ -275,7 +277,7 @@ def test_one_coordinate_tells_its_noise():
     data = read_measurements(source([lines[0].removeprefix("pose_id,"), *rows]), ARM)
     noise = estimate_noise(data)
     assert noise.origin == "repeats" and noise.dof == 20 * 2
-    assert noise.position == pytest.approx(5e-5, rel=0.25)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.25)
     assert data.pose_id[:2] == data.pose_id[20:22] == ("1", "2")
     found = compare(Model(ARM), data).as_json()
     assert list(found["per_axis_mm"]) == ["z"] and found["mean_mm"] > 0
@@ -293,11 +295,11 @@ def test_noise_and_iso_figures_from_repeats():
     data = read_measurements(source([lines[0], *rows]), ARM)
     noise = estimate_noise(data)
     assert noise.origin == "repeats" and noise.dof == 30 * 3 * 3
-    assert noise.position == pytest.approx(5e-5, rel=0.15)
+    assert noise.sigma == pytest.approx(5e-5, rel=0.15)
     stray = rows[9].split(",")
     stray[8] = f"{float(stray[8]) + 99:.4f}"
     strayed = read_measurements(source([lines[0], *rows[:9], ",".join(stray), *rows[10:]]), ARM)
-    assert estimate_noise(strayed).position == pytest.approx(5e-5, rel=0.15)
+    assert estimate_noise(strayed).sigma == pytest.approx(5e-5, rel=0.15)
     figures = iso9283(np.tile([1e-3, 0, 0], (4, 1)), np.zeros(4, dtype=int))
     assert figures.accuracy_mean == pytest.approx(1.0) and figures.repeatability_max == pytest.approx(0.0, abs=1e-12)
     spread = iso9283(np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * 1e-3, np.zeros(4, dtype=int))
@@ -308,29 +310,42 @@ def test_noise_and_iso_figures_from_repeats():
     assert uneven.accuracy_max == pytest.approx(1.0)
 
 
-def test_the_row_stands_in_for_a_time_where_rows_are_in_no_other_order():
+def test_the_row_stands_in_for_a_time_where_the_user_says_that_rows_are_in_order():
     lines = table(12)
     lines = [lines[0], *(row.partition(",")[2].join(("P,", "")) for row in lines[1:])]
-    order = read_measurements(source(lines), ARM).state.channels["row"]
+    assert "row" not in read_measurements(source(lines), ARM).state.channels
+    order = read_measurements(source(lines), ARM, terms=IN_ORDER).state.channels["row"]
     np.testing.assert_array_equal(order, np.arange(1, 13))
-    sorted_ = sorted(lines[1:], key=lambda row: float(row.split(",")[2]))
     timed = [f"{lines[0]},time_s", *(f"{row},{60 * (i % 5)}" for i, row in enumerate(lines[1:]))]
-    for other in ([lines[0], *sorted_], [lines[0], *sorted_[::-1]], timed):
-        assert "row" not in read_measurements(source(other), ARM).state.channels
-    assert "row" not in read_measurements(source(lines), ARM, measured=False).state.channels
+    assert "row" not in read_measurements(source(timed), ARM, terms=IN_ORDER).state.channels
 
 
 def test_names_of_poses_that_rise_tell_the_row_where_some_were_left_out():
     lines = table(12)
     some = [lines[0], *lines[4:7], *lines[9:]]
     numbers = [int(row.split(",")[0].lstrip("P")) for row in some[1:]]
-    for measured in (True, False):
-        found = read_measurements(source(some), ARM, measured=measured).state.channels["row"]
-        np.testing.assert_array_equal(found, numbers)
+    found = read_measurements(source(some), ARM, terms=IN_ORDER).state.channels["row"]
+    np.testing.assert_array_equal(found, numbers)
     for other in ([lines[0], *lines[:4:-1]], [lines[0], "Q" + lines[1], *lines[2:]], [lines[0], lines[1], *lines[1:]]):
-        found = read_measurements(source(other), ARM).state.channels["row"]
+        found = read_measurements(source(other), ARM, terms=IN_ORDER).state.channels["row"]
         np.testing.assert_array_equal(found, np.arange(1, len(other)))
-        assert "row" not in read_measurements(source(other), ARM, measured=False).state.channels
+
+
+@pytest.mark.parametrize("column", ["", "time_s", "session"])
+def test_sorted_and_shuffled_rows_come_in_one_order(column):
+    lines = table(30)
+    if column:
+        told = [f"{60 * i}" if column == "time_s" else "ab"[i % 2] for i in range(30)]
+        lines = [f"{lines[0]},{column}", *(f"{row},{x}" for row, x in zip(lines[1:], told, strict=True))]
+    first = read_measurements(source(lines), ARM).in_order
+    shuffled = [lines[0], *(lines[1 + i] for i in np.random.default_rng(5).permutation(30))]
+    by_joint = [lines[0], *sorted(lines[1:], key=lambda row: float(row.split(",")[4]))]
+    for other in (shuffled, by_joint):
+        found = read_measurements(source(other), ARM).in_order
+        np.testing.assert_array_equal(found.position, first.position)
+        assert found.pose_id == first.pose_id and found.row != first.row
+    if column == "time_s":
+        assert first.row == tuple(range(1, 31))
 
 
 def test_poses_that_are_only_asked_about_need_no_measurement() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError, Source
+from postproc.measure.terms import Reading
 from postproc.measure.together import read_tables
 from postproc.robot.catalogue import load_robot
 from tests.measure.tables import TOOL, edited, points, table
@@ -74,13 +75,16 @@ def test_no_payload_means_none_and_what_was_not_recorded_everywhere_is_not_used(
     assert "`b.csv` has no `wind`" in said[0].message and "`temperature_C`" in said[1].message
 
 
-def test_a_clock_that_begins_anew_goes_on_and_rows_are_numbered_through():
+def test_a_clock_that_begins_anew_goes_on_and_rows_are_numbered_in_each_file():
     timed = [with_columns(t, time_s=lambda i: 60 * i) for t in (FIRST, LATER)]
     time = read(*timed).state.time
     assert (np.diff(time) > 0).all() and np.ptp(time[20:]) == 60 * 14
     later = with_columns(LATER, time_s=lambda i: 90000 + 60 * i)
     assert read(timed[0], later).state.time[20] == 90000
-    assert read(FIRST, LATER).state.channels["row"].tolist() == list(range(1, 36))
+    assert "row" not in read(FIRST, LATER).state.channels
+    ordered = read(FIRST, LATER, terms=Reading(rows_in_order=True))
+    steps = np.diff(ordered.state.channels["row"])
+    assert (np.delete(steps, 19) == 1).all() and steps[19] < 0  # never across files
 
 
 def test_what_cannot_belong_together_is_refused():

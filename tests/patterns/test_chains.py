@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from postproc.effects.contract import State
-from postproc.identify.ranking import Search
-from postproc.patterns.every import patterns
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.suspects import look
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
@@ -69,10 +67,9 @@ def test_a_column_of_few_values_has_no_edges_and_is_told_all_the_same():
 
 def test_a_pattern_that_cannot_be_worth_what_is_asked_is_left_as_it_was_tried():
     problem, linear, every = worn(lambda x: 0.06 * ((x > 2) + (x > 5) - 1.5 * (x > 7.5)))
-    search = Search(SimpleNamespace(problem=problem), {}, every, [])
-    whole = look(problem, linear, every).suspects()[0]
-    coarse = search.suspects(linear, 1e6)[0]
+    whole, seen = look(problem, linear, every).suspects()[0], look(problem, linear, every)
+    coarse = seen.suspects(1e6)[0]
     assert coarse.evidence < whole.evidence - 5
-    assert search.suspects(linear, 2e6)[0] is coarse
-    again = search.suspects(linear, 0.9 * whole.evidence)[0]
+    assert seen.suspects(2e6)[0] is coarse
+    again = seen.suspects(0.9 * whole.evidence)[0]
     assert again.pattern == whole.pattern and again.evidence == pytest.approx(whole.evidence)

@@ -9,7 +9,7 @@ import pytest
 
 from postproc.fit.channels import channels
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.every import patterns
+from postproc.patterns.dictionary import patterns
 from postproc.patterns.formula import sharper
 from postproc.patterns.shapes import of_channel
 from postproc.patterns.signals import channel_signal

@@ -10,16 +10,16 @@ from scipy.spatial.transform import Rotation
 from postproc.effects.contract import State
 from postproc.identify.diagnose import diagnose
 from postproc.model.places import BODY, INSTRUMENT, TOOL
-from postproc.patterns.breaks import breaks
-from postproc.patterns.cycles import waves
-from postproc.patterns.every import Patterns, grown, patterns, switched
+from postproc.patterns.change_points import breaks
+from postproc.patterns.dictionary import Patterns, grown, patterns, switched
 from postproc.patterns.formula import Pattern, sharper, values_of
-from postproc.patterns.odds import FRAMES, PLACES, odds
+from postproc.patterns.harmonics import waves
 from postproc.patterns.pairs import swelling
+from postproc.patterns.pattern_prior import FRAMES, PLACES, odds
+from postproc.patterns.screening import Tried
 from postproc.patterns.shapes import of_signal
 from postproc.patterns.signals import Signal, channel_signal
 from postproc.patterns.suspects import by_channel, look, places
-from postproc.patterns.tried import Tried
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 

@@ -10,7 +10,7 @@ import pytest
 
 from postproc.fit.linear import Linear
 from postproc.patterns.formula import values_of
-from postproc.patterns.odds import ROOMS, sort
+from postproc.patterns.pattern_prior import ROOMS, sort
 from postproc.patterns.place import Place
 from postproc.patterns.shapes import Abrupt
 from postproc.patterns.signals import channel_signal

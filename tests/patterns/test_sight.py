@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from postproc.patterns.sight import SEEN, WAYS, Sight
+from postproc.patterns.instrument_model import SEEN, WAYS, Sight
 from tests.identify.cells import base_fit, cell
 from tests.independent import unknown_effects as kinds
 

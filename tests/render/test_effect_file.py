@@ -16,10 +16,10 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.breaks import _kink, _ramp, _rise
-from postproc.patterns.cycles import _wave
-from postproc.patterns.every import patterns, switched
+from postproc.patterns.change_points import _kink, _ramp, _rise
+from postproc.patterns.dictionary import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
+from postproc.patterns.harmonics import _wave
 from postproc.patterns.levels import of_words, words
 from postproc.patterns.shapes import _bump, _settling, _slowing
 from postproc.patterns.signals import Movable, Way, channel_signal, channels_read

@@ -21,7 +21,9 @@ from postproc.effects.joint_offset import JointOffset
 from postproc.effects.tool_frame import ToolFrame
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
-from postproc.identify.diagnose import Diagnosis, diagnose
+from postproc.identify.diagnose import diagnose
+from postproc.identify.diagnosis import Diagnosis
+from postproc.identify.report import diagnosis_json
 from postproc.measure.measurements import Measurements
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
@@ -256,7 +258,7 @@ def test_an_unknown_effect_of_the_tool_shows_along_the_way_that_it_goes() -> Non
 
 def test_the_page_of_a_long_table_shows_the_rows_that_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     model, measured = sample("simulated_step.csv")
-    whole = diagnosed("simulated_step.csv").as_json()
+    whole = diagnosis_json(diagnosed("simulated_step.csv"))
     monkeypatch.setattr("postproc.identify.refits.ENOUGH", 3 * len(measured) // 2)
     found = diagnose(model, measured)
     assert len(found.searched.data) < 0.6 * len(found.final.data)

@@ -33,4 +33,3 @@ def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
         key = (s["path"], s["line"])
         shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"] or 0.0))
     return Converted({path: data.decode("latin-1") for path, data in result.outputs.items()}, shifts, said)
-

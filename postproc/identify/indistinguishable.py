@@ -1,0 +1,63 @@
+"""What the data does not tell from an effect that was found: what explains the same, and what hides behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from postproc.fit.fitted import Fit
+from postproc.fit.linear import Linear
+from postproc.fit.worth import schwarz
+from postproc.identify.candidate import Candidate
+from postproc.identify.composition import columns_of
+from postproc.identify.evidence import CLOSE, DIM, TELLING
+
+FREE = 1e-3
+"""Share of its penalty that a free function keeps where it is asked what it could do."""
+
+
+def indistinguishable(
+    ranking: Sequence[Candidate], chosen: Candidate, before: Fit, after: Fit
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects that explain the same data nearly as well as the chosen one, and those that would not be seen beside it.
+
+    Either their evidence is close, or Schwarz's criterion is, which knows nothing of ordinary sizes and of how many
+    forms were tried: what does the same by the data is said to do so, however much less ordinary it is. What is not
+    seen: most of what the effect would do on its own is what the fit with the chosen one can do as well.
+
+    Args:
+        ranking, before: every effect on the fit without the chosen one; after: the fit with it.
+    """
+    linear = before.linear
+
+    def plain(c: Candidate) -> float:
+        return schwarz(linear.square, c.fall, c.count, linear.freedom, 1.0)
+
+    others = [c for c in ranking if c.key != chosen.key and c.evidence > 0]
+    alike = {c.key for c in others if c.evidence > chosen.evidence - CLOSE or plain(c) > plain(chosen) - CLOSE}
+    further = [c for c in others if c.key not in alike]
+    beside = Linear(after.problem.residual, after.basis(FREE), after.problem.row) if further else after.linear
+    unseen = tuple(c.key for c in further if _hidden(c, before, after, beside))
+    return tuple(c.key for c in others if c.key in alike), unseen
+
+
+def _hidden(candidate: Candidate, before: Fit, after: Fit, beside: Linear) -> bool:
+    """Whether most of what an effect would explain on its own is what a fit without it can do as well.
+
+    Along directions v_i of its amplitudes that are independent before (v_i^T C^T M C v_i = 1) and after, it explains
+    (v_i^T C^T M y)^2, of which the fit with the chosen effect leaves the share l_i: below a few times the noise nobody
+    can tell the two apart. A free function can do anything, and being hidden says nothing of it.
+    """
+    effect = candidate.effect
+    if effect.roughness() is not None or after.model.effect(candidate.key) is not None:
+        return False
+    alone, further = (columns_of(fit.problem, effect, candidate.free) for fit in (before, after))
+    value, vector = np.linalg.eigh(alone.T @ before.linear.project(alone))
+    seen = value > DIM * np.max(value, initial=0.0)
+    unit = vector[:, seen] / np.sqrt(value[seen])
+    left, turn = np.linalg.eigh(unit.T @ (further.T @ beside.project(further)) @ unit)
+    explained = (turn.T @ unit.T @ (alone.T @ before.linear.rest)) ** 2
+    # What is no more than noise says nothing: many such directions are not one effect that hides.
+    hidden = (explained > TELLING * after.variance) & (explained * left < TELLING * after.variance)
+    return bool(explained[hidden].sum() > 0.5 * explained.sum())

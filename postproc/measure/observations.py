@@ -1,0 +1,42 @@
+"""What is measured in a row: positions, orientations, joint angles on the output side; each with its own unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One kind of measured numbers. Their unit for people is a thousandth of the SI unit, whatever kind they are.
+
+    Args:
+        name: ``position``, ``orientation`` or ``joint``.
+        columns: where its numbers stand among all that are measured in a row.
+        unit: ``mm`` or ``mrad``; each: what one number belongs to.
+        subject: what is off by it, for people.
+    """
+
+    name: str
+    columns: slice
+    unit: str
+    each: str
+    subject: str
+
+    def key(self, name: str) -> str:
+        """A key of a document, which ends in the unit: ``rms_mm``, ``rms_mrad``."""
+        return f"{name}_{self.unit}"
+
+
+def observations(rotation: bool, joint: bool) -> tuple[Observation, ...]:
+    """The kinds of numbers in a row of measurements, in the order in which they stand: positions always have columns.
+
+    Args:
+        rotation, joint: whether orientations, and joint angles on the output side, have columns.
+    """
+    found = [Observation("position", slice(0, 3), "mm", "axis", "the points")]
+    if rotation:
+        found.append(Observation("orientation", slice(3, 6), "mrad", "axis", "the orientations"))
+    if joint:
+        start = found[-1].columns.stop
+        found.append(Observation("joint", slice(start, start + 6), "mrad", "joint", "the joint angles"))
+    return tuple(found)

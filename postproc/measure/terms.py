@@ -1,0 +1,42 @@
+"""What a user says of a table: findings that are accepted, whether the order of rows counts, a file beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Set
+from dataclasses import dataclass, replace
+
+from postproc.diagnostics import Diagnostic, Source
+
+ACCEPTABLE = ("DAT009", "DAT031", "DAT034")
+"""Findings that are judgements by the nominal arm or by other data, which the user may know better."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a table is read.
+
+    Args:
+        rows_in_order: the rows stand in the order of measuring; else their order counts for nothing without `time_s`.
+        accept: codes of findings that stop nothing.
+        joints: a table of commanded joint angles that stands beside the one that is read.
+    """
+
+    rows_in_order: bool = False
+    accept: frozenset[str] = frozenset()
+    joints: Source | None = None
+
+
+AS_IT_IS = Reading()
+
+
+def accepted(found: Iterable[Diagnostic], accept: Set[str]) -> list[Diagnostic]:
+    """The findings, errors among them that the user accepts as warnings; how to accept the others is said."""
+    result = []
+    for one in found:
+        if one.severity == "error" and one.code in accept:
+            one = replace(one, severity="warning", help=f"accepted; {one.help}" if one.help else "accepted")
+        elif one.severity == "error" and one.code in ACCEPTABLE:
+            way = f"`--accept {one.code}` goes on if the table is right"
+            one = replace(one, help=f"{one.help}; {way}" if one.help else way)
+        result.append(one)
+    return result

@@ -1,0 +1,124 @@
+"""What an instrument reads of the measured point, azimuth, elevation and distance, and where errors of each move it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.fit.channels import varies
+from postproc.model.equilibrium import Equilibrium
+from postproc.patterns.formula import Pattern, only_at
+from postproc.patterns.harmonics import GEAR, LOW, sways, waves
+from postproc.patterns.shapes import of_signal
+from postproc.patterns.signals import TOOL, Signal, place_code
+from postproc.robot.pose import displace
+
+SEEN = "seen"
+"""What a draft calls the (n, 3) measured point as the instrument sees it [m]."""
+_LEVEL = f"{SEEN} @ [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0] * 3]"
+_RISING = f"np.cross({_LEVEL} / np.hypot({SEEN}[:, 0], {SEEN}[:, 1])[:, None], {SEEN})"
+WRIST = ("q5", "q6", "q4")
+"""Channels that turn the tool most."""
+WAYS: Mapping[str, tuple[str, str]] = {
+    "azimuth": (f"np.cross([0.0, 0.0, 1.0], {SEEN})", "rad"),
+    "elevation": (_RISING, "rad"),
+    "distance": (f"{SEEN} / np.linalg.norm({SEEN}, axis=1)[:, None]", "m"),
+    "scale": (SEEN, "1"),
+}
+"""Text and unit of how the measured point moves with an error of each reading: tangential, radial, in proportion.
+
+Sources: ASME B89.4.19-2006; Hughes, Forbes, Lewis, Sun, Veal and Nasr (2011), Meas. Sci. Technol. 22, 045103.
+"""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """The predicted point (n, 3) in the axes of the measurement [m], and its text over a state.
+
+    Args:
+        beam: (n, 3) the direction to it in the axes of the tool: a reflector that is seen from the side is off.
+        beam_code: the same as text, (3, n).
+    """
+
+    point: Array
+    code: str
+    beam: Array
+    beam_code: str
+
+    @classmethod
+    def of(cls, rest: Equilibrium) -> Sight:
+        """As a fit predicts it: a column that holds the measured numbers would explain their noise."""
+        frame = rest.deflection.instrument
+        # Where it drifts, by millimetres: on average.
+        T = np.eye(4) if frame is None else displace(np.atleast_2d(frame).mean(axis=0))
+        place = place_code(rest.state, rest.T_base_tcp[:, :3, 3])
+        code = f"{place} @ {np.round(T[:3].T, 6).tolist()}" if place else ""
+        point = rest.T_base_tcp[:, :3, 3] @ T[:3, :3].T + T[:3, 3]
+        beam = np.einsum("nji,nj->ni", rest.T_base_tcp[:, :3, :3], point @ T[:3, :3])
+        text = f"np.einsum('nji,nj->in', ({TOOL})[:, :3, :3], {SEEN} @ {np.round(T[:3, :3], 6).tolist()})"
+        text = f"({text} / np.linalg.norm({SEEN}, axis=1))" if code else ""
+        return cls(point, code, beam / np.linalg.norm(point, axis=1)[:, None], text)
+
+    def moves(self) -> dict[str, Array]:
+        """(n, 3) how far it moves by an error of one of each reading."""
+        x, y, z = self.point.T
+        level, whole = np.maximum(np.hypot(x, y), 1e-9), np.maximum(np.linalg.norm(self.point, axis=1), 1e-9)
+        return {
+            "azimuth": np.stack([-y, x, 0 * x], axis=1),
+            "elevation": np.stack([-x * z / level, -y * z / level, level], axis=1),
+            "distance": self.point / whole[:, None],
+            "scale": self.point,
+        }
+
+    def patterns(self, slow: Iterable[Signal] = ()) -> Iterator[Pattern]:
+        """Shapes of what it reads, and an error that is the same everywhere.
+
+        Args:
+            slow: channels with which the air between it and the point may bend and stretch what it sees.
+        """
+        flat, whole = f"np.hypot({SEEN}[:, 0], {SEEN}[:, 1])", f"np.linalg.norm({SEEN}, axis=1)"
+        x, y, z = self.point.T
+        level = np.hypot(x, y)
+        known = SEEN if self.code else ""
+        elevation = Signal(
+            ("elevation",), np.arctan2(z, level), f"np.arctan2({SEEN}[:, 2], {flat})", "q", "the instrument's elevation"
+        )
+        distance = Signal(("distance",), np.hypot(level, z), whole, "x", "the instrument's distance")
+        for signal in (azimuth(self.point, known, "the instrument's azimuth"), elevation, distance):
+            yield from _shapes(signal if known else replace(signal, code=""), "instrument")
+        for k, axis in enumerate("xyz" if known else ""):
+            u, (i, j) = self.beam, ((k + 1) % 3, (k + 2) % 3)
+            to, around = (f"the beam's angle {way} axis {axis} of the tool" for way in ("to", "around"))
+            code = f"np.arctan2({self.beam_code}[{j}], {self.beam_code}[{i}])"
+            tilted = Signal(WRIST, np.arccos(u[:, k]), f"np.arccos({self.beam_code}[{k}])", "q", to)
+            turned = Signal(WRIST, np.arctan2(u[:, j], u[:, i]), code, "q", around)
+            for signal in (tilted, turned):
+                yield from _shapes(signal, "instrument", max(LOW) + 1)
+        for air in slow:
+            text = f"{air.whole} times {distance.label}"
+            path = distance if known else replace(distance, code="")
+            yield Pattern((air, path), text, lambda x, y: x * y, "product", where="instrument")
+        always = Signal(("x", "y", "z"), np.ones(len(x)), "np.ones(len(state))", "", "")
+        yield Pattern((always,), "the same everywhere", lambda x: x, "field", where="instrument")
+
+
+def around(position: Array, code: str) -> Iterator[Pattern]:
+    """Shapes of where the tool stands around joint 1: a footing turns and tilts with it."""
+    return _shapes(azimuth(position, code, "the tool's azimuth"), "base")
+
+
+def azimuth(point: Array, code: str, label: str) -> Signal:
+    """Azimuth of points (n, 3) [rad]; it jumps where it is farthest from their middle."""
+    back = float(np.arctan2(*point.mean(axis=0)[1::-1])) - np.pi
+    values = np.mod(np.arctan2(point[:, 1], point[:, 0]) - back, 2 * np.pi) + back
+    text = f"np.mod(np.arctan2({code}[:, 1], {code}[:, 0]) - {back:.4f}, 2 * np.pi) + {back:.4f}" if code else ""
+    return Signal(("azimuth",), values, text, "q", f"{label} atan2(y, x)", bare=True)
+
+
+def _shapes(signal: Signal, where: str, most: int = GEAR) -> Iterator[Pattern]:
+    if varies(signal.values):
+        again = waves(signal, range(1, most + 1)) if signal.unit == "q" else sways(signal)
+        yield from (only_at(where, p) for p in (*of_signal(signal), *again))

@@ -1,0 +1,45 @@
+"""Where on the arm patterns make sense, and how many places that are: what a pattern pays for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from postproc.patterns.formula import Pattern
+from postproc.patterns.instrument_model import WAYS
+from postproc.patterns.tool_frame_forces import LEANS
+
+PLACES = 31
+"""Joints, base, tool, instrument, what it reads, five bodies that turn or shift, and what carries a weight."""
+FRAMES = ("instrument, shifted and turned", "base, shifted and turned")
+"""What stands somewhere else, or leans about a point that nobody knows."""
+LOADED = {"body 2, under a weight": 2, "body 3, under a weight": 3, "tool, under a weight": 6}
+"""What carries a weight that nobody modelled: a tank on the arm, a drum, a tool."""
+SEATED = "tool, shifted and turned"
+"""What a flange or a changer does that gives way, where orientations are measured."""
+APART = frozenset([*FRAMES, *(f"instrument, {reading}" for reading in WAYS), *LOADED])
+"""Where the arm changes nothing but by leaning on it, and what is carried whatever the arm does."""
+ROOMS = {None: PLACES, "weight": 3, "joint": 6, "instrument": 6, "base": 2, LEANS: 1}
+"""How many places there are of each sort, of any other one."""
+
+
+def off_everywhere(where: str) -> bool:
+    """Whether a place may be off in every pose: offsets, frame and tool take up what the others are."""
+    return where.startswith("body") and where not in LOADED
+
+
+def sort(where: str) -> str:
+    """Joints are one sort of places, and so is all that an instrument may be off by where it stands."""
+    if where in LOADED:
+        return "weight"
+    return where if where in (FRAMES[0], LEANS) else where.partition(",")[0].rstrip(" 123456")
+
+
+def odds(pattern: Pattern, kinds: Mapping[str, int]) -> float:
+    """How many patterns at places stand beside one.
+
+    Every kind is as likely, in it every one of its kind, and of those every place where it makes sense.
+
+    Args:
+        kinds: how many patterns there are of each kind.
+    """
+    return len(kinds) * kinds.get(pattern.kind, 1) * pattern.tries * ROOMS.get(pattern.where, 1)

@@ -1,0 +1,233 @@
+"""The figures of many sets as a page."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+Line = dict[str, Any]
+WORDS = ("right", "inseparable", "part, harmless", "abstained rightly", "part", "needless", "wrong", "abstained", "missed", "wrong channel", "false alarm", "error")  # fmt: skip
+BAD = ("part", "needless", "wrong", "missed", "abstained", "wrong channel", "false alarm", "error")
+ODDS = ((1, 10), (10, 100), (100, 1e4), (1e4, np.inf))
+WHAT = {
+    "library": "one effect of the library, at 1, 0.5 and 2 times an ordinary size",
+    "pairs": "two effects of the library",
+    "four": "four effects of the library at once",
+    "beside": "an effect of the library beside a law that it does not have",
+    "outside": "a law that the library does not have",
+    "clean": "nothing, at rest and moving",
+    "few": "one effect, 22 poses",
+    "moving": "moving arms",
+    "orientation": "positions and orientations",
+    "encoder": "joint encoders alone: lag, lost motion, a wave, nothing",
+    "arms": "other arms, an effect or nothing",
+}
+
+
+def read(path: Path) -> list[Line]:
+    """The lines of a file of results; of equal ones the last."""
+    found: dict[tuple[Any, ...], Line] = {}
+    for text in path.read_text().splitlines() if path.exists() else ():
+        x = json.loads(text)
+        found[x["kind"], x["index"], x["method"], x["without"], x["label"]] = x
+    return list(found.values())
+
+
+def _simulated(lines: Sequence[Line]) -> list[Line]:
+    return [x for x in lines if x["kind"] in WHAT]
+
+
+def _of(lines: Sequence[Line], name: str, over: str = "") -> np.ndarray:
+    some = [x for x in lines if x.get(name) is not None and (not over or x.get(over))]
+    return np.array([x[name] / (x[over] if over else 1.0) for x in some])
+
+
+def _said(value: float, digits: int = 2) -> str:
+    return "" if not np.isfinite(value) else f"{value:.{digits}f}"
+
+
+def _quantile(values: np.ndarray, share: float) -> float:
+    return float(np.quantile(values, share)) if len(values) else np.nan
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    every = [list(head), ["---"] * len(head), *map(list, rows)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in every)
+
+
+def verdicts(lines: Sequence[Line]) -> str:
+    """One row a kind: how many sets ended in which word."""
+    some = _simulated(lines)
+    kinds = [k for k in WHAT if any(x["kind"] == k for x in some)]
+    used = [w for w in WORDS if any(x.get("word") == w for x in some)]
+    rows = []
+    for name in [*kinds, "all"]:
+        mine = [x for x in some if name in ("all", x["kind"])]
+        count = Counter(x.get("word") for x in mine)
+        rows.append([name, str(len(mine)), *(str(count[w] or "") for w in used)])
+    return table(["kind", "sets", *used], rows)
+
+
+def figures(lines: Sequence[Line]) -> str:
+    """One row a kind: names, errors, coverage, cost."""
+    some = _simulated(lines)
+    kinds = [k for k in WHAT if any(x["kind"] == k for x in some)]
+    rows = []
+    for name in [*kinds, "all"]:
+        mine = [x for x in some if name in ("all", x["kind"])]
+        hidden, found = sum(x.get("hidden", 0) for x in mine), sum(x.get("found", 0) for x in mine)
+        hits = [h for x in mine for h in x.get("hits", ())]
+        known = [x for x in mine if x.get("said") != "unknown"]
+        ratio, over = _of(known, "after", "noise"), _of(known, "after", "true_error")
+        inside, cpu = _of(mine, "inside"), _of(mine, "diagnose_s")
+        rows.append(
+            [
+                name,
+                f"{found} of {hidden}" if hidden else "",
+                f"{hits.count(False)} of {len(hits)}" if hits else "",
+                _said(_quantile(ratio, 0.5)),
+                _said(_quantile(ratio, 0.9)),
+                _said(float(np.mean(over <= 1.2)) if len(over) else np.nan),
+                _said(float(inside.mean()) if len(inside) else np.nan, 3),
+                _said(_quantile(cpu, 0.5)),
+                _said(_quantile(cpu, 0.9)),
+            ]
+        )
+    head = ["kind", "found", "needless names", "error/noise, median", "90 %", "within 1.2 of the true model", "95 % intervals hold", "CPU s, median", "90 %"]  # fmt: skip
+    return table(head, rows)
+
+
+def calibration(lines: Sequence[Line]) -> str:
+    """Of names given with some odds, how many are right, against what the odds say."""
+    pairs = [(float(np.exp(min(e, 1000.0) / 2)), h) for x in _simulated(lines) for e, h in zip(x.get("evidence", ()), x.get("hits", ()), strict=False)]  # fmt: skip
+    rows = []
+    for low, high in ODDS:
+        mine = [(odds, hit) for odds, hit in pairs if low <= odds < high]
+        if mine:
+            told = np.mean([odds / (1 + odds) for odds, _ in mine])
+            right = np.mean([hit for _, hit in mine])
+            name = f"{low:g}:1 to {high:g}:1" if np.isfinite(high) else f"{low:g}:1 and more"
+            rows.append([name, str(len(mine)), f"{told:.3f}", f"{right:.3f}"])
+    return table(["odds", "names", "said", "right"], rows)
+
+
+def stability(lines: Sequence[Line]) -> str:
+    """How often the first name stays on random parts of the poses."""
+    some = [x for x in lines if x["kind"] == "stability" and "names" in x]
+    rows = []
+    for name, mine in (("above three times the noise", [x for x in some if x["strong"]]), ("weaker", [x for x in some if not x["strong"]])):  # fmt: skip
+        same = [n == x["names"][0] for x in mine for n in x["names"][1:]]
+        if same:
+            rows.append([name, str(len(mine)), str(len(same)), f"{np.mean(same):.3f}"])
+    return table(["effect", "sets", "parts of 70 %", "same first name"], rows)
+
+
+def sizes(lines: Sequence[Line]) -> str:
+    some = sorted((x for x in lines if x["kind"] == "size" and "rows" in x), key=lambda x: x["rows"])
+    rows = [[str(x["rows"]), f"{x['fit_s']:.2f}", f"{x['diagnose_s']:.1f}", f"{x['memory_mb']:.0f}"] for x in some]
+    return table(["rows", "fit, CPU s", "diagnose, CPU s", "memory of the process MB"], rows)
+
+
+def real(lines: Sequence[Line]) -> str:
+    """Errors in space of rows held out, a fifth at a time."""
+    some = [x for x in lines if x["kind"] == "real" and "after" in x]
+    rows = []
+    for name in dict.fromkeys(x["set"].removeprefix("real: ").partition(" #")[0] for x in some):
+        mine = [x for x in some if name in x["set"]]
+        before, after = (1e3 * np.sqrt(3 * np.mean(_of(mine, w) ** 2)) for w in ("before", "after"))
+        named = Counter(k for x in mine for k in x["named"])
+        told = ", ".join(f"`{k}` {n}" for k, n in named.most_common())
+        rows.append([name, str(len(mine)), str(mine[0]["rows"]), f"{before:.3f}", f"{after:.3f}", told])
+    return table(["table", "parts", "rows", "base, mm", "with what was named, mm", "named in so many parts"], rows)
+
+
+def misses(lines: Sequence[Line]) -> str:
+    """Every set that was not answered as it should be."""
+    rows = []
+    for x in _simulated(lines):
+        if x.get("word") in BAD:
+            said = ", ".join(x.get("named", ())) or x.get("said", x.get("error", ""))
+            more = f"; {x['suspects'][0]}: {x['pattern']}" if x.get("suspects") and x.get("said") == "unknown" else ""
+            rows.append([x["set"], _said(x.get("structure", np.nan), 1), x["word"], (said + more).replace("|", "/")])
+    return table(["set", "over the noise", "judged", "said"], rows)
+
+
+def baselines(lines: Sequence[Line], own: Sequence[Line]) -> str:
+    """Other methods beside the product, on the sets that both have run."""
+    names = {"bic": "stepwise BIC over the library", "gp": "Gaussian process beside the base", "sparse": "sparse regression beside the base"}  # fmt: skip
+    mine = {(x["kind"], x["index"]): x for x in _simulated(own)}
+    rows = []
+    for method, title in names.items():
+        some = [x for x in _simulated(lines) if x["method"] == method and (x["kind"], x["index"]) in mine]
+        if not some:
+            continue
+        for label, every in ((title, some), ("`diagnose` on the same", [mine[x["kind"], x["index"]] for x in some])):
+            words = Counter(x.get("word") for x in every)
+            ratio = _of(every, "after", "noise")
+            good = words["right"] + words["inseparable"] + words["abstained rightly"] + words["part, harmless"]
+            right = f"{good}" if any("word" in x and x["word"] != "error" for x in every) else ""
+            hits = [h for x in every for h in x.get("hits", ())]
+            needless = str(hits.count(False)) if hits else ""
+            cpu = _quantile(_of(every, "diagnose_s"), 0.5)
+            rows.append([label, str(len(every)), right, needless, _said(_quantile(ratio, 0.5)), _said(_quantile(ratio, 0.9)), _said(cpu)])  # fmt: skip
+    return table(["method", "sets", "right", "needless names", "error/noise, median", "90 %", "CPU s"], rows)
+
+
+def summary(lines: Sequence[Line]) -> str:
+    """Everything about one revision, as it is read on a terminal."""
+    parts: list[Callable[[Sequence[Line]], str]] = [verdicts, figures, calibration, stability, sizes, real]
+    return "\n\n".join(part(lines) for part in parts)
+
+
+def compared(every: Sequence[Line], label: str, against: str) -> str:
+    """Two revisions, and every rule switched off, on the sets that both have run."""
+    own = {(x["kind"], x["index"]): x for x in _simulated(every) if (x["label"], x["without"], x["method"]) == (label, "", "postproc")}  # fmt: skip
+    others = dict.fromkeys((x["label"], x["without"]) for x in every if x["method"] == "postproc")
+    rows = []
+    for other, without in others:
+        if (other, without) == (label, "") or (other != label and (without or other != against)):
+            continue
+        pairs = [(own[x["kind"], x["index"]], x) for x in _simulated(every) if (x["label"], x["without"], x["method"]) == (other, without, "postproc") and (x["kind"], x["index"]) in own]  # fmt: skip
+        if not pairs:
+            continue
+        changed = [(a, b) for a, b in pairs if a.get("word") != b.get("word")]
+        better = sum(b.get("word") in BAD and a.get("word") not in BAD for a, b in changed)
+        worse = sum(a.get("word") in BAD and b.get("word") not in BAD for a, b in changed)
+        good = [sum(x.get("word") not in BAD for x in side) for side in zip(*pairs, strict=True)]
+        cpu = [sum(x.get("diagnose_s", 0.0) for x in side) for side in zip(*pairs, strict=True)]
+        name = f"without {without}" if without else f"`{other}`"
+        rows.append([name, str(len(pairs)), f"{good[0]}", f"{good[1]}", str(better), str(worse), f"{cpu[1] / max(cpu[0], 1e-9):.2f}"])  # fmt: skip
+    head = ["against", "sets", "good here", "good there", "better here", "worse here", "CPU there / here"]
+    return table(head, rows)
+
+
+def page(every: Sequence[Line], label: str, against: str) -> str:
+    """docs/scorecard.md."""
+    own = [x for x in every if (x["label"], x["without"], x["method"]) == (label, "", "postproc")]
+    what = "\n".join(f"- **{k}**: {v}" for k, v in WHAT.items() if any(x["kind"] == k for x in own))
+    text = Path(__file__).with_name("card.md").read_text()
+    pinned = [x for x in every if (x["label"], x["without"], x["method"]) == (against, "", "postproc")]
+    before = f"`{against}` on {len(_simulated(pinned))} sets:\n\n{verdicts(pinned)}\n\n{figures(pinned)}\n\n{calibration(pinned)}"
+    found = {
+        "pinned": before if pinned else "",
+        "label": label,
+        "count": str(len(_simulated(own))),
+        "kinds": what,
+        "verdicts": verdicts(own),
+        "figures": figures(own),
+        "calibration": calibration(own),
+        "stability": stability(own),
+        "sizes": sizes(own),
+        "real": real(own),
+        "baselines": baselines(every, own),
+        "compared": compared(every, label, against),
+        "misses": misses(own),
+    }
+    for name, part in found.items():
+        text = text.replace("{" + name + "}", part)
+    return text

@@ -1,0 +1,69 @@
+"""The search with one of its rules switched off, so that its worth can be counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+Patch = tuple[str, str, Any]
+"""A module of `postproc`, a name in it, and what stands there instead."""
+
+
+def _nothing(*parts: Any, **named: Any) -> list[Any]:
+    return []
+
+
+RULES: dict[str, tuple[Patch, ...]] = {
+    "backward": (("identify.forward", "backward", lambda state: state),),
+    "maps": (("effects.transmission_error", "TransmissionError.generalised", _nothing),),
+    "nonlinear": (("identify.ranking", "refit_form", lambda screen, linear, candidate, least: candidate),),
+    "further": (("identify.forward", "reaches_further", lambda after, before: True),),
+    "held_out": (
+        ("identify.forward", "reaches_further", lambda after, before: True),
+        ("identify.forward", "predicts_better", lambda after, before, errors: True),
+    ),
+    "row": (("identify.forward", "lives_on_a_row", lambda fit, best: False),),
+    "nested": (("identify.ranking", "_nested", lambda candidate, found: candidate),),
+    "rooms": (
+        (
+            "effects.transmission_error",
+            "TransmissionError.rooms",
+            lambda terms, *others: np.ones(len(terms), dtype=bool),
+        ),
+    ),
+    "chains": (("patterns.screening", "Tried._channels", _nothing),),
+    "switches": (("patterns.screening", "Tried._switched", _nothing),),
+    "rounded": (("patterns.screening", "Tried._rounded", _nothing),),
+    "memory": (("patterns.dictionary", "memories", _nothing), ("patterns.dictionary", "lags", _nothing)),
+    "leaning": (("patterns.dictionary", "overturning", _nothing),),
+    "fields": (("patterns.suspects", "fields", _nothing),),
+}
+"""By the word of ``--without``, which may join several with +."""
+
+
+@contextmanager
+def without(words: str) -> Iterator[None]:
+    """Within it the product searches without these rules.
+
+    Raises:
+        KeyError: a word is no rule.
+    """
+    undo: list[Callable[[], Any]] = []
+    try:
+        for module, name, instead in (p for word in filter(None, words.split("+")) for p in RULES[word]):
+            owner: Any = import_module(f"postproc.{module}")
+            *outer, last = name.split(".")
+            for part in outer:
+                owner = getattr(owner, part)
+            changed = patch.object(owner, last, instead)
+            changed.start()
+            undo.append(changed.stop)
+        yield
+    finally:
+        for stop in reversed(undo):
+            stop()

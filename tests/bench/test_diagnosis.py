@@ -1,0 +1,84 @@
+"""Thirty sets of the scorecard with a floor, and what counts them."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.bench.diagnosis import card, rules
+from tests.bench.diagnosis.judge import judge, run
+from tests.bench.diagnosis.sets import KINDS, Truth, drawn, seed_of
+
+BACKLASH = Truth((("backlash",),))
+PAIR = Truth((("backlash",), ("arm_load", "payload_error")))
+LAW = Truth((), True, frozenset({"q2"}), frozenset({"joint_error_map"}))
+
+
+@pytest.mark.parametrize(
+    ("kind", "count", "floor"),
+    [("library", 12, 10), ("outside", 5, 5), ("clean", 4, 4), ("pairs", 3, 2), ("few", 3, 3), ("arms", 2, 2), ("encoder", 1, 1)],
+)  # fmt: skip
+def test_so_many_of_thirty_sets_are_answered_as_they_should_be(kind: str, count: int, floor: int) -> None:
+    """Of the others one is named with a second effect, and two have an effect that is too small to be seen."""
+    words = {}
+    for i in range(count):
+        one = drawn(kind, i, KINDS[kind][1](i), seed_of(kind, i))
+        words[one.name] = run(one, true_error=0.0)["word"]
+    assert sum(word in ("right", "inseparable") for word in words.values()) >= floor, words
+
+
+@pytest.mark.parametrize(
+    ("truth", "said", "named", "alike", "suspects", "word"),
+    [
+        (BACKLASH, "missing", ["backlash"], [[]], [], "right"),
+        (BACKLASH, "missing", ["servo_lag"], [["backlash"]], [], "inseparable"),
+        (BACKLASH, "missing", ["servo_lag"], [[]], [], "wrong"),
+        (BACKLASH, "missing", ["backlash", "servo_lag"], [[], []], [], "needless"),
+        (BACKLASH, "complete", [], [], [], "missed"),
+        (BACKLASH, "unknown", [], [], ["q2"], "abstained"),
+        (PAIR, "missing", ["payload_error"], [[]], [], "part"),
+        (PAIR, "missing", ["payload_error", "backlash"], [[], []], [], "right"),
+        (LAW, "unknown", [], [], ["q1", "q2"], "right"),
+        (LAW, "unknown", [], [], ["q1", "q3"], "wrong channel"),
+        (LAW, "missing", ["joint_error_map"], [[]], [], "right"),
+        (LAW, "complete", [], [], [], "missed"),
+        (LAW, "unknown", ["backlash"], [[]], ["q2"], "needless"),
+        (Truth(), "complete", [], [], [], "right"),
+        (Truth(), "unknown", [], [], ["q1"], "false alarm"),
+        (Truth(), "missing", ["backlash"], [[]], [], "false alarm"),
+    ],
+)
+def test_what_an_answer_is_worth(truth, said, named, alike, suspects, word) -> None:
+    assert judge(truth, said, named, alike, suspects)["word"] == word
+
+
+def test_of_equal_lines_the_last_counts_and_every_part_of_the_page_is_filled(tmp_path) -> None:
+    common = {"kind": "library", "index": 0, "method": "postproc", "without": "", "label": "a", "set": "library: backlash #0"}  # fmt: skip
+    first = {**common, "word": "wrong", "diagnose_s": 1.0, "named": ["servo_lag"], "hits": [False], "evidence": [9.2]}
+    last = {**first, "word": "right", "named": ["backlash"], "hits": [True], "after": 1e-5, "noise": 2e-5}
+    path = tmp_path / "results.jsonl"
+    path.write_text("\n".join(json.dumps(x) for x in (first, last, {**first, "label": "b"})))
+    every = card.read(path)
+    assert [x["word"] for x in every] == ["right", "wrong"]
+    text = card.page(every, "a", "b")
+    assert "{" not in text and "| library | 1 | 1 |" in text and "| 10:1 to 100:1 | 1 | 0.990 | 1.000 |" in text
+    assert "| `b` | 1 | 1 | 0 | 1 | 0 | 1.00 |" in text
+    assert "library: backlash #0" in card.misses([first]) and "library: backlash #0" not in card.misses([last])
+
+
+def test_a_rule_is_off_within_and_on_again_after() -> None:
+    from postproc.identify import forward
+
+    own = forward.reaches_further
+    with rules.without("further+row"):
+        assert forward.reaches_further is not own and forward.reaches_further(None, None)
+    assert forward.reaches_further is own
+    with pytest.raises(KeyError), rules.without("no such rule"):
+        pass
+
+
+@pytest.mark.parametrize("rule", rules.RULES)
+def test_every_rule_is_one_of_the_product(rule: str) -> None:
+    with rules.without(rule):
+        pass
