@@ -440,6 +440,13 @@ def test_orientations_that_are_more_than_rounded_are_said_once_where_they_stand(
     )
 
 
+def test_an_orientation_of_a_tool_that_is_more_than_rounded_is_said_where_it_stands() -> None:
+    tool = "PERS tooldata t:=[TRUE,[[0,0,9],[0.95,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
+    (found,) = walk_program(program(module("MoveL p,v5,z0,t;", P + tool))).diagnostics
+    assert (found.code, found.severity) == ("RAP025", "warning")
+    assert "orientation of `t`" in found.message and "0.95" in found.message
+
+
 @pytest.mark.parametrize("rot", ["[0.71,0,0.71,0]", "[0.707,0,0.707,0]", "[0,0.95,0,0]"])
 def test_rounded_orientations_are_normalised(rot: str) -> None:
     found = events("MoveL p,v5,z0,tool0;", P.replace("[0,1,0,0]", rot))[0]

@@ -5,11 +5,45 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from postproc.diagnostics import Diagnostic
+from postproc.diagnostics import Diagnostic, Source, Span
 from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.program.program import Program
+from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.tokens import number_text
+from postproc.rapid.syntax.trees import Aggregate, Expression, Number
+from postproc.rapid.unknown import Unknown
 
+FRAMED = frozenset({"tooldata", "wobjdata"})
 ROUNDED = 0.002  # of the length: two decimals of each number leave no more than a few times this
+
+
+def rough_frames(program: Program) -> Iterator[Diagnostic]:
+    """RAP025 at every tool and work object whose quaternions have to be stretched by more than rounding."""
+    for declaration in program.declarations:
+        if declaration.type.lower() in FRAMED and declaration.init is not None:
+            try:
+                tree = read_whole_expression(declaration.source.data, *declaration.init)
+            except Unknown:
+                continue
+            for quaternion in _quaternions(tree):
+                length = math.hypot(*(item.value for item in quaternion.items if isinstance(item, Number)))
+                if ROUNDED < abs(length - 1.0) < 1.0:  # [0,0,0,0] is a load that nobody has measured
+                    what = f"an orientation of `{declaration.name}`"
+                    yield _rough(what, length, declaration.source, quaternion.span)
+
+
+def _quaternions(tree: Expression) -> Iterator[Aggregate]:
+    """Aggregates of four numbers inside an aggregate."""
+    if isinstance(tree, Aggregate):
+        if len(tree.items) == 4 and all(isinstance(item, Number) for item in tree.items):
+            yield tree
+        for item in tree.items:
+            yield from _quaternions(item)
+
+
+def _rough(what: str, length: float, source: Source, span: Span) -> Diagnostic:
+    text = f"{what} is no unit quaternion: its length is {length:.4g}, and it is scaled to 1"
+    return Diagnostic("RAP025", "warning", text, source, span, "look for a typing error: a wrong digit turns the torch")
 
 
 def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
@@ -23,6 +57,4 @@ def rough_orientations(events: Sequence[MotionEvent]) -> Iterator[Diagnostic]:
             seen.add((spans.source.path, spans.whole[0]))
             length = math.hypot(*(float(number_text(spans.source.data, span)) for span in spans.rot))
             if abs(length - 1.0) > ROUNDED:
-                text = f"the orientation is no unit quaternion: its length is {length:.4g}, and it is scaled to 1"
-                help_ = "look for a typing error: a wrong digit turns the torch"
-                yield Diagnostic("RAP025", "warning", text, spans.source, (spans.rot[0][0], spans.rot[-1][1]), help_)
+                yield _rough("the orientation", length, spans.source, (spans.rot[0][0], spans.rot[-1][1]))
