@@ -24,10 +24,12 @@ from postproc.compensate.insertions import insertion_of, neighbouring_element, s
 from postproc.compensate.laws import (
     APART,
     CANCELLING,
+    STEEPEST,
     Allowed,
     OffsetLaw,
     constant_law,
     fit_affine,
+    midrange,
     nearest_law,
 )
 from postproc.compensate.requests import Requester, conf_of
@@ -57,7 +59,7 @@ class _Run:
 
     Args:
         start, end: what its ends are made of; begins: where, if it begins at numbers, which are no part of ``start``.
-        starts_at, ends_at: (3,) where these are, constants left out [mm].
+        starts_at, ends_at: (3,) where these are, constants left out [mm]; constants: of both ends, as taught.
         added: the targets to add as numbers.
     """
 
@@ -67,6 +69,7 @@ class _Run:
     begins: object
     starts_at: Array
     ends_at: Array
+    constants: tuple[Array, Array]
     end_target: RobTarget
     added: Sequence[Insertion]
 
@@ -209,10 +212,11 @@ class TargetAdder:
                 return NO_START
             turn = np.linalg.solve(*object_matrices([event, before])[:, :3, :3])
             start, places = start.turned(turn), (turn @ places[0], places[1])
+        constants = _constant(before, start), _constant(event, end)
         turned = event.target if end.reference is None else replace(event.target, rot=ends.rot)
         framed = None if _frames(before) == _frames(event) else (_frames(before), _frames(event))
         numbers = (before.target, framed) if start.reference is None else None
-        return _Run(event, start, end, numbers, *places, turned, added)
+        return _Run(event, start, end, numbers, *places, constants, turned, added)
 
     def _base(self, event: MotionEvent) -> RobTarget | None:
         """The target that the expression of an event starts from, as it is written now."""
@@ -288,7 +292,7 @@ class TargetAdder:
         slopes = _combined(first.start, first.end, share)
         places = np.array([value.pose.trans for value in values])
         rest = places - [(1 - share) * run.starts_at + share * run.ends_at for run in runs]
-        law = nearest_law(self._laws(runs, rest, allowed.fine), allowed)
+        law = nearest_law(self._laws(runs, rest, share, allowed.fine), allowed)
         if law is None:
             return None
         base = (
@@ -309,7 +313,7 @@ class TargetAdder:
         return replace(insertions[0], to=to, base=base)
 
     @staticmethod
-    def _laws(runs: Sequence[_Run], rest: Array, fine: float) -> Iterator[tuple[OffsetLaw, Array]]:
+    def _laws(runs: Sequence[_Run], rest: Array, share: float, fine: float) -> Iterator[tuple[OffsetLaw, Array]]:
         """What may be added to the share of the way (n, 3) [mm]: a constant, squares of the way, an affine law."""
         yield constant_law(rest)
         start, end = runs[0].start.reference, runs[0].end.reference
@@ -317,9 +321,13 @@ class TargetAdder:
         squares: Mapping[str, Array] = {}
         if ends:
             ways = np.array([run.starts_at - run.ends_at for run in runs])
-            along = np.sum(rest * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
+            # What ``Offs`` displaces both ends by is no part of the bend.
+            plain = midrange(np.array([(1 - share) * r.constants[0] + share * r.constants[1] for r in runs]))
+            lacks = rest - plain
+            along = np.sum(lacks * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
             squares = _squares(str(start), str(end), ways)
-            yield _bent(squares, rest - along[:, None] * ways, fine)  # on the line any place will do
+            bend, left = _bent(squares, lacks - along[:, None] * ways, fine)  # on the line any place will do
+            yield replace(bend, constant=_vec(plain)), left
         for names in [(start, end), ()] if ends else [(start, end)]:
             regressors = [
                 {n: v for n, v in run.event.numbers if n.partition(".trans.")[0] not in names} for run in runs
@@ -329,6 +337,15 @@ class TargetAdder:
                     run.update((name, float(values[n])) for name, values in squares.items())
             law = fit_affine(regressors, rest, fine)
             yield law, rest - [law.at(run) for run in regressors]
+
+
+def _constant(event: MotionEvent, position: Position) -> Array:
+    """What numbers displace the target of an event by (3,) [mm]; zero where it has no name."""
+    if position.reference is None or not isinstance(event.target, RobTarget):
+        return np.zeros(3)
+    root = event.target_origin.root
+    base = event.target if root is None else root.target
+    return np.array(event.target.trans) - position.at(base, dict(event.numbers))
 
 
 def _frames(event: MotionEvent) -> tuple[object, ...]:
@@ -389,6 +406,8 @@ def _bent(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[Offs
         most = np.abs(matrix).max(axis=0)[:, None] * np.abs(bends)
         bends[most < UNCHANGED_MM] = 0.0
         steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
+        # By how much [mm] one millimetre of a longer way changes it.
+        steep = steep or 2e-3 * np.abs(bends).max() * np.sqrt(squares[next(iter(squares))].max()) > STEEPEST
         return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
 
     best = fitted([next(iter(squares))])

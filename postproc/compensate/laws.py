@@ -19,6 +19,10 @@ CANCELLING = 2.0
 regressors, and with nearly as many of them as runs that is chance, by which a target that is taught anew would go far
 off."""
 
+STEEPEST = 0.05
+"""By how much [mm] a correction may change with one millimetre of a coordinate: that of an arm changes by some
+thousandths; what is steeper is chance, and carries a target off when the coordinate is another."""
+
 Regressors = Mapping[str, float]
 
 
@@ -54,6 +58,10 @@ def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> Of
     """
     found, least = None, np.inf
     for law, rest in laws:
+        if any(
+            ".trans." in text and max(map(abs, slope)) > STEEPEST for text, slope in law.coefficients if "(" not in text
+        ):
+            continue
         off = np.linalg.norm(rest, axis=1)
         if off.max() < least and (off <= allowed.most).all():
             found, least = law, float(off.max())

@@ -180,7 +180,8 @@ def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey
     Beside its correction here these are what its tolerance leaves open and a share of the largest correction; a
     statement that stays as it is, or stands in a file that is only read along, may follow what it is derived from.
     """
-    largest = max((o.shift_mm or 0.0 for o in outcomes), default=0.0)
+    along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
+    largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
     shifts = {o.statement.key: o.shift_mm for o in outcomes}
     goal = goal_tolerances(plan.motion.moves, plan.motion.options)
     slack: dict[StatementKey, float] = {}

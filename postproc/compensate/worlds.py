@@ -128,7 +128,7 @@ def _differences(
         traps: statements of trap routines.
     """
     at, last = 0, None
-    largest = max((most for most, _ in bounds.values()), default=0.0)
+    largest = max((most for most, _ in bounds.values()), default=0.0)  # of an added goal, too
     for motion in before:
         extra: list[WorldMotion] = []
         while at < len(after) and after[at].statement.key not in own:
