@@ -431,8 +431,8 @@ def test_seams_between_other_places_share_targets_between_their_ends(body: str, 
     after = found.report["max_error_after_mm"]
     assert found.report["max_error_before_mm"] > 0.7
     assert after == pytest.approx(0.292, abs=0.01) if "RETURN" in between else after <= 0.01
-    # What bends goes with the square of the length, or in a loop with its index where that leaves less.
-    law = r"ArcL Offs\(.*(Pow\(Distance\(|\d\*i\b)" if body == "loop;" else r"ArcL Offs\(.*Pow\(Distance\("
+    # What bends goes with the square of the length, in a loop with what leaves least; the ends are named in any case.
+    law = r"ArcL Offs\(.*pS\{i\}\.trans" if body == "loop;" else r"ArcL Offs\(.*Pow\(Distance\("
     assert bool(re.search(law, written(found))) == ("RETURN" not in between)
     again = independent(text, found)
     assert again.violations == []
