@@ -7,7 +7,8 @@ arm's natural `periods`). What it should be told: `inverse` (the commanded pose)
 How the text gets it: `plan` goes round until nothing changes. `requests` are the corrected targets of all executions,
 `slots` the places in the text that can hold them; `assignment` gives each slot its value and each argument its offset
 by `laws`, `writer` makes changes of that (`values`, `expressions`). Targets to add: how many (`targets`, `placement`),
-what they follow (`added_targets`, `arcs`), which statement (`insertions`); `circles` are arcs that would suffer.
+what they follow (`added_targets` with `bends`, `arcs`), which
+statement (`insertions`); `circles` are arcs that would suffer.
 
 The proof: `readback` runs the written text, `worlds` follows it where run-time data differs, `proof` measures how far
 the real arm is off; `figures`, `seams`, `outcomes`, `transitions`, `dynamics` (limits), `accuracy` (what the model

@@ -13,18 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 
 import numpy as np
 
 from postproc.arrays import Array
 from postproc.compensate.arcs import ArcRun, all_numbers, arc_run, follow_arc, function_name
+from postproc.compensate.bends import fit_bend, squares_of
 from postproc.compensate.expressions import Position, position_of
 from postproc.compensate.insertions import insertion_of, neighbouring_element, small_zone
 from postproc.compensate.laws import (
-    APART,
-    CANCELLING,
-    STEEPEST,
     Allowed,
     OffsetLaw,
     constant_law,
@@ -48,8 +45,7 @@ FUNCTIONS = ("offs", "pow", "distance", "dotprod", "vectmagn", "atan2", "cos", "
 OWN_FUNCTIONS = "the program has functions of its own by the names of those that a target between its ends needs"
 UNLIKE = "it runs several times on different ways"
 TURNED = 1e-3  # of a quaternion, 0.1 deg: a target that is turned no more than that can be an end displaced
-SHARE_DECIMALS, BEND_DECIMALS = 4, 4
-PAIRS = tuple(combinations_with_replacement("xyz", 2))
+SHARE_DECIMALS = 4
 NOTHING = Position(None)
 
 
@@ -325,8 +321,8 @@ class TargetAdder:
             plain = midrange(np.array([(1 - share) * r.constants[0] + share * r.constants[1] for r in runs]))
             lacks = rest - plain
             along = np.sum(lacks * ways, axis=1) / np.maximum(np.sum(ways**2, axis=1), UNCHANGED_MM)
-            squares = _squares(str(start), str(end), ways)
-            bend, left = _bent(squares, lacks - along[:, None] * ways, fine)  # on the line any place will do
+            squares = squares_of(str(start), str(end), ways)
+            bend, left = fit_bend(squares, lacks - along[:, None] * ways, fine)  # on the line any place will do
             yield replace(bend, constant=_vec(plain)), left
         for names in [(start, end), ()] if ends else [(start, end)]:
             regressors = [
@@ -381,43 +377,6 @@ def _differences(terms: Sequence[tuple[str, Vec3]]) -> list[tuple[str, Vec3]]:
                 found = [pair for pair in found if pair[0] not in (text, other)]
                 found.append((f"({text}-{other})", direction))
     return found
-
-
-def _squares(start: str, end: str, ways: Array) -> dict[str, Array]:
-    """Squares [m^2] of the ways (n, 3) [mm], as RAPID writes them: of the length, and of the parts along the axes."""
-    way = {axis: f"{start}.trans.{axis}-{end}.trans.{axis}" for axis in "xyz"}
-    part = dict(zip("xyz", 1e-3 * ways.T, strict=True))
-    found: dict[str, Array] = {f"Pow(Distance({start}.trans,{end}.trans)/1000,2)": 1e-6 * np.sum(ways**2, axis=1)}
-    for a, b in PAIRS:
-        term = f"Pow(({way[a]})/1000,2)" if a == b else f"({way[a]})*({way[b]})/1000000"
-        found[term] = part[a] * part[b]
-    return found
-
-
-def _bent(squares: Mapping[str, Array], bent: Array, least: float) -> tuple[OffsetLaw, Array]:
-    """What is off aside (n, 3) [mm] by squares of the ways, and what is left of it.
-
-    The length does for ways in like directions; a square of axes has to take half of what is left.
-    """
-
-    def fitted(names: Sequence[str]) -> tuple[dict[str, Array], Array]:
-        matrix = np.stack([squares[name] for name in names], axis=1)
-        bends = np.round(np.linalg.lstsq(matrix, bent, rcond=APART)[0], BEND_DECIMALS)
-        most = np.abs(matrix).max(axis=0)[:, None] * np.abs(bends)
-        bends[most < UNCHANGED_MM] = 0.0
-        steep = len(names) > 1 and most.max() > CANCELLING * np.abs(bent).max()
-        # By how much [mm] one millimetre of a longer way changes it.
-        steep = steep or 2e-3 * np.abs(bends).max() * np.sqrt(squares[next(iter(squares))].max()) > STEEPEST
-        return dict(zip(names, bends, strict=True)), np.full_like(bent, np.inf) if steep else bent - matrix @ bends
-
-    best = fitted([next(iter(squares))])
-    while np.abs(best[1]).max() > least and len(best[0]) < len(bent):
-        more = [fitted([*best[0], name]) for name in squares if name not in best[0]]
-        more.sort(key=lambda found: float(np.abs(found[1]).max()))
-        if np.abs(more[0][1]).max() > np.abs(best[1]).max() / 2:
-            break
-        best = more[0]
-    return OffsetLaw((0.0, 0.0, 0.0), tuple((name, _vec(bend)) for name, bend in best[0].items())), best[1]
 
 
 def _turned_alike(added: TargetValue, end: RobTarget) -> bool:
