@@ -22,7 +22,7 @@ EDITED: Mapping[Place | None, str] = {
     "declaration": "; its declaration is edited",
     "element": "; its array element is edited",
     "aggregate": "; its numbers are edited",
-    "argument": "; it gets a target of its own",
+    "argument": "; an offset is written into its argument",
     "call": "; the argument of its call is edited",
     "derived": "; it moves with the target that it is derived from",
     None: "",

@@ -235,7 +235,7 @@ class Assigner:
     def _raised(self, now: _Round, filled: _Filled, offsets: dict[ArgumentKey, OffsetLaw]) -> _Round | None:
         """The next round, None where every argument is served or left; the offsets of those that have one."""
         levels, reasons = dict(now.levels), dict(now.reasons)
-        rest = np.linalg.norm(self.shift - filled.base, axis=1)
+        rest, whole = np.linalg.norm(self.shift - filled.base, axis=1), np.linalg.norm(self.shift, axis=1)
         for key, rows in self.incidence.of_argument.items():
             level, statement = now.levels[key], key[0]
             if level == LEFT or statement in reasons:
@@ -257,7 +257,8 @@ class Assigner:
                 offsets[key] = law
             elif level in (OFFSET, RELAXED) and why is None:
                 levels[key] = level + 1
-            else:
+            elif not (fits and self.derived[list(rows)].all() and all(rest[row] <= whole[row] for row in rows)):
+                # What is derived from a corrected target follows that, where it is nowhere worse than no correction.
                 levels[key], reasons[statement] = LEFT, why or self._unlike(rows)
         return None if levels == dict(now.levels) and reasons == dict(now.reasons) else _Round(levels, reasons)
 

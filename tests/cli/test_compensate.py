@@ -17,7 +17,11 @@ FORCE = ("--force", "200,-200,-200", "--inertia", "off")
 
 def test_a_wider_tolerance_needs_fewer_targets(call: Call, samples: Path) -> None:
     documents = [
-        json.loads(call("compensate", samples / "corner_arc.mod", "--tolerance", mm, "--check", "--json").out)
+        json.loads(
+            call(
+                "compensate", samples / "corner_arc.mod", "--tolerance", mm, "--air-tolerance", mm, "--check", "--json"
+            ).out
+        )
         for mm in ("0.01", "0.2")
     ]
     assert [d["tolerance_mm"] for d in documents] == [0.01, 0.2]
@@ -33,7 +37,7 @@ def test_a_seam_from_file_to_file(call: Call, samples: Path, tmp_path: Path) -> 
     document = json.loads(outcome.out)
     assert document["schema"] == "postproc/compensate/1"
     assert 0.5 < document["max_error_before_mm"] < 3.0
-    assert document["max_error_after_mm"] <= 0.01
+    assert document["max_arc_error_after_mm"] <= 0.01 and document["max_error_after_mm"] <= 0.2
     assert document["added_targets"] <= 15 * 1.4
     assert len(document["statements"]) == 15
     assert [row["status"] for row in document["statements"]] == ["skipped"] * 2 + ["compensated"] * 13

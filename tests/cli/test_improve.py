@@ -214,8 +214,9 @@ def test_a_diagnosis_ends_with_the_commands_that_follow(
         suspects=(),
         beside=(),
         verdict="missing",
-        text=lambda: "The model lacks ..",
     )
+    monkeypatch.setattr("postproc.identify.report.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
+    monkeypatch.setattr("postproc.identify.report.diagnosis_text", lambda _: "The model lacks ..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     model, data = samples / "models" / "irb4600_60_205.toml", cell / "fit.csv"
     outcome = call("diagnose", model, data, "--noise", "0.05")
@@ -239,8 +240,9 @@ def test_what_follows_can_be_copied_into_a_shell(
         suspects=(),
         beside=(),
         verdict="complete",
-        text=lambda: "..",
     )
+    monkeypatch.setattr("postproc.identify.report.diagnosis_json", lambda _: {"schema": "postproc/diagnose/1"})
+    monkeypatch.setattr("postproc.identify.report.diagnosis_text", lambda _: "..")
     monkeypatch.setattr("postproc.identify.diagnose.diagnose", lambda *_, **__: found)
     monkeypatch.setattr("postproc.identify.sentences.too_few", lambda *_: False)
     monkeypatch.chdir(tmp_path)

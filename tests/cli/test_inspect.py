@@ -36,7 +36,7 @@ def test_rows_say_where_and_with_what(call: Call, samples: Path) -> None:
     tacks = [line for line in text if "rTacks" in line]
     assert len(tacks) == 3
     assert [line.split(", 48 times; ")[1] for line in tacks] == [
-        "it moves with the target that it is derived from",
+        "an offset is written into its argument",
         "its array element is edited",
         "it moves with the target that it is derived from",
     ]
@@ -134,11 +134,11 @@ ENDMODULE
 
 
 def test_the_decision_for_every_statement_is_that_of_compensate(call: Call, tmp_path: Path) -> None:
-    """p1 serves two tools and cannot be edited, the loop asks for four corrections of one argument: an Offs serves all."""
+    """p1 serves two tools: its numbers serve one, an Offs the other; one Offs serves the four runs of the loop."""
     path = tmp_path / "shared.mod"
     path.write_text(SHARED)
     rows = json.loads(call("inspect", path, "--json").out)["statements"]
-    decided = ["argument", "argument", "argument", "declaration", "aggregate", "argument"]
+    decided = ["declaration", "argument", "argument", "declaration", "aggregate", "argument"]
     assert [row["edited"] for row in rows] == decided
     document = json.loads(call("compensate", path, "--json").out)
     assert [row["edited"] for row in document["statements"]] == decided

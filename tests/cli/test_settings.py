@@ -151,7 +151,7 @@ def test_a_program_in_a_backup_is_for_the_arm_of_its_task(call_as_written: Call,
     assert "warning[BAT012]: the controller drives `irb4600_60_205` with this task" in other.err
     (root / "SYSPAR/SYS.cfg").write_text(SYS.replace('"rob2" -MotionTask', '"rob3" -MotionTask'))
     lost = call_as_written(*words)
-    assert lost.code == 2 and "error[CLI013]" in lost.err
+    assert lost.code == 2 and "error[KIN011]" in lost.err
     backup(tmp_path / "in", base="-base_frame_coordinated TRACK1")
     assert "error[BAT013]" in call_as_written(*words).err
 
@@ -161,7 +161,7 @@ def test_an_arm_that_is_not_understood_is_named(call_as_written: Call, tmp_path:
     moc = root / "SYSPAR" / "MOC.cfg"
     moc.write_text(moc.read_text().replace("ROB2_4600_2.05_60", "ROB2_NEW_9"))
     found = call_as_written("batch", root, "-o", tmp_path / "out")
-    assert found.code == 2 and "its controller says `ROB2_NEW_9`, no arm of the library" in found.err
+    assert found.code == 2 and "an arm of type `ROB2_NEW_9`, which is not in the library" in found.err
     assert not (tmp_path / "out").exists()
 
 

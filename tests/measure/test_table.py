@@ -84,7 +84,7 @@ def test_another_arm_of_the_library_is_named():
     with pytest.raises(PostprocError) as error:
         read_measurements(source(table()), load_robot("irb4600_40_255"))
     help_ = error.value.diagnostics[0].help
-    assert help_ == "they fit `irb4600_45_205` or `irb4600_60_205`: check the robot's name"
+    assert help_.startswith("they fit `irb4600_45_205` or `irb4600_60_205`: check the robot's name")
 
 
 def test_joint_zeros_are_for_the_fit():
@@ -123,7 +123,7 @@ def test_copies_rounding_gaps_and_words_are_named():
     assert "DAT010" in codes([lines[0], *edited([lines[0], *lines[1:]], [], float)[1:]][:1] + _rounded(lines))
     broken = [lines[0], lines[1].replace(lines[1].split(",")[7], "12x"), *lines[2:]]
     assert codes(broken) == ["DAT003"]
-    assert codes([*lines[:5], "P9,1,2", *lines[5:]]) == ["DAT004", "DAT005"]  # it counts as empty
+    assert codes([*lines[:5], "P9,1,2", *lines[5:]]) == ["DAT004"]  # it counts as empty
     empty = lines[7].split(",")
     empty[2] = ""
     data = read_measurements(source([*lines[:7], ",".join(empty), *lines[8:]]), ARM)

@@ -186,7 +186,7 @@ def test_a_column_of_words_has_a_value_for_each_of_them():
 def test_what_rose_since_the_row_before_is_told_of_every_channel():
     warm = np.random.default_rng(16).uniform(20.0, 30.0, 90)
     truth = np.sign(np.diff(warm, prepend=warm[0]))
-    found = best(of_two(q1=np.linspace(-1, 1, 90), temperature=warm).every, truth)
+    found = best(of_two(q1=np.linspace(-1, 1, 90), temperature=warm, time=np.arange(90.0)).every, truth)
     assert found.text == "whether it rose or fell since the row before" and found.channels == ("temperature",)
 
 
@@ -252,9 +252,9 @@ def test_what_the_arm_did_before_is_told():
     g = np.random.default_rng(13)
     q6 = np.repeat(g.uniform(-2.6, 2.6, 120), 2)
     before = np.repeat(np.concatenate([q6[:1], q6[:-2:2]]), 2)
-    wave = closest(best(of_two(q6=q6).every, np.sin(2 * before)), np.sin(2 * before))
+    wave = closest(best(of_two(q6=q6, time=np.arange(float(len(q6)))).every, np.sin(2 * before)), np.sin(2 * before))
     assert wave.text.startswith("wave 2 times a turn of q6 in the row before") and wave.kind == "before"
-    rose = best(of_two(q6=q6).every, np.sign(q6 - before))
+    rose = best(of_two(q6=q6, time=np.arange(float(len(q6)))).every, np.sign(q6 - before))
     assert rose.text == "whether it rose or fell since the row before"
 
 
@@ -265,7 +265,7 @@ def test_what_is_dragged_along_is_told_by_how_far():
     for angle in q2 - q2[0]:
         place = min(max(place, angle - reach), angle + reach)
         slack.append(angle - place)
-    found = closest(best(of_two(q2=q2).every, np.array(slack)), np.array(slack))
+    found = closest(best(of_two(q2=q2, time=np.arange(float(len(q2)))).every, np.array(slack)), np.array(slack))
     assert found.text.startswith("dragged along by q2, and slipping after ")
     assert found.at[0][0] == pytest.approx(reach, rel=0.1) and not found.codes
     assert abs(np.corrcoef(found.values, slack)[0, 1]) > 0.99

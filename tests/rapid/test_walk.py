@@ -278,7 +278,7 @@ def test_a_routine_that_calls_itself() -> None:
         ("go k; IF on THEN k:=k+1; k:=k-1; ENDIF MoveL e{k},v5,z0,tool0;", "s{k}"),
         ("MoveL s{k},v5,z0,tool0; k:=3-k; MoveL e{k},v5,z0,tool0; k:=3-k;", None),
         ("MoveL s{k},v5,z0,tool0; IF di1=1 THEN MoveL p,v5,z0,tool0; ENDIF MoveL e{k},v5,z0,tool0;", None),
-        ("MoveL Offs(s{k},1,0,0),v5,z0,tool0; MoveL e{k},v5,z0,tool0;", None),
+        ("MoveL Offs(s{k},1,0,0),v5,z0,tool0; MoveL e{k},v5,z0,tool0;", "Offs(s{k},1,0,0)"),
         ("w:=s{k}; MoveL w,v5,z0,tool0; MoveL e{k},v5,z0,tool0;", "w"),
         ("w:=s{k}; MoveL w,v5,z0,tool0; w.trans.x:=w.trans.x+1; MoveL e{k},v5,z0,tool0;", None),
     ],
@@ -679,7 +679,7 @@ def test_turns_of_a_loop_share_an_event_only_while_nothing_changes() -> None:
     assert [e.gripload.mass for e in still] == [0, 0, 0, 5, 5, 5]
     assert [e.target.trans[0] for e in index] == [1, 2, 3, 4, 5, 6]  # type: ignore[union-attr]
     assert [e.target.trans[0] for e in data] == [0, 0, 0, 7, 7, 7]  # type: ignore[union-attr]
-    assert still[1] is still[2] and still[4] is still[5]
+    assert still[1] == still[2] and still[4] == still[5]
 
 
 GO = f"PROC go(num n) IF n<3 THEN {move('n')} ELSE {move('5')} ENDIF ENDPROC"
@@ -782,5 +782,6 @@ def test_the_root_of_what_a_function_displaces_is_its_target_among_others() -> N
         "FUNC robtarget above(robtarget a) a.trans.z:=a.trans.z+5; RETURN a; ENDFUNC"
     )
     (found,) = events("i:=1; j:=2; k:=0; MoveL RelTool(above(row{i+j-1+k}),0,0,3),v5,z0,tool0;", data)
-    assert found.target_origin.root is not None and found.target_origin.root.trans == (10, 0, 0)
-    assert found.target_origin.lever == pytest.approx((0, 0, -3))
+    root = found.target_origin.root
+    assert root is not None and root.target.trans == (10, 0, 0)
+    assert root.lever == pytest.approx((0, 0, -3))

@@ -102,9 +102,12 @@ def test_the_text_of_a_pattern_holds_in_other_poses(
 def test_every_pattern_has_the_values_of_its_text() -> None:
     state, channels = drawn(3, 60)
     docks = {"dock": np.arange(60.0) % 5, **{f"shift={w}": np.arange(60) % 3 == k for k, w in enumerate("abc")}}
-    state = state.with_(channels={**state.channels, **docks})
-    channels |= docks
-    some = {name: channels[name] for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload", *docks)}
+    state = state.with_(channels={**state.channels, **docks}, time=np.arange(60.0))
+    channels |= {**docks, "time": np.arange(60.0)}
+    some = {
+        name: channels[name]
+        for name in ("q2", "q3", "dir3", "load3", "temperature", "cable", "payload", "time", *docks)
+    }
     every = patterns({**some, "x": tool_place(channels)[:, 0]}, state, tool_place(channels)).every
     finer = [p for one in every[::40] for p in sharper(one)[::9]]
     told = [p for p in (*every, *finer) if p.codes]

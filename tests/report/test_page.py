@@ -88,7 +88,13 @@ def test_what_remains_beside_the_steady_way_stands_in_the_first_sentence(convers
         page = compensation_page("x.mod", replace(conversion, report={**conversion.report, **figures}))
         return re.findall(r'<p class="sentence">(.*?)</p>', page)[0]
 
-    steady = {"max_error_before_mm": 0.5, "max_error_after_mm": 0.004, "tolerance_mm": 0.01}
+    steady = {
+        "max_arc_error_before_mm": None,
+        "max_arc_error_after_mm": None,
+        "max_error_before_mm": 0.5,
+        "max_error_after_mm": 0.004,
+        "tolerance_mm": 0.01,
+    }
     assert sentence(**steady, max_transient_mm=0.01, max_transition_mm=0.0) == (
         "The largest deviation falls from 0.500 mm to 0.004 mm."
     )

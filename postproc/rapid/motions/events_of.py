@@ -99,7 +99,7 @@ class EventMaker:
         same = last.source is here.source and last.routine == here.routine and last.module == here.module
         if same and origin.kind == "declared" and origin.handed is None:
             return to.text
-        known = self.targets.robtarget(last.source, to.span, memory)
+        known = self.targets.robtarget(last.source, to.span, memory.aside())
         return to.text if known == (before.target, origin) else None
 
     def places(
