@@ -52,8 +52,9 @@ def called_in(functions: re.Pattern[bytes], statement: Statement, data: bytes) -
         if not functions.search(data, start, end):
             continue
         text = TEXT.sub(lambda quoted: b" " * len(quoted[0]), data[start:end])
+        closing = _closings(text)
         for found in functions.finditer(text):
-            yield found[1].decode("latin-1"), (start + found.end(), start + _closing(text, found.end()))
+            yield found[1].decode("latin-1"), (start + found.end(), start + closing.get(found.end() - 1, len(text)))
 
 
 def acting_functions(
@@ -94,11 +95,13 @@ def _expressions(statement: Statement) -> Iterator[Span]:
         yield from branch.conditions
 
 
-def _closing(text: bytes, at: int) -> int:
-    """Where the parenthesis closes that opens before ``at``."""
-    depth = 1
-    for found in re.finditer(rb"[()]", text[at:]):
-        depth += 1 if found[0] == b"(" else -1
-        if depth == 0:
-            return at + found.start()
-    return len(text)
+def _closings(text: bytes) -> dict[int, int]:
+    """Where each parenthesis closes that is closed, by where it opens."""
+    found: dict[int, int] = {}
+    opened: list[int] = []
+    for mark in re.finditer(rb"[()]", text):
+        if mark[0] == b"(":
+            opened.append(mark.start())
+        elif opened:
+            found[opened.pop()] = mark.start()
+    return found
