@@ -142,4 +142,4 @@ def test_a_room_says_what_its_files_are_for(folder: Path) -> None:
 def test_modules_stay_small() -> None:
     sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
     assert {name: size for name, size in sizes.items() if size > 400} == {}
-    assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 140} == {}
+    assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 160} == {}
