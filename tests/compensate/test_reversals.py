@@ -49,7 +49,8 @@ def test_the_real_arm_is_off_for_a_few_millimetres_only(found: Conversion) -> No
     _, after = off_line(written(found))
     assert before.min() > 0.05
     assert after.max() > 0.05  # the gap itself cannot be corrected while it is crossed
-    assert (after > 0.01).mean() < 2 * 0.002 / 0.6  # two crossings in 0.6 m, two millimetres each
+    # Two crossings in 0.6 m, two to three millimetres each: added targets are turned as the end is, to 0.1 deg.
+    assert (after > 0.01).mean() < 2 * 0.0026 / 0.6
 
 
 def test_it_is_said_where_and_how_far(found: Conversion) -> None:

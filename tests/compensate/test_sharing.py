@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.added_targets import _bent
+from postproc.compensate.bends import fit_bend as _bent
 from postproc.compensate.laws import fit_affine
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
