@@ -67,16 +67,29 @@ def test_imports_point_downward(path: Path) -> None:
         assert ROOMS.index(used) <= ROOMS.index(own), f"{own} imports {name}, which stands above it"
 
 
-RAPID_ROOMS = ("unknown", "syntax", "program", "evaluation", "motions", "execution", "diff")
+# Folders and files inside a room, in the order in which they may use each other; what a room does not name is free.
+FLOORS = {
+    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "motions", "execution", "diff"),
+    "motion": ("mounts", "values", "findings", "path", "timing", "smoothing"),
+    "compensate": (
+        *("options", "tolerances", "path", "correction", "reading", "text", "plan"),
+        *("readback", "results", "worlds"),
+    ),
+    "cli": ("report", "options", "conversion", "programs", "convert", "app"),
+}
 
 
-@pytest.mark.parametrize("path", sorted((PACKAGE / "rapid").rglob("*.py")), ids=lambda p: p.name)
-def test_folders_of_rapid_import_downward(path: Path) -> None:
-    own = path.relative_to(PACKAGE / "rapid").with_suffix("").parts[0]
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_folders_of_a_room_import_downward(path: Path) -> None:
+    room_name, *inside = path.relative_to(PACKAGE).with_suffix("").parts
+    floors = FLOORS.get(room_name, ())
+    if not inside or inside[0] not in floors:
+        return
     for name in imported(path):
         parts = name.split(".")
-        if own in RAPID_ROOMS and parts[1] == "rapid" and len(parts) > 2:
-            assert RAPID_ROOMS.index(parts[2]) <= RAPID_ROOMS.index(own), f"{own} imports {name}, which stands above it"
+        if parts[1:2] == [room_name] and len(parts) > 2 and parts[2] in floors:
+            used, own = floors.index(parts[2]), floors.index(inside[0])
+            assert used <= own, f"{room_name}/{inside[0]} imports {name}, which stands above it"
 
 
 def test_every_folder_is_a_known_room() -> None:
