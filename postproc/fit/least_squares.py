@@ -10,21 +10,21 @@ from numpy.typing import NDArray
 
 from postproc.diagnostics import PostprocError
 from postproc.effects.base import Effect
-from postproc.effects.instrument_frame import InstrumentFrame
-from postproc.effects.tool_frame import ToolFrame
-from postproc.fit.determined import slope
+from postproc.effects.library.instrument_frame import InstrumentFrame
+from postproc.effects.library.tool_frame import ToolFrame
 from postproc.fit.fitted import Fit
 from postproc.fit.problem import Problem, Weights, make_weights
-from postproc.fit.reweight import far_off, reweighted
-from postproc.fit.rounding import blurred, rounded
-from postproc.fit.session_laws import session_laws
-from postproc.fit.smooth import choose_smoothness, enough_for_smoothness
-from postproc.fit.solve import ROUGHLY, Terms, solve
-from postproc.fit.start import elsewhere, seen_from, start_frames, turned_tool
-from postproc.fit.step import Masks
-from postproc.fit.watch import Watch, unwatched
+from postproc.fit.solving.determined import slope
+from postproc.fit.solving.reweight import far_off, reweighted
+from postproc.fit.solving.rounding import blurred, rounded
+from postproc.fit.solving.session_laws import session_laws
+from postproc.fit.solving.smooth import choose_smoothness, enough_for_smoothness
+from postproc.fit.solving.solve import ROUGHLY, Terms, solve
+from postproc.fit.solving.start import elsewhere, seen_from, start_frames, turned_tool
+from postproc.fit.solving.step import Masks
+from postproc.fit.solving.watch import Watch, unwatched
+from postproc.measure.checks.repeats import Noise, estimate_noise
 from postproc.measure.measurements import Measurements
-from postproc.measure.repeat import Noise, estimate_noise
 from postproc.model.arm import Model
 
 FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_compliance")

@@ -9,8 +9,8 @@ import numpy as np
 from postproc.fit.fitted import Fit
 from postproc.fit.linear import Linear
 from postproc.fit.worth import schwarz
-from postproc.identify.candidate import Candidate
-from postproc.identify.composition import columns_of
+from postproc.identify.candidates.candidate import Candidate
+from postproc.identify.candidates.composition import columns_of
 from postproc.identify.evidence import CLOSE, DIM, TELLING
 
 FREE = 1e-3

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from postproc.fit.determined import slope
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
-from postproc.fit.solve import Terms, advance
-from postproc.identify.candidate import Candidate
+from postproc.fit.solving.determined import slope
+from postproc.fit.solving.solve import Terms, advance
+from postproc.identify.candidates.candidate import Candidate
 
 ENOUGH = 2000
 """Measured numbers that a search takes at most: beyond it every second, third .. pose."""

@@ -12,10 +12,10 @@ from postproc.effects.base import Effect
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.fit.leftover import SLOW
-from postproc.fit.solve import ROUGHLY, Terms
-from postproc.identify.candidate import Candidate, FormCache, Screen
+from postproc.fit.solving.solve import ROUGHLY, Terms
+from postproc.identify.candidates.candidate import Candidate, FormCache, Screen
+from postproc.identify.candidates.ranking import ranking
 from postproc.identify.evidence import CERTAIN, DOUBTFUL, MATERIAL, log_evidence
-from postproc.identify.ranking import ranking
 from postproc.identify.refits import refit_all
 from postproc.measure.trajectory import is_record
 from postproc.patterns.dictionary import Patterns

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.fit.channels import within
-from postproc.fit.wording import joined
+from postproc.fit.words.wording import joined
 from postproc.patterns.signals import Draft, Signal, text_of, unit, written
 
 Edge = tuple[float, float]

@@ -10,21 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from postproc.effects.arm_load import ArmLoad
-from postproc.effects.joint_error_map import JointErrorMap
-from postproc.effects.link_compliance import LinkCompliance
-from postproc.effects.link_geometry import LinkGeometry
-from postproc.effects.session import Session
-from postproc.effects.transmission_error import TransmissionError
+from postproc.effects.library.arm_load import ArmLoad
+from postproc.effects.library.joint_error_map import JointErrorMap
+from postproc.effects.library.link_compliance import LinkCompliance
+from postproc.effects.library.link_geometry import LinkGeometry
+from postproc.effects.library.session import Session
+from postproc.effects.library.transmission_error import TransmissionError
 from postproc.fit.least_squares import fit_model
-from postproc.fit.record import fit_json, parameters_json
-from postproc.fit.solve import Terms
-from postproc.fit.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
+from postproc.fit.solving.solve import Terms
+from postproc.fit.words.record import fit_json, parameters_json
+from postproc.fit.words.wording import fitted_values, grouped, held_text, joined, p_text, place, values_lines
 from postproc.identify.compare import compare
 from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.report import _followed, _told
-from postproc.identify.sentences import doubts, headline, of_little_worth
 from postproc.identify.state import SelectedEffect
+from postproc.identify.words.sentences import doubts, headline, of_little_worth
+from postproc.identify.words.text import _followed, _told
 from postproc.measure.observations import observations
 from postproc.report.diagnosis import _verdict
 from tests.identify.cells import base_fit, cell

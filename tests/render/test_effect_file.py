@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc.effects.conformance import check_effect
+from postproc.effects.conformance.kit import check_effect
 from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects

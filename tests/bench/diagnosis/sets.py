@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Source
 from postproc.measure.measurements import Measurements
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.robot.catalogue import load_robot
 from tests.independent import arm as A
 from tests.independent import library_effects as K
