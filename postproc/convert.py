@@ -15,29 +15,29 @@ from typing import Any, NoReturn
 import numpy as np
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.accuracy import expect_accuracy, expect_remaining
-from postproc.compensate.applicable import applicable_model
-from postproc.compensate.belief import doubt_corrections, doubt_weights
-from postproc.compensate.document import document, refused, summary
-from postproc.compensate.dynamics import check_corrected
-from postproc.compensate.figures import Figures, figures_of
-from postproc.compensate.motion import Motion
+from postproc.compensate.correction.applicable import applicable_model
 from postproc.compensate.options import Options
-from postproc.compensate.outcomes import judge_statements, largest_shifts
+from postproc.compensate.path.deviation import Deviation, Driven, measure_deviation
+from postproc.compensate.path.motion import Motion
 from postproc.compensate.plan import Plan, plan_changes
-from postproc.compensate.proof import Deviation, Driven, measure_deviation
 from postproc.compensate.readback import drive, run_again
 from postproc.compensate.reading import read_motion
-from postproc.compensate.seams import find_seams, partial_seams
-from postproc.compensate.values import Outcome
+from postproc.compensate.results.accuracy import expect_accuracy, expect_remaining
+from postproc.compensate.results.belief import doubt_corrections, doubt_weights
+from postproc.compensate.results.document import document, refused, summary
+from postproc.compensate.results.dynamics import check_corrected
+from postproc.compensate.results.figures import Figures, figures_of
+from postproc.compensate.results.outcomes import judge_statements, largest_shifts
+from postproc.compensate.results.seams import find_seams, partial_seams
+from postproc.compensate.text.values import Outcome
 from postproc.compensate.worlds import check_written
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.evaluation.memory import set_first
 from postproc.rapid.execution.walk import walk_program
 from postproc.rapid.motions.base_frame import seen_from_base
 from postproc.rapid.motions.missing import shown_to_users
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 from postproc.rapid.syntax.edits import Edit
 from postproc.render.header import header_values

@@ -67,16 +67,33 @@ def test_imports_point_downward(path: Path) -> None:
         assert ROOMS.index(used) <= ROOMS.index(own), f"{own} imports {name}, which stands above it"
 
 
-RAPID_ROOMS = ("unknown", "syntax", "program", "evaluation", "motions", "execution", "diff")
+# Folders and files inside a room, in the order in which they may use each other; what a room does not name is free.
+FLOORS = {
+    "rapid": ("unknown", "syntax", "data", "program", "evaluation", "motions", "execution", "diff"),
+    "motion": ("mounts", "values", "findings", "path", "timing", "smoothing"),
+    "compensate": (
+        *("options", "tolerances", "path", "correction", "reading", "text", "plan"),
+        *("readback", "results", "worlds"),
+    ),
+    "cli": ("report", "options", "conversion", "programs", "convert", "app"),
+    "effects": ("contract", "findings", "parameters", "modules", "files", "base", "conformance", "library", "registry"),
+    "measure": ("observations", "measurements", "alignment", "clock", "trajectory", "iso9283", "read"),
+    "fit": ("errors", "problem", "linear", "solution", "leftover", "fitted", "recorded", "words"),
+    "identify": ("candidates", "state", "diagnosis", "interventions", "words"),
+}
 
 
-@pytest.mark.parametrize("path", sorted((PACKAGE / "rapid").rglob("*.py")), ids=lambda p: p.name)
-def test_folders_of_rapid_import_downward(path: Path) -> None:
-    own = path.relative_to(PACKAGE / "rapid").with_suffix("").parts[0]
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_folders_of_a_room_import_downward(path: Path) -> None:
+    room_name, *inside = path.relative_to(PACKAGE).with_suffix("").parts
+    floors = FLOORS.get(room_name, ())
+    if not inside or inside[0] not in floors:
+        return
     for name in imported(path):
         parts = name.split(".")
-        if own in RAPID_ROOMS and parts[1] == "rapid" and len(parts) > 2:
-            assert RAPID_ROOMS.index(parts[2]) <= RAPID_ROOMS.index(own), f"{own} imports {name}, which stands above it"
+        if parts[1:2] == [room_name] and len(parts) > 2 and parts[2] in floors:
+            used, own = floors.index(parts[2]), floors.index(inside[0])
+            assert used <= own, f"{room_name}/{inside[0]} imports {name}, which stands above it"
 
 
 def test_every_folder_is_a_known_room() -> None:
@@ -129,8 +146,8 @@ def test_pages_name_files_that_exist() -> None:
 
 @pytest.mark.parametrize(
     "folder",
-    [p.parent for p in PACKAGE.glob("*/__init__.py")] + [p.parent for p in (PACKAGE / "rapid").glob("*/__init__.py")],
-    ids=lambda p: p.name,
+    sorted(p.parent for p in PACKAGE.rglob("*/__init__.py")),
+    ids=lambda p: p.relative_to(PACKAGE).as_posix(),
 )
 def test_a_room_says_what_its_files_are_for(folder: Path) -> None:
     """A newcomer finds a file in the docstring of its room: all of them stand there, and nothing that is none."""
@@ -143,3 +160,13 @@ def test_modules_stay_small() -> None:
     sizes = {p.relative_to(PACKAGE).as_posix(): len(p.read_text("utf-8").splitlines()) for p in MODULES}
     assert {name: size for name, size in sizes.items() if size > 400} == {}
     assert {name: size for name, size in sizes.items() if name.startswith("cli/") and size > 160} == {}
+
+
+def test_no_files_import_in_circles() -> None:
+    """Also imports inside functions and for types count: who reads one file need not have read another first."""
+    names = {path: ".".join(path.relative_to(ROOT).with_suffix("").parts) for path in MODULES}
+    uses = {names[p]: imported(p) & set(names.values()) - {names[p]} for p in MODULES if p.name != "__init__.py"}
+    while free := [name for name, used in uses.items() if not used & set(uses)]:
+        for name in free:
+            del uses[name]
+    assert sorted(uses) == []

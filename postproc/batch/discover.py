@@ -17,8 +17,8 @@ from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
+from postproc.rapid.data.records import Pose
 from postproc.rapid.program.program import ENDINGS
-from postproc.rapid.program.records import Pose
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
 from postproc.settings import NAME, Settings
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.program.records import Pose
+from postproc.rapid.data.records import Pose
 from postproc.settings import Settings
 
 Status = Literal["compensated", "unchanged", "failed"]

@@ -1,7 +1,6 @@
 """The commands: one thin file each, nothing below imports from here.
 
-`app` lists them, `run` is the boundary to the shell (exit codes). Programs: `compensate` (`finish`), `inspect`,
-`batch` (`progress`), `seam`, `runtime` (`made_for`), `diff`. Models: `fit`, `compare`, `diagnose`, `add`, `predict`,
-`plan`. To look up: `effects`, `robots`, `explain`. Shared: `options` and `conversion` (what several commands ask),
-`inputs` and `programs` (files that are read), `output` (files that are written), `report` (what is printed).
+`app` lists them, `run` is the boundary to the shell (exit codes). `convert` holds commands on programs, `improve` on
+models, `look_up` the others. Shared: `options` and `conversion` (what several commands ask), `inputs` and `programs`
+(files that are read), `output` (files that are written), `report` and `progress` (what is printed).
 """

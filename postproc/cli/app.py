@@ -16,6 +16,7 @@ from postproc.cli.run import run
 CONVERT = Group("Convert programs", sort_key=1)
 IMPROVE = Group("Improve the model", sort_key=2)
 LOOK_UP = Group("Look up", sort_key=3)
+FOLDERS = {CONVERT: "convert", IMPROVE: "improve", LOOK_UP: "look_up"}
 
 EXIT_CODES = (
     "Exit codes: 0 done; 1 findings, would change or not safe to compensate; 2 bad usage or bad input; "
@@ -81,14 +82,17 @@ def build() -> App:
         result_action="return_value",
     )
     for name, group, text in COMMANDS:
-        app.command(f"postproc.cli.{name}:run", name=name, group=group, help=text)
+        app.command(f"postproc.cli.{FOLDERS[group]}.{name}:run", name=name, group=group, help=text)
     for name, group, text, actions in SUBCOMMANDS:
         part = App(name=name, help=text, group=group)
         for action, action_text in actions.items():
-            part.command(f"postproc.cli.{name}:{action}", name=action.rstrip("_"), help=action_text)
+            part.command(f"postproc.cli.{FOLDERS[group]}.{name}:{action}", name=action.rstrip("_"), help=action_text)
         app.command(part)
     app.command(
-        "postproc.cli.explain:run", name="explain", group=LOOK_UP, help="Explain a diagnostic by its code, RAP012."
+        "postproc.cli.look_up.explain:run",
+        name="explain",
+        group=LOOK_UP,
+        help="Explain a diagnostic by its code, RAP012.",
     )
     app.register_install_completion_command(group=LOOK_UP, help="Let the shell complete commands and options.")
     return app

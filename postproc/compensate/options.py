@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from postproc.rapid.program.records import Pose, Vec3
+from postproc.rapid.data.records import Pose, Vec3
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,21 +9,28 @@ from itertools import pairwise
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.added_targets import TargetAdder
-from postproc.compensate.arcs import all_numbers
-from postproc.compensate.circles import behind_the_unknown, spoiled_starts
-from postproc.compensate.correction import Exact, RampKey, Transition, commanded_curve, invert_model, place_targets
-from postproc.compensate.insertions import ASTRAY, runs_astray, why_indivisible
-from postproc.compensate.motion import Motion
-from postproc.compensate.requests import Requester
-from postproc.compensate.reversals import find_reversals
-from postproc.compensate.targets import Pieces, PiecesKey, divide_moves, divided_alike
+from postproc.compensate.correction.circles import behind_the_unknown, spoiled_starts
+from postproc.compensate.correction.curve import (
+    Exact,
+    RampKey,
+    Transition,
+    commanded_curve,
+    invert_model,
+    place_targets,
+)
+from postproc.compensate.correction.fewest_targets import Pieces, PiecesKey, divide_moves, divided_alike
+from postproc.compensate.correction.reversals import find_reversals
+from postproc.compensate.path.motion import Motion
+from postproc.compensate.text.added_targets import TargetAdder
+from postproc.compensate.text.arcs import all_numbers
+from postproc.compensate.text.insertions import ASTRAY, runs_astray, why_indivisible
+from postproc.compensate.text.requests import Requester
+from postproc.compensate.text.values import Change, Insertion, Place
+from postproc.compensate.text.writer import Assigned, Writer
 from postproc.compensate.tolerances import in_scope, path_tolerances
-from postproc.compensate.values import Change, Insertion, Place
-from postproc.compensate.writer import Assigned, Writer
 from postproc.model.arm import Model
 from postproc.motion.smoothing import Ramp
-from postproc.rapid.program.events import MotionEvent, StatementKey
+from postproc.rapid.data.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"

@@ -9,18 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.motion import feels_sides, motion_of
+from postproc.compensate.correction.fewest_targets import Pieces
 from postproc.compensate.options import Options
+from postproc.compensate.path.deviation import Driven
+from postproc.compensate.path.motion import feels_sides, motion_of
 from postproc.compensate.plan import Plan
-from postproc.compensate.proof import Driven
 from postproc.compensate.reading import read_samples
-from postproc.compensate.targets import Pieces
-from postproc.compensate.values import OUT_OF_REACH, Insertion
+from postproc.compensate.text.values import OUT_OF_REACH, Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.base_frame import seen_from_base
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 
 MOST = 5000  # events of the written program that are looked at together

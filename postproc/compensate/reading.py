@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from postproc.compensate.correction import changing_moves
-from postproc.compensate.motion import Motion, motion_of
+from postproc.compensate.correction.curve import changing_moves
+from postproc.compensate.correction.reversals import sample_for
 from postproc.compensate.options import Options
-from postproc.compensate.reversals import sample_for
-from postproc.compensate.samples import Samples
-from postproc.compensate.timeline import SWIFT, plan_timeline
+from postproc.compensate.path.motion import Motion, motion_of
+from postproc.compensate.path.samples import Samples
+from postproc.compensate.path.timeline import SWIFT, plan_timeline
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.model.arm import Model
-from postproc.motion.moves import read_moves
-from postproc.rapid.program.events import MotionEvent
+from postproc.motion.path.moves import read_moves
+from postproc.rapid.data.events import MotionEvent
 
 TRANSITION_INTERVALS = 64  # samples of a move in which the correction jumps
 SWIFT_INTERVALS = 32

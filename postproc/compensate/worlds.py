@@ -15,13 +15,13 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.motion.curves import circle_through
+from postproc.motion.path.curves import circle_through
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.data.records import Quat, RobTarget
 from postproc.rapid.execution.follower import WorldMotion, follow
 from postproc.rapid.execution.worlds import World
 from postproc.rapid.motions.units import MM, object_matrix
-from postproc.rapid.program.events import MotionEvent, StatementKey
 from postproc.rapid.program.program import Program, read_program
-from postproc.rapid.program.records import Quat, RobTarget
 from postproc.rapid.program.write_effects import WriteEffects
 
 SEEDS = range(1, 6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
 from postproc.motion.values import Move
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent
 
 
 def place(event: MotionEvent, role: str = "to") -> tuple[Source, Span]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.motion.mounts import Mounts
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent
 
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]

@@ -10,14 +10,14 @@ from decimal import Decimal
 
 from jinja2.sandbox import SandboxedEnvironment
 
-from postproc.compensate.expressions import amounts_of
-from postproc.compensate.laws import OffsetLaw
-from postproc.compensate.values import Change, Insertion, TargetValue
+from postproc.compensate.text.expressions import amounts_of
+from postproc.compensate.text.laws import OffsetLaw
+from postproc.compensate.text.values import Change, Insertion, TargetValue
 from postproc.diagnostics import Source
 from postproc.grouping import grouped
-from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.data.records import Vec3
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import Vec3
 from postproc.rapid.syntax.edits import Edit, edited
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.spans import TargetSpans

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.values import TargetValue
+from postproc.compensate.text.values import TargetValue
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import NO_AXIS, Pose
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix, matrix_pose
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import NO_AXIS, Pose
 from postproc.render.seampoints import SeamPoints
 from postproc.render.seamposture import seam_configuration, unreachable
 from postproc.render.templates import environment, fill, load_template

@@ -11,7 +11,7 @@ from jinja2 import ChoiceLoader, FileSystemLoader, StrictUndefined, Template, Te
 from jinja2.sandbox import SandboxedEnvironment
 
 from postproc.diagnostics import Diagnostic, PostprocError
-from postproc.rapid.program.records import NO_AXIS
+from postproc.rapid.data.records import NO_AXIS
 from postproc.render.numbers import DEGREES_DECIMALS, MM_DECIMALS, QUATERNION_DECIMALS, rapid_number
 from postproc.resources import resource
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from postproc.arrays import Array
-from postproc.compensate.document import elsewhere
-from postproc.compensate.proof import Deviation
+from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.results.document import elsewhere
 from postproc.convert import Conversion
 from postproc.report.charts import course
 from postproc.report.document import plain

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from postproc.arrays import Array
 from postproc.compensate.options import Options
-from postproc.compensate.values import Outcome, Place
+from postproc.compensate.text.values import Outcome, Place
 from postproc.diagnostics import Diagnostic, Source
-from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
+from postproc.motion.path.moves import read_moves
+from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, mounts_of
+from postproc.rapid.data.events import MotionEvent, MotionStatement, executions_of
 from postproc.rapid.execution.walk import walk_program
-from postproc.rapid.program.events import MotionEvent, MotionStatement, executions_of
 from postproc.rapid.program.program import read_program
 from postproc.robot.arm import Robot
 from postproc.robot.kinematics import forward, jacobian

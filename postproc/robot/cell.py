@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.program.records import NO_AXIS
+from postproc.rapid.data.records import NO_AXIS
 from postproc.robot.pose import transform
 
 LETTERS = "abcdef"

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from postproc.diagnostics import Diagnostic
-from postproc.rapid.program.records import Pose
-from postproc.rapid.program.values import to_quat
+from postproc.rapid.data.records import Pose
+from postproc.rapid.data.values import to_quat
 from postproc.rapid.unknown import Unknown
 from postproc.robot.type_names import library_name, nearest_names
 

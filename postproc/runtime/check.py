@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array
-from postproc.compensate.inverse import command
+from postproc.compensate.correction.inverse import command
 from postproc.diagnostics import PostprocError, Source
 from postproc.model.arm import Model
-from postproc.rapid.program.records import NO_AXIS
+from postproc.rapid.data.records import NO_AXIS
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward
 from postproc.robot.pose import displace, transform

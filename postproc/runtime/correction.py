@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.arrays import Array, invert
-from postproc.compensate.inverse import command
+from postproc.compensate.correction.inverse import command
 from postproc.diagnostics import PostprocError
 from postproc.model.arm import Model
 from postproc.model.equilibrium import equilibrium

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, Span
-from postproc.rapid.program.values import known_records, zero
+from postproc.rapid.data.values import known_records, zero
 from postproc.rapid.syntax.expressions import ExpressionError, read_expression
 from postproc.rapid.syntax.modules import parse
 from postproc.rapid.syntax.nodes import Declaration, Routine

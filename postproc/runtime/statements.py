@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.events import Argument, MotionStatement
 from postproc.rapid.evaluation.evaluate import names_in
-from postproc.rapid.program.builtins import FUNCTIONS
-from postproc.rapid.program.events import Argument, MotionStatement
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.rapid.syntax.edits import Edit
 from postproc.rapid.syntax.expressions import read_whole_expression

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.arrays import invert
-from postproc.compensate.inverse import command
+from postproc.compensate.correction.inverse import command
 from postproc.model.equilibrium import equilibrium
 from postproc.model.file import default_model
 from postproc.model.stiffness import stiffness

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 
 from postproc.compensate.options import Options
-from postproc.compensate.values import Outcome
+from postproc.compensate.text.values import Outcome
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import default_model
-from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
-from postproc.motion.trajectory import retime
+from postproc.motion.path.moves import read_moves
+from postproc.motion.path.samples import sample_path
+from postproc.motion.timing.trajectory import retime
 from postproc.motion.values import Trajectory
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import RobTarget
 from tests.independent.arm import ARMS
 from tests.independent.verify import Report, check
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.circles import BEFORE, BEHIND
+from postproc.compensate.correction.circles import BEFORE, BEHIND
 from postproc.compensate.options import Options
 from postproc.convert import Conversion, compensate_program
 from postproc.diagnostics import Source
-from postproc.motion.moves import read_moves
+from postproc.motion.path.moves import read_moves
 from tests.compensate.build import FORCE, arm, convert, events, independent, module, outcome, target, written
 
 RADIUS = 60.0

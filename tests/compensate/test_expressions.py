@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.expressions import Position, position_of, target_expression
+from postproc.compensate.text.expressions import Position, position_of, target_expression
 from postproc.diagnostics import Source
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.program.program import Program, read_program
-from postproc.rapid.program.records import RobTarget
 from tests.compensate.build import module, target
 
 OWN = "  FUNC robtarget Offs(robtarget p,num x,num y,num z)\n    RETURN p;\n  ENDFUNC\n"

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.compensate.accuracy import WITHIN_95
+from postproc.compensate.results.accuracy import WITHIN_95
 from postproc.convert import Conversion
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.model.file import parse_model
-from postproc.rapid.program.records import RobTarget
+from postproc.rapid.data.records import RobTarget
 from tests.compensate.build import arm, codes, convert, events, module, places, target, written
 
 TEXT = module(

@@ -10,10 +10,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from postproc.compensate.insertions import added_instruction
+from postproc.compensate.text.insertions import added_instruction
 from postproc.convert import Conversion
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.records import RobTarget
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import RobTarget
 from tests.compensate.build import (
     AXES,
     body_of,

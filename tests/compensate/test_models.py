@@ -14,8 +14,8 @@ from postproc.effects.library.joint_compliance import JointCompliance
 from postproc.effects.library.joint_offset import JointOffset
 from postproc.model.arm import GRAVITY, Model
 from postproc.model.file import default_model, parse_model
-from postproc.rapid.program.pose import pose_mult
-from postproc.rapid.program.records import Pose, RobTarget
+from postproc.rapid.data.pose import pose_mult
+from postproc.rapid.data.records import Pose, RobTarget
 from postproc.robot.kinematics import jacobian
 from tests.compensate.build import arm, body_of, codes, convert, events, module, places, target, written
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from postproc.compensate.placement import chord_gaps, circle_gaps, perpendicular, place_arcs, place_vertices
+from postproc.compensate.correction.placement import chord_gaps, circle_gaps, perpendicular, place_arcs, place_vertices
 
 X = np.array([1.0, 0.0, 0.0])
 

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensate.dynamics import check_corrected
 from postproc.compensate.options import Options
-from postproc.compensate.proof import distance_to_curves
+from postproc.compensate.path.deviation import distance_to_curves
 from postproc.compensate.reading import read_samples
-from postproc.compensate.requests import Requester
-from postproc.compensate.values import TargetValue
+from postproc.compensate.results.dynamics import check_corrected
+from postproc.compensate.text.requests import Requester
+from postproc.compensate.text.values import TargetValue
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
-from postproc.motion.curves import build_curves
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.records import Pose
+from postproc.motion.path.curves import build_curves
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import Pose
 from tests.compensate.build import arm, codes, convert, independent, module, target, written
 from tests.motion.build import chain, line, pose
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.values import OUT_OF_REACH
+from postproc.compensate.text.values import OUT_OF_REACH
 from postproc.rapid.motions.units import matrix_pose
 from postproc.robot.configuration import confdata
 from postproc.robot.kinematics import forward

@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.bends import fit_bend as _bent
-from postproc.compensate.laws import fit_affine
+from postproc.compensate.text.bends import fit_bend as _bent
+from postproc.compensate.text.laws import fit_affine
 from tests.compensate.build import convert, events, independent, lines_of, module, target, written
 
 A, B, C, D = target(1300, -500), target(1330, -470), target(1350, -430), target(1350, -330)

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from postproc.compensate.correction import BEFORE_TARGET, FROM_START, commanded_curve
-from postproc.compensate.outcomes import SHARED
+from postproc.compensate.correction.curve import BEFORE_TARGET, FROM_START, commanded_curve
+from postproc.compensate.results.outcomes import SHARED
 from postproc.convert import Conversion
-from postproc.rapid.program.pose import quat_mult
+from postproc.rapid.data.pose import quat_mult
 from tests.compensate.build import arm, codes, convert, events, independent, module, target, written
 
 SEAM = "v100,sm,wd,{zone},tT"

@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from postproc.compensate.assignment import ELSEWHERE, WAYS
-from postproc.compensate.outcomes import SHARED, SOMETIMES, UNKNOWN_START
+from postproc.compensate.results.outcomes import SHARED, SOMETIMES, UNKNOWN_START
+from postproc.compensate.text.assignment import ELSEWHERE, WAYS
 from postproc.effects.library.backlash import Backlash
 from tests.compensate.build import (
     AXES,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from postproc.compensate.inverse import DAMPING, _newton, command
+from postproc.compensate.correction.inverse import DAMPING, _newton, command
 from postproc.effects.base import Effect
 from postproc.effects.library.backlash import Backlash
 from postproc.effects.library.gravity_compensator import GravityCompensator

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from postproc.motion.values import Move
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent
 from postproc.robot.catalogue import load_robot
 from postproc.robot.inverse import inverse
 from postproc.robot.kinematics import forward

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from postproc.motion.inertia import inertial_torque, point_velocity
-from postproc.motion.path import sample_path
+from postproc.motion.path.samples import sample_path
 from postproc.motion.smoothing import GENTLE, SHARE, transition
-from postproc.motion.sustained import sustained
-from postproc.motion.trajectory import retime
+from postproc.motion.timing.inertia import inertial_torque, point_velocity
+from postproc.motion.timing.sustained import sustained
+from postproc.motion.timing.trajectory import retime
 from postproc.robot.kinematics import body_poses, jacobian
 from tests.motion.build import ROBOT, TORCH, chain, joint, line, pose, tcp
 
@@ -51,7 +51,7 @@ def test_long_motions_in_pieces_equal_one_piece(monkeypatch: pytest.MonkeyPatch)
     a = np.sin(np.pi * t / t[-1]) + np.where((t % 3) < 0.03, 2.0, 0.0)
     # Pieces start at other instants, so bursts are cut at other steps; what lasts is the same.
     whole = kept(a, 0.2, 0.01)
-    monkeypatch.setattr("postproc.motion.sustained._BLOCK", 64)
+    monkeypatch.setattr("postproc.motion.timing.sustained._BLOCK", 64)
     assert np.abs(kept(a, 0.2, 0.01) - whole).max() < 0.06
 
 

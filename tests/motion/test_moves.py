@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Diagnostic, Source
-from postproc.motion.moves import read_moves
-from postproc.motion.path import sample_path
+from postproc.motion.path.moves import read_moves
+from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import matrix_pose

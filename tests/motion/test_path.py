@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from postproc.motion.curves import ARC_FAULTS, build_curves, circle_through, pose_at
-from postproc.motion.path import sample_path
+from postproc.motion.path.curves import ARC_FAULTS, build_curves, circle_through, pose_at
+from postproc.motion.path.samples import sample_path
 from postproc.motion.values import Move, Path
 from tests.motion.build import HOME, ROBOT, arc, chain, joint, line, pose, tcp
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from postproc.motion.spline import derivatives, fit_spline
-from postproc.motion.timelaw import evaluate, time_law, times_at
+from postproc.motion.timing.spline import derivatives, fit_spline
+from postproc.motion.timing.timelaw import evaluate, time_law, times_at
 
 
 def two_runs(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import PostprocError
-from postproc.motion.fastest import fastest
-from postproc.motion.grid import Grid
-from postproc.motion.inertia import inertial_torque
-from postproc.motion.limits import check_limits
-from postproc.motion.path import sample_path
-from postproc.motion.spline import Runs
-from postproc.motion.timing import Profile, joint_motion
-from postproc.motion.trajectory import retime
+from postproc.motion.path.samples import sample_path
+from postproc.motion.timing.fastest import fastest
+from postproc.motion.timing.grid import Grid
+from postproc.motion.timing.inertia import inertial_torque
+from postproc.motion.timing.jerk_limited import Profile, joint_motion
+from postproc.motion.timing.limits import check_limits
+from postproc.motion.timing.spline import Runs
+from postproc.motion.timing.trajectory import retime
 from postproc.motion.values import Move, Trajectory
 from postproc.robot.arm import Robot
 from tests.motion.build import ROBOT, arc, chain, joint, line, pose, tcp
@@ -43,7 +43,7 @@ def weld() -> list[Move]:
 
 def positions(trajectory: Trajectory, t: np.ndarray) -> np.ndarray:
     """Joint angles (k, 6) at any times, from nothing but the curve and the time law's distance."""
-    from postproc.motion.timelaw import evaluate
+    from postproc.motion.timing.timelaw import evaluate
 
     profile: Profile = trajectory.profile
     run, inner = profile.at(t)
@@ -77,7 +77,7 @@ def test_speed_acceleration_and_jerk_limits_hold_everywhere(trajectory: Trajecto
 def test_a_run_that_is_not_slowed_enough_in_time_takes_longer_as_a_whole(
     trajectory: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("postproc.motion.timing._ROUNDS", 0)
+    monkeypatch.setattr("postproc.motion.timing.jerk_limited._ROUNDS", 0)
     stretched = timed(weld())
     assert_limits_hold(stretched)
     assert stretched.t[-1] == pytest.approx(trajectory.t[-1], rel=0.01)
@@ -93,7 +93,7 @@ def test_a_stretch_too_short_to_slow_down_in_is_solved_with_all_of_the_path(
         whole.append(not grid.floor.any())
         return fastest(robot, runs, grid, gravity) if whole[-1] else (np.zeros(len(grid.s)), 0)
 
-    monkeypatch.setattr("postproc.motion.timing.fastest", no_part)
+    monkeypatch.setattr("postproc.motion.timing.jerk_limited.fastest", no_part)
     again = timed(weld())
     assert whole[:3] == [True, False, True]  # as it is, the part that was too fast, everything instead
     assert_limits_hold(again)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from postproc.diagnostics import Source
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import Program, read_program
 
 UNUSED = "[9E9,9E9,9E9,9E9,9E9,9E9]"

@@ -7,8 +7,8 @@ import pickle
 import numpy as np
 import pytest
 
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.execution.walk import walk, walk_program
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.unknown import Kind, Unknown
 from tests.rapid.build import events, module, places, program, target
 

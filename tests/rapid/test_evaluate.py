@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from postproc.diagnostics import Source
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import RobTarget
 from tests.rapid.build import UNUSED, events
 
 P1 = "[[100,200,300],[0.3,-0.5,0.7,0.4],[0,-1,2,1],[5,9E9,9E9,9E9,9E9,9E9]]"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from postproc.diagnostics import Source
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk, walk_program
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import RobTarget
 from tests.rapid.build import UNUSED, events, module, places, program, target
 
 P = f"CONST robtarget p:={target(1, 2, 3)};"

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import pytest
 
 from postproc.diagnostics import PostprocError
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.pose import pose_mult
+from postproc.rapid.data.records import JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.data.values import Data
 from postproc.rapid.execution import calls as execution
 from postproc.rapid.execution.path_splitting import Choices
 from postproc.rapid.execution.walk import walk, walk_program
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.pose import pose_mult
-from postproc.rapid.program.records import JointTarget, LoadData, Pose, RobTarget
-from postproc.rapid.program.values import Data
 from postproc.rapid.unknown import Kind, Unknown
 from tests.rapid.build import UNUSED, events, module, places, program, target
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from postproc.diagnostics import Source
+from postproc.rapid.data.records import JointTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import JointTarget
 from postproc.render.measuring import measuring_module
 from postproc.robot.catalogue import load_robot
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from postproc.cli.app import build
 from postproc.cli.run import run
 from postproc.diagnostics import PostprocError, Source
+from postproc.rapid.data.records import RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import RobTarget
 from postproc.render.seam import SeamOptions, seam_module
 from postproc.render.seampoints import read_seam_points
 from postproc.robot.catalogue import load_robot

@@ -10,11 +10,11 @@ import numpy as np
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.measure.read.cells import Cells
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.execution.walk import walk
 from postproc.rapid.motions.units import flange_matrix, tool_matrix
-from postproc.rapid.program.events import MotionEvent
 from postproc.rapid.program.program import read_program
-from postproc.rapid.program.records import JointTarget, RobTarget
 from postproc.robot.arm import Robot
 from postproc.robot.inverse import joint_solution
 from postproc.robot.pose import transform

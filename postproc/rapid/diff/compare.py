@@ -9,14 +9,14 @@ from itertools import accumulate
 from typing import Literal
 
 from postproc.grouping import grouped
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.records import JointTarget, Quat, RobTarget
 from postproc.rapid.diff.align import aligned
 from postproc.rapid.diff.difference import Difference, ProgramDiff
 from postproc.rapid.diff.words import Ranks, compare_declarations, compare_statements, words
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.program.predefined import PREDEFINED
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import JointTarget, Quat, RobTarget
 from postproc.rapid.syntax.tokens import identifiers
 
 NEAR_MM = 5.0  # targets this close are taken for the same one when statements were added or removed

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.assign import forget, store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.values import Data
 from postproc.rapid.program.write_effects import argument_name
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.trees import Expression

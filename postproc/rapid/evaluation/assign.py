@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.evaluate import evaluate, whole
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value, as_type
 from postproc.rapid.program.write_effects import SETTERS, UNSEEN
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Component, Expression, Index, Name

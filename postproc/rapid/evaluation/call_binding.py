@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.events import ByValueArgument
+from postproc.rapid.data.values import as_type
 from postproc.rapid.evaluation.evaluate import evaluate, whole
 from postproc.rapid.evaluation.memory import Binding, Frame, Memory, Reference
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.events import ByValueArgument
 from postproc.rapid.program.function_effects import BY_REFERENCE
-from postproc.rapid.program.values import as_type
 from postproc.rapid.program.write_effects import paired
 from postproc.rapid.syntax.nodes import Parameter, Routine
 from postproc.rapid.syntax.trees import Component, Expression, Index, Name

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.values import Data, Value, as_type, known_records, zero
 from postproc.rapid.evaluation.evaluate import Scope, evaluate, whole
 from postproc.rapid.evaluation.literals import read_literal_numbers
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value, as_type, known_records, zero
 from postproc.rapid.syntax import patterns
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration

@@ -8,9 +8,9 @@ from math import isfinite
 from operator import add, eq, ge, gt, is_not, le, lt, ne, sub
 from typing import Protocol
 
-from postproc.rapid.program import builtins as functions
-from postproc.rapid.program.pose import cross, quat_mult
-from postproc.rapid.program.values import Data, Fields, Value, as_type
+from postproc.rapid.data import builtins as functions
+from postproc.rapid.data.pose import cross, quat_mult
+from postproc.rapid.data.values import Data, Fields, Value, as_type
 from postproc.rapid.syntax.trees import (
     Aggregate,
     Binary,

@@ -6,8 +6,8 @@ import re
 from math import isfinite
 
 from postproc.diagnostics import Source
-from postproc.rapid.program.records import NO_AXIS, Ax6, RobTarget
-from postproc.rapid.program.values import Data, to_conf, to_quat
+from postproc.rapid.data.records import NO_AXIS, Ax6, RobTarget
+from postproc.rapid.data.values import Data, to_conf, to_quat
 from postproc.rapid.syntax.expressions import number
 from postproc.rapid.syntax.spans import LITERAL, TargetSpans
 from postproc.rapid.syntax.tokens import number_text

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.records import Pose
+from postproc.rapid.data.values import Data, Fields, Value
 from postproc.rapid.evaluation.declared import Declared
 from postproc.rapid.evaluation.evaluate import component, pick
-from postproc.rapid.program.builtins import FUNCTIONS
-from postproc.rapid.program.predefined import PREDEFINED
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import Pose
-from postproc.rapid.program.values import Data, Fields, Value
 from postproc.rapid.program.write_effects import WriteEffects, named_writers
 from postproc.rapid.syntax.nodes import Declaration, Routine
 from postproc.rapid.syntax.trees import Call, Name

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.pose import pose_inv, pose_mult, subtract
+from postproc.rapid.data.records import LoadData, Pose
+from postproc.rapid.data.values import Data, to_load, to_pose
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.program.arguments import Piece
-from postproc.rapid.program.pose import pose_inv, pose_mult, subtract
-from postproc.rapid.program.records import LoadData, Pose
-from postproc.rapid.program.values import Data, to_load, to_pose
 from postproc.rapid.program.write_effects import SETTERS, STATE
 from postproc.rapid.unknown import Kind, Unknown, assumed_for, joined_causes
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
 from postproc.rapid.evaluation.call_binding import bound_frame
@@ -22,7 +23,6 @@ from postproc.rapid.program.instructions import READ_ONLY
 from postproc.rapid.program.late_binding import LateCall, late_call
 from postproc.rapid.program.program import Program
 from postproc.rapid.program.signatures import MOVE, meant_instruction
-from postproc.rapid.program.values import Data, Value, as_type
 from postproc.rapid.program.write_effects import BY_NAME, LATE, STATE, WriteEffects, argument_name, paired
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.trees import Call

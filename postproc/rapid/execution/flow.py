@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined, no_longer
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
 from postproc.rapid.evaluation.memory import Memory, Reference
@@ -12,7 +13,6 @@ from postproc.rapid.execution.jumps import jumps_in, structured
 from postproc.rapid.execution.loops import Loops
 from postproc.rapid.execution.path_splitting import Choices, Ends, Place
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Value, as_type
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.syntax.tokens import identifiers

@@ -10,6 +10,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.events import Argument, MotionStatement, StatementKey
+from postproc.rapid.data.records import JointTarget, Pose, RobTarget, ToolData, WobjData
+from postproc.rapid.data.values import Value, as_type, to_jointtarget, to_robtarget, to_tool, to_wobj
 from postproc.rapid.evaluation.call_binding import passed_on, unbound_frame
 from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory
@@ -17,11 +20,8 @@ from postproc.rapid.evaluation.state import State
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.loops import counted
 from postproc.rapid.execution.worlds import World, WorldDeclared, WorldMemory
-from postproc.rapid.program.events import Argument, MotionStatement, StatementKey
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import JointTarget, Pose, RobTarget, ToolData, WobjData
 from postproc.rapid.program.signatures import SIGNATURES
-from postproc.rapid.program.values import Value, as_type, to_jointtarget, to_robtarget, to_tool, to_wobj
 from postproc.rapid.program.write_effects import WriteEffects
 from postproc.rapid.syntax.nodes import Routine, Statement
 from postproc.rapid.unknown import Kind, Unknown, without_causes

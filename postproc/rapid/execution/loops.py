@@ -6,12 +6,12 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.values import Value, single
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.evaluate import names_in
 from postproc.rapid.evaluation.memory import Binding, Memory, Reference
 from postproc.rapid.execution.calls import Execution
 from postproc.rapid.execution.jumps import UNTIL
-from postproc.rapid.program.values import Value, single
 from postproc.rapid.program.write_effects import UNSEEN
 from postproc.rapid.syntax.nodes import Statement
 from postproc.rapid.unknown import Kind, PartlyUnknown, Unknown

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.values import Data
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.values import Data
 from postproc.rapid.unknown import Kind, Unknown
 
 MOST = 8  # combinations that are followed; of more none is, and what they set is not known

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source
+from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.evaluation.assign import forget
 from postproc.rapid.evaluation.call_binding import unbound_frame
 from postproc.rapid.evaluation.memory import Memory
@@ -17,7 +18,6 @@ from postproc.rapid.execution.calls import MAX_STEPS
 from postproc.rapid.execution.flow import Flow
 from postproc.rapid.execution.path_splitting import Choice, Choices, Place, combinations
 from postproc.rapid.motions.rough import rough_frames, rough_orientations
-from postproc.rapid.program.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.program.late_binding import late_call, may_be
 from postproc.rapid.program.program import Program, statements_in, statements_of
 from postproc.rapid.program.write_effects import holds_word

@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from postproc.diagnostics import Span
+from postproc.rapid.data.builtins import FUNCTIONS
+from postproc.rapid.data.values import Data, Fields, Value, single, zero
 from postproc.rapid.evaluation.declared import Declared, Home
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.program.builtins import FUNCTIONS
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.values import Data, Fields, Value, single, zero
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.trees import Call, Name
 from postproc.rapid.unknown import Assumed, PartlyUnknown, Unknown

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.pose import pose_inv, pose_mult
-from postproc.rapid.program.records import Pose, ToolData, WobjData
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.pose import pose_inv, pose_mult
+from postproc.rapid.data.records import Pose, ToolData, WobjData
 
 
 def seen_from_base(events: Iterable[MotionEvent], T_world_base: Pose) -> list[MotionEvent]:

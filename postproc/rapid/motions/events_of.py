@@ -8,6 +8,9 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from postproc.diagnostics import Diagnostic
+from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.data.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
+from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.evaluation.state import NO_MASS
 from postproc.rapid.motions.missing import Missing
@@ -15,11 +18,8 @@ from postproc.rapid.motions.regressors import named_numbers
 from postproc.rapid.motions.settings import SettingsReader
 from postproc.rapid.motions.targets import Targets
 from postproc.rapid.program.arguments import fits
-from postproc.rapid.program.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import NO_AXIS, JointTarget, LoadData, Pose, RobTarget
 from postproc.rapid.program.signatures import SIGNATURES
-from postproc.rapid.program.values import Data
 from postproc.rapid.unknown import Causes, Kind, Unknown, joined_causes, without_causes
 
 T = TypeVar("T")

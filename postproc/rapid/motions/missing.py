@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.rapid.data.events import Argument, MotionEvent, MotionStatement
+from postproc.rapid.data.predefined import PREDEFINED
+from postproc.rapid.data.records import SpeedData
+from postproc.rapid.data.values import Data, to_zone
 from postproc.rapid.evaluation.memory import set_first
-from postproc.rapid.program.events import Argument, MotionEvent, MotionStatement
-from postproc.rapid.program.predefined import PREDEFINED
 from postproc.rapid.program.program import Program
-from postproc.rapid.program.records import SpeedData
-from postproc.rapid.program.values import Data, to_zone
 from postproc.rapid.unknown import Invalid, Unknown
 
 UNKNOWN_SPEED = SpeedData(100.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent
 
 NOWHERE = -1  # where the arm stands is not known; less than that: see ``Predecessors.stay``
 MOST_WAYS = 8  # that are followed to one motion; from there on the others count as not known

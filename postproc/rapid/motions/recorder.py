@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from postproc.rapid.data.events import MotionStatement, StatementKey
+from postproc.rapid.data.records import JointTarget, RobTarget
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.events_of import EventMaker
 from postproc.rapid.motions.predecessors import Predecessors
 from postproc.rapid.motions.regressors import Numbers, named_numbers
 from postproc.rapid.motions.repeats import Repeats
-from postproc.rapid.program.events import MotionStatement, StatementKey
-from postproc.rapid.program.records import JointTarget, RobTarget
 
 
 class Recorder:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from postproc.rapid.data.events import MotionStatement, Origin
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
 from postproc.rapid.evaluation.memory import Memory
-from postproc.rapid.program.events import MotionStatement, Origin
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.tokens import identifiers
 from postproc.rapid.syntax.trees import Call, Component, Expression, Index, Name, Number

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.data.values import Data
 from postproc.rapid.evaluation.memory import Memory
 from postproc.rapid.motions.events_of import EventMaker
-from postproc.rapid.program.events import MotionEvent, MotionStatement, StatementKey
-from postproc.rapid.program.values import Data
 from postproc.rapid.syntax.tokens import identifiers
 
 MOST_CHANGED = 100  # data and state that is compared; more would cost what it saves

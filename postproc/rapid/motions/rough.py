@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from postproc.diagnostics import Diagnostic, Source, Span
-from postproc.rapid.program.events import MotionEvent
+from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.program.program import Program
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.tokens import number_text

@@ -6,14 +6,14 @@ import math
 from dataclasses import replace
 
 from postproc.diagnostics import Source, Span
+from postproc.rapid.data.events import Origin, OriginKind, Root
+from postproc.rapid.data.pose import about, add, quat_mult, subtract
+from postproc.rapid.data.records import JointTarget, Pose, RobTarget, Vec3
+from postproc.rapid.data.values import Value, to_jointtarget, to_robtarget
 from postproc.rapid.evaluation.assign import store
 from postproc.rapid.evaluation.evaluate import evaluate
 from postproc.rapid.evaluation.literals import read_literal_target
 from postproc.rapid.evaluation.memory import Memory, Reference
-from postproc.rapid.program.events import Origin, OriginKind, Root
-from postproc.rapid.program.pose import about, add, quat_mult, subtract
-from postproc.rapid.program.records import JointTarget, Pose, RobTarget, Vec3
-from postproc.rapid.program.values import Value, to_jointtarget, to_robtarget
 from postproc.rapid.syntax.expressions import read_whole_expression
 from postproc.rapid.syntax.nodes import Declaration
 from postproc.rapid.syntax.spans import TargetSpans

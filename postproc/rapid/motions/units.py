@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from postproc.arrays import Array, invert
-from postproc.rapid.program.events import MotionEvent
-from postproc.rapid.program.records import Pose, RobTarget, ToolData, WobjData
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import Pose, RobTarget, ToolData, WobjData
 
 MM = 1e-3
 

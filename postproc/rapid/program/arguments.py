@@ -5,7 +5,7 @@ from __future__ import annotations
 from sys import intern
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.program.events import MotionStatement
+from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.signatures import SIGNATURES, Signature
 from postproc.rapid.syntax import patterns
 

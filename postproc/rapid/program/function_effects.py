@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Set
 
 from postproc.diagnostics import Source, Span
-from postproc.rapid.program.builtins import FUNCTIONS, RUN_TIME
+from postproc.rapid.data.builtins import FUNCTIONS, RUN_TIME
 from postproc.rapid.program.late_binding import TEXT
 from postproc.rapid.program.program import Program, statements_of
 from postproc.rapid.syntax.nodes import Routine, Statement

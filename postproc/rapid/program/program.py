@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from postproc.diagnostics import Diagnostic, Source
+from postproc.rapid.data.events import MotionStatement
 from postproc.rapid.program.arguments import fits, read_motion
-from postproc.rapid.program.events import MotionStatement
 from postproc.rapid.program.scopes import (
     all_declarations,
     declared_names,

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from postproc.diagnostics import Source, Span
+from postproc.rapid.data.events import MotionStatement
+from postproc.rapid.data.values import Fields, known_records
 from postproc.rapid.program.arguments import read_arguments
-from postproc.rapid.program.events import MotionStatement
 from postproc.rapid.program.program import Program, statements_of
-from postproc.rapid.program.values import Fields, known_records
 from postproc.rapid.program.write_effects import WriteEffects, named_by_text, paired
 from postproc.rapid.syntax.nodes import Declaration, Routine, Statement
 from postproc.rapid.syntax.tokens import COMMENT, IDENTIFIER, NUMBER, STRING

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
-from postproc.rapid.program.events import Interpolation
+from postproc.rapid.data.events import Interpolation
 
 
 @dataclass(frozen=True, slots=True)

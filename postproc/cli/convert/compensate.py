@@ -1,0 +1,73 @@
+"""``postproc compensate``: a program in, the corrected program out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from postproc.cli.conversion import ConvertOptions
+from postproc.cli.convert.finish import finish
+from postproc.cli.options import Flag, Output, ReportFile
+from postproc.cli.output import check_outputs, write
+from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
+from postproc.cli.progress import working
+from postproc.cli.report import STDIN, print_json, say, show, unmeasured
+from postproc.diagnostics import PostprocError
+
+
+def run(
+    program: str,
+    /,
+    *,
+    output: Output = None,
+    convert: ConvertOptions = ConvertOptions(),
+    report: ReportFile = None,
+    in_place: Flag = False,
+    check: Flag = False,
+    diff: Flag = False,
+    json: Flag = False,
+) -> int:
+    """Correct a program so that the real arm goes where the program says.
+
+    Args:
+        program: RAPID module; - reads stdin.
+        output: where to write the corrected program. Default: stdout, and nowhere with --json.
+        in_place: write over the program itself.
+        check: write nothing; exit 1 if the output (the program, without -o) would change.
+        diff: write nothing; print the textual difference, exit 1 if there is one.
+        json: print the postproc/compensate/1 document.
+    """
+    from postproc.convert import compensate_program
+    from postproc.report.compensation import compensation_page
+    from postproc.settings import told
+
+    if in_place and program == STDIN:
+        text = "`--in-place` writes over a file, and the program comes from stdin"
+        raise PostprocError.of("CLI007", text, help="name the result with `-o`, or leave it to stdout")
+    source = read_program_file(program)
+    if in_place and output is not None:
+        text = "`--in-place` and `-o` exclude each other"
+        raise PostprocError.of("CLI007", text, help="leave one of them out")
+    settings = convert.settings_at(Path(program).parent)
+    check_outputs((program, *settings.inputs), output, report)
+    target = Path(program) if in_place else output
+    settings, arm = settled(settings, program)
+    sources = [source, *read_lent(settings.side_files, program)]
+    with working(f"correcting `{source.path}`"):
+        result = compensate_program(sources, arm, settings.options)
+    show(named_files(result.diagnostics))
+    if report is not None:
+        write(report, compensation_page(Path(source.path).name, result, told(settings)))
+    code = max(1, result.exit_code)
+    if result.output is not None:
+        say(result.summary)
+        if result.plan is not None and result.report["expected_accuracy"] is None:
+            say(unmeasured(result.diagnostics))
+        names = (source.path, str(target or "compensated"))
+        if in_place and not (check or diff):
+            still_there(source)
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+    else:
+        say("no program was written")
+    if json:  # files first: who reads stdout may go away
+        print_json({**result.report, **settings.document(arm.robot.name)})
+    return code

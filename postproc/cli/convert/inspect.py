@@ -1,0 +1,92 @@
+"""``postproc inspect``: what a program moves, where, and what would be left alone and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from postproc.cli.conversion import ProgramOptions
+from postproc.cli.options import Flag
+from postproc.cli.programs import named_files, read_lent, read_program_file, settled
+from postproc.cli.progress import working
+from postproc.cli.report import print_json, put, say, show
+from postproc.cli.run import BAD_INPUT
+from postproc.diagnostics import has_errors
+
+if TYPE_CHECKING:
+    from postproc.compensate.text.values import Place
+    from postproc.report.inspection import Row
+
+EDITED: Mapping[Place | None, str] = {
+    "declaration": "; its declaration is edited",
+    "element": "; its array element is edited",
+    "aggregate": "; its numbers are edited",
+    "argument": "; an offset is written into its argument",
+    "call": "; the argument of its call is edited",
+    "derived": "; it moves with the target that it is derived from",
+    None: "",
+}
+HEAD = f" line  {'routine':16} {'instruction':10} {'x':>9}{'y':>9}{'z [mm]':>9}  tool, load, frame; what is edited"
+
+
+def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag = False) -> int:
+    """List what a program moves, where, and what would be left alone and why; exit 1 if something is out of reach.
+
+    What would be edited is decided as ``compensate`` does with what ``postproc.toml`` says, and no more.
+
+    Args:
+        program: RAPID module; - reads stdin.
+        json: print the postproc/inspect/1 document.
+    """
+    from postproc.convert import UNREADABLE, compensate_program
+    from postproc.report.inspection import inspect_program
+
+    own = read_program_file(program)
+    settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
+    sources, options = [own, *read_lent(settings.side_files, program)], settings.options
+    with working(f"reading `{own.path}`"):
+        found = inspect_program(sources, arm.robot, options)
+        if not has_errors(found.diagnostics):
+            found = found.decided(compensate_program(sources, arm, options).outcomes)
+    show(named_files(found.diagnostics))
+    if json:
+        findings = [d.as_json() for d in found.diagnostics]
+        statements = [_document(row) for row in found.rows]
+        stated = settings.document(arm.robot.name)
+        print_json({"schema": "postproc/inspect/1", **stated, "statements": statements, "diagnostics": findings})
+    elif found.rows:
+        put("\n".join([HEAD, *(_text(row) for row in found.rows)]))
+    elif not has_errors(found.diagnostics):
+        say("no motion statements")
+    if any(d.code in UNREADABLE for d in found.diagnostics):
+        return BAD_INPUT
+    return int(has_errors(found.diagnostics))
+
+
+def _text(row: Row) -> str:
+    statement = row.statement
+    where = "      no position" if row.position_mm is None else "".join(f"{x:9.1f}" for x in row.position_mm)
+    head = f"{statement.line:5}  {statement.routine:16} {statement.instruction:10} {where}"
+    load = f"  {row.tool} {row.payload_mass:g} kg, {row.wobj}" if row.runs else ""
+    times = f", {row.runs} times" if row.runs > 1 else ""
+    lines = [head + load + times + EDITED[row.edited], *(f"{'':7}note: {note}" for note in row.notes)]
+    return "\n".join([*lines, f"{'':7}left alone: {row.reason}"] if row.reason else lines)
+
+
+def _document(row: Row) -> dict[str, object]:
+    statement = row.statement
+    return {
+        "line": statement.line,
+        "routine": statement.routine,
+        "instruction": statement.instruction,
+        "runs": row.runs,
+        "tool": row.tool or None,
+        "wobj": row.wobj or None,
+        "payload_kg": row.payload_mass,
+        "position_mm": row.position_mm,
+        "joints_deg": row.q_deg,
+        "notes": row.notes,
+        "edited": row.edited,
+        "reason": row.reason,
+    }

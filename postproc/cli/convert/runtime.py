@@ -1,0 +1,123 @@
+"""``postproc runtime write|check``: a RAPID module that corrects targets on the controller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from postproc.cli.conversion import VectorText, parse_vector
+from postproc.cli.convert.made_for import RunTimeOptions
+from postproc.cli.inputs import read_source
+from postproc.cli.options import Flag, Tolerance
+from postproc.cli.output import check_outputs
+from postproc.cli.output import write as write_file
+from postproc.cli.report import print_json, say, show
+
+if TYPE_CHECKING:
+    from postproc.runtime.check import Check
+    from postproc.runtime.conditions import Conditions
+
+
+def write(
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    made_for: RunTimeOptions = RunTimeOptions(),
+    force: VectorText = "0,0,0",
+    moment: VectorText = "0,0,0",
+    force_on: Literal["all", "arc"] = "arc",
+    bound: Tolerance = 5.0,
+    template: Path | None = None,
+    json: Flag = False,
+) -> int:
+    """Write a module with a function that corrects targets that exist only at run time.
+
+    Args:
+        output: module to write, ppModel.sys; its name becomes the name of the module.
+        force: force of the process on the TCP in base axes [N], FX,FY,FZ.
+        moment: moment of the process on the TCP in base axes [N m], MX,MY,MZ.
+        force_on: where the force acts: on every target, or where the function is called with Weld.
+        bound: largest correction [mm]; targets that ask for more are returned as they came.
+        template: folder of Jinja templates in place of the shipped ones.
+        json: print the postproc/runtime/1 document.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from postproc.diagnostics import has_errors
+    from postproc.runtime.check import said
+    from postproc.runtime.module import cost
+    from postproc.runtime.written import write_module
+
+    check_outputs((made_for.model, *made_for.effects), output)
+    settings, model = made_for.arm(output)
+    push, turn = (np.array(parse_vector(f"--{n}", v)) for n, v in (("force", force), ("moment", moment)))
+    conditions = replace(
+        made_for.conditions(settings, model), force=push, moment=turn, force_on=force_on, bound_m=1e-3 * bound
+    )
+    result = write_module(model, conditions, output.stem, template)
+    show(result.diagnostics)
+    failed = has_errors(result.diagnostics)
+    if not failed:
+        write_file(output, result.text)
+    say(f"{output}: `{model.robot.name}`, {cost(result.correction)} for one target")
+    for done, found in result.checks:
+        say(said(found, done))
+    say(str(result.chord))
+    if json:
+        checks = [_document(done, found) for done, found in result.checks]
+        laws = result.correction.laws
+        effects = {"exact": laws.exact, "fitted": laws.fitted, "left_out": result.correction.left_out}
+        found_ = [d.as_json() for d in result.diagnostics]
+        chord = {
+            "lines": result.chord.count,
+            "max_mm": 1e3 * result.chord.largest_m,
+            "rms_mm": 1e3 * result.chord.rms_m,
+        }
+        document = {"schema": "postproc/runtime/1", "effects": effects, "checks": checks, "chord_500_mm": chord}
+        print_json({**document, "diagnostics": found_})
+    return 1 if failed else 0
+
+
+def check(
+    module: str,
+    /,
+    *,
+    made_for: RunTimeOptions = RunTimeOptions(),
+    targets: int = 1000,
+    tolerance: Tolerance = 0.02,
+    json: Flag = False,
+) -> int:
+    """Run a written module on targets drawn from a region and compare it with the exact correction of a model.
+
+    Args:
+        module: file of `postproc runtime write`, also one that was edited.
+        targets: how many.
+        tolerance: exit 1 where it is off by more [mm].
+        json: print the postproc/runtime/1 document.
+    """
+    from postproc.runtime.check import check_module, said
+
+    settings, model = made_for.arm(Path(module))
+    conditions = made_for.conditions(settings, model)
+    found = check_module(read_source(module), model, conditions, targets)
+    say(f"{module}: `{model.robot.name}`, {said(found, conditions)}")
+    if found.raised:
+        say(f"an error leaves the function at {found.raised} targets")
+    if json:
+        print_json({"schema": "postproc/runtime/1", "checks": [_document(conditions, found)], "diagnostics": []})
+    return 1 if found.raised or not found.corrected or 1e3 * found.largest_m > tolerance else 0
+
+
+def _document(done: Conditions, found: Check) -> dict[str, object]:
+    return {
+        "mass_kg": done.mass,
+        "corrected": found.corrected,
+        "returned": {str(why): times for why, times in found.returned.items()},
+        "errors": found.raised,
+        "max_error_mm": 1e3 * found.largest_m,
+        "rms_error_mm": 1e3 * found.rms_m,
+        "max_correction_mm": 1e3 * found.correction_m,
+    }

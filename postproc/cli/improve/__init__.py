@@ -1,0 +1,1 @@
+"""Commands on models: `fit`, `compare`, `diagnose`, `add`, `predict`, `plan`."""

@@ -1,0 +1,6 @@
+"""What the arm should be told, so that it goes where the program said.
+
+`inverse` is the inverse of the model at poses, `curve` along every move. `placement` and `fewest_targets` find where a
+move needs added targets, `reversals` where lost motion makes the correction jump, `circles` which arcs would suffer.
+`applicable` is the part of a model that holds for a program.
+"""

@@ -1,0 +1,127 @@
+"""The proof: how far the real arm is from the programmed curves, along the whole way, for any program text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.path.motion import Motion
+from postproc.compensate.path.samples import Samples
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.model.equilibrium import predict
+from postproc.motion.mounts import Mounts
+from postproc.motion.path.curves import Curves
+from postproc.motion.values import Flags, Index
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """Distance of the real TCP from the programmed curves.
+
+    Args:
+        distance: (n,) [m] at the samples of the program that ran; owner: (n,) programmed move;
+        u: (n,) fraction along it.
+        space: (n,) on a line or an arc with a known start, not on a joint move.
+        steady: (n,) the load of inertia does not change there.
+        goal_distance: (m,) [m] between the real TCP and the programmed target;
+        goal_steady: (m,) as ``steady``, at the targets.
+    """
+
+    distance: Array
+    owner: Index
+    u: Array
+    space: Flags
+    steady: Flags
+    goal_distance: Array
+    goal_steady: Flags
+
+    def largest(self, rows: Flags) -> float:
+        """Largest distance [m] over the chosen samples, 0 where there are none."""
+        return float(self.distance[rows].max()) if rows.any() else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """A part of a program that drives the arm.
+
+    Args:
+        motion: from the program's own text.
+        owner: (moves of it,) the programmed move that each move is (a part of).
+    """
+
+    motion: Motion
+    owner: Index
+
+
+def measure_deviation(model: Model, programmed: Samples, parts: Iterable[Driven]) -> Deviation:
+    """Drive the real arm with a program, part by part, and compare with the programmed curves.
+
+    Args:
+        programmed: samples of the program as the user wrote it.
+    """
+    m = len(programmed.moves)
+    goal_distance, goal_steady = np.zeros(m), np.zeros(m, dtype=bool)
+    again = np.array([move.again is not None for move in programmed.moves])
+    found: list[tuple[Array, Index, Array, Flags, Flags]] = []
+    for part in parts:
+        ran, of = part.motion.samples, part.owner[part.motion.samples.move]
+        in_joints = programmed.curves.joint[of] | (programmed.start[of] == programmed.goal[of])
+        distance, u, reached = np.empty(len(of)), np.empty(len(of)), np.empty((len(ran.goal), 4, 4))
+        for rows in part.motion.blocks():
+            real = _reached(model, part.motion.at(rows), ran.mounts_at(rows), ran.T_work_tcp[rows])
+            distance[rows], u[rows] = distance_to_curves(programmed.curves, of[rows], real[:, :3, 3])
+            joints = rows.start + np.flatnonzero(in_joints[rows])
+            wanted = ran_pose(programmed, ran, of, joints)
+            distance[joints] = np.linalg.norm(real[joints - rows.start, :3, 3] - wanted, axis=1)
+            u[joints] = ran.u[joints]
+            goals = slice(*np.searchsorted(ran.goal, [rows.start, rows.stop]))
+            reached[goals] = real[ran.goal[goals] - rows.start]
+        distance[again[of]] = 0.0  # counted where it was reached
+        steady = part.motion.steady()
+        found.append((distance, of, u, ~in_joints, steady))
+        # In the order of the moves: the last part of a divided move reaches its goal.
+        wanted = programmed.T_work_tcp[programmed.goal[part.owner]]
+        goal_distance[part.owner] = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1)
+        goal_steady[part.owner] = steady[ran.goal]
+    distance, of, u, space, steady = (np.concatenate(column) for column in zip(*found, strict=True))
+    return Deviation(distance, of, u, space, steady, goal_distance, goal_steady)
+
+
+def _reached(model: Model, state: State, mounts: Mounts, T_work_tcp: Array) -> Array:
+    """T_work_tcp (n, 4, 4) of the real arm that is commanded to ``T_work_tcp``."""
+    seen = mounts.seen(predict(model, state), T_work_tcp)
+    if not mounts.stationary.any():
+        return seen
+    # A stationary tool pushes where it stands, not where it was commanded to be on the work.
+    return mounts.seen(predict(model, state.with_(T_flange_tcp=mounts.flange_tcp(seen))), seen)
+
+
+def ran_pose(programmed: Samples, ran: Samples, of: Index, rows: Index) -> Array:
+    """Programmed positions (k, 3) at the same fraction of the same move, for moves that are not divided."""
+    size = programmed.goal - programmed.start
+    at = programmed.start[of[rows]] + np.round(ran.u[rows] * size[of[rows]]).astype(int)
+    return programmed.T_work_tcp[at, :3, 3]
+
+
+def distance_to_curves(curves: Curves, move: Index, p: Array) -> tuple[Array, Array]:
+    """Distance [m] of points (n, 3) from the lines and arcs of ``move`` (n,), and the fraction nearest to them."""
+    chord, length = curves.chord[move], curves.length[move]
+    away = p - curves.start[move]
+    u = np.clip(np.sum(away * chord, axis=1) / np.maximum(length, 1e-12) ** 2, 0.0, 1.0)
+    nearest = curves.start[move] + u[:, None] * chord
+    rows = np.flatnonzero(curves.arc[move])
+    if len(rows):
+        i = move[rows]
+        d = p[rows] - curves.center[i]
+        phi = np.arctan2(np.sum(d * curves.tangent[i], axis=1), np.sum(d * curves.radial[i], axis=1))
+        phi = np.where(phi < curves.angle[i] / 2 - np.pi, phi + 2 * np.pi, phi)  # the gap of the circle is split in two
+        phi = np.clip(phi, 0.0, curves.angle[i])
+        u[rows] = phi / curves.angle[i]
+        nearest[rows] = (
+            curves.center[i] + np.cos(phi)[:, None] * curves.radial[i] + np.sin(phi)[:, None] * curves.tangent[i]
+        )
+    return np.linalg.norm(p - nearest, axis=1), u

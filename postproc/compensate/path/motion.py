@@ -1,0 +1,112 @@
+"""What a program makes the arm do, and what loads it on the way: tool, payload, wrench, acceleration, approach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array, blocks
+from postproc.compensate.options import Options
+from postproc.compensate.path.samples import Samples
+from postproc.compensate.path.timeline import Timeline
+from postproc.effects.contract import State
+from postproc.model.arm import Model
+from postproc.motion.values import Flags, Index, Move
+
+BLOCK = 10_000  # samples whose states are held at a time
+_NO_TRAVEL = 1e-7  # joint travel between samples [rad] that does not count as an approach
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """n samples of a program's curves in time; states are put together for the rows that are asked for.
+
+    Args:
+        place: (n,) where the samples stand on the programmed path, as move + fraction; timeline: of that path.
+        moving: effects follow speed; sides: (n, 6) of approach where effects follow that, else None.
+    """
+
+    samples: Samples
+    timeline: Timeline
+    options: Options
+    place: Array
+    moving: bool
+    sides: Array | None
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        return self.samples.moves
+
+    def at(self, rows: slice | Index) -> State:
+        """The state at some samples."""
+        samples, timeline, place = self.samples, self.timeline, self.place[rows]
+        index, of = np.unique(samples.move[rows], return_inverse=True)
+        moves = [samples.moves[i] for i in index.tolist()]
+        loaded = np.array([self.options.force_on == "all" or m.welding for m in moves])[of]
+        wrench = np.where(loaded[:, None], [*self.options.force, *self.options.moment], 0.0)
+        stated = {name: np.full(len(place), value) for name, value in self.options.channels}
+        return State(
+            q=samples.q[rows],
+            v=timeline.at(timeline.v, place) if self.moving else None,
+            a=timeline.at(timeline.a, place) if self.options.inertia else None,
+            time=timeline.at(timeline.t, place),
+            approach=None if self.sides is None else self.sides[rows],
+            payload_mass=np.array([m.payload_mass for m in moves])[of],
+            payload_center=np.array([m.payload_center for m in moves])[of],
+            wrench=wrench,
+            temperature=stated.get("temperature"),
+            channels=stated,
+            T_flange_tcp=samples.mounts_at(rows).flange_tcp(samples.T_work_tcp[rows]),
+        )
+
+    def steady(self) -> Flags:
+        """(n,) see ``Timeline.steady``."""
+        return self.timeline.steady(self.options, self.place)
+
+    def blocks(self) -> Iterator[slice]:
+        """All rows, a block at a time."""
+        return blocks(len(self.place), BLOCK)
+
+
+def motion_of(
+    model: Model, samples: Samples, timeline: Timeline, options: Options, place: Array | None = None
+) -> Motion:
+    """The motion through samples; without ``place`` they are samples of the programmed path itself."""
+    # Speeds alone load the arm too (centripetal forces): without inertia they are kept for effects that follow speed.
+    moving = options.inertia or any("v" in effect.reads for effect in model.effects)
+    sides = approach_side(samples) if feels_sides(model) else None
+    where = samples.move + samples.u if place is None else place
+    return Motion(samples, timeline, options, where, moving, sides)
+
+
+def feels_sides(model: Model) -> bool:
+    """Whether the arm stands elsewhere for another side of approach."""
+    return any("approach" in effect.reads for effect in model.effects)
+
+
+def approach_side(samples: Samples) -> Array:
+    """Sign of each joint's last travel before a sample, (n, 6); 0 as long as a joint has not moved since the start.
+
+    Where a way goes on from an earlier target, the travel to that target counts.
+    """
+    first = np.array([m.first for m in samples.moves])
+    step = np.diff(samples.q, axis=0, prepend=samples.q[:1])
+    side = np.where(np.abs(step) > _NO_TRAVEL, np.sign(step), 0.0)
+    at_start = (samples.u == 0.0)[:-1]
+    side[:-1][at_start] = np.where(side[1:][at_start] != 0, side[1:][at_start], side[:-1][at_start])
+    side[first[samples.move]] = 0.0
+    # Where a joint rests, its last travel counts, but not across the start of a chain.
+    index = np.where(side != 0, np.arange(len(side))[:, None], -1)
+    begin = np.maximum.accumulate(np.where(first[samples.move], np.arange(len(side)), 0))
+    last = np.maximum.accumulate(index, axis=0)
+    valid = last >= begin[:, None]
+    sides = np.where(valid, np.take_along_axis(side, np.maximum(last, 0), axis=0), 0.0)
+    chains = np.append(samples.start[first], len(sides))
+    for i in (i for i, move in enumerate(samples.moves) if move.again is not None):
+        begin_of = samples.goal[i]
+        rows = slice(begin_of, chains[np.searchsorted(chains, begin_of, side="right")])
+        earlier = sides[samples.goal[samples.moves[i].again]]
+        sides[rows] = np.where(sides[rows] == 0, earlier, sides[rows])
+    return sides

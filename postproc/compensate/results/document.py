@@ -1,0 +1,121 @@
+"""The ``postproc/compensate/1`` document, and its one line for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from postproc import __version__
+from postproc.compensate.plan import Plan
+from postproc.compensate.results.accuracy import Accuracy
+from postproc.compensate.results.figures import Figures
+from postproc.compensate.results.outcomes import unmeasured, unproved
+from postproc.compensate.results.seams import Seam
+from postproc.compensate.text.values import Outcome
+from postproc.diagnostics import Diagnostic
+from postproc.motion.timing.limits import LimitReport
+from postproc.rapid.data.events import MotionEvent
+
+SCHEMA = "postproc/compensate/1"
+
+
+def document(
+    plan: Plan,
+    robot: str,
+    events: Sequence[MotionEvent],
+    outcomes: Sequence[Outcome],
+    seams: Sequence[Seam],
+    figures: Figures,
+    accuracy: Accuracy | None,
+    limits: LimitReport,
+    findings: Sequence[Diagnostic],
+) -> dict[str, Any]:
+    """What ``--json`` prints (docs/documents.md)."""
+    unseen, lines = unmeasured(outcomes, events, plan)
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": robot,
+        "statements": [o.as_json() for o in outcomes],
+        "max_error_before_mm": _mm(figures.before),
+        "max_error_after_mm": _mm(figures.after),
+        "max_arc_error_before_mm": None if figures.arc_before is None else _mm(figures.arc_before),
+        "max_arc_error_after_mm": None if figures.arc is None else _mm(figures.arc),
+        "max_transition_mm": _mm(figures.transition),
+        "max_transient_mm": _mm(figures.transient),
+        "max_joint_move_mm": _mm(figures.joint_move),
+        "tolerance_mm": _mm(plan.motion.options.tolerance_m),
+        "air_tolerance_mm": _mm(float(plan.path_tolerance.max())),
+        "scope": plan.motion.options.scope,
+        "welds": [seam.as_json() for seam in seams],
+        "expected_accuracy": accuracy.as_json() if accuracy is not None else None,
+        "unproved_statements": unproved(outcomes, events, plan),
+        "unmeasured_statements": unseen,
+        "measured_statements": lines - unseen,
+        "added_targets": len(plan.insertions),
+        "cycle_time_s": round(limits.slower, 3),
+        "cycle_time_before_s": round(limits.cycle_time, 3),
+        "diagnostics": [d.as_json() for d in findings],
+    }
+
+
+def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
+    """The document of a program that is not safe to compensate."""
+    return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
+
+
+def summary(r: Mapping[str, Any]) -> str:
+    """A document in one line."""
+    known = r["expected_accuracy"]
+    passing = ", ".join([" at steady speed", *told]) if (told := elsewhere(r)) else ""
+    expected = f"; the fitted model itself is sure to {known['within_95_percent_mm']:.3f} mm (95 %)" if known else ""
+    doubt = unseen = ""
+    if r["unproved_statements"]:
+        doubt = (
+            f" ({r['unproved_statements']} of them also run where they cannot be followed: what remains is not proved)"
+        )
+    if r["unmeasured_statements"]:
+        what = "line or arc" if r["unmeasured_statements"] == 1 else "lines or arcs"
+        unseen = f", {r['unmeasured_statements']} {what} in no figure: where they begin or end is not known"
+    fall = "no line or arc could be measured"
+    if r["measured_statements"]:
+        fall = f"{_fall(r)}{passing}"
+    count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
+    statements = "statement" if count["compensated"] == 1 else "statements"
+    return (
+        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},"
+        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
+        f" cycle time {r['cycle_time_s']:.1f} s{expected}{'; ' if r['expected_remaining_fraction'] else ''}"
+        f"{estimated_stiffness(r)}"
+    )
+
+
+def estimated_stiffness(document: Mapping[str, Any]) -> str:
+    """What an estimated stiffness means, in a sentence; empty where it is none."""
+    between = document["expected_remaining_fraction"]
+    if between is None:
+        return ""
+    low, high = (f"{100 * x:.0f}" for x in between)
+    return (
+        f"the stiffness of this arm is estimated: {low} to {high} % of its deflection is expected to remain,"
+        " and `postproc fit` with measurements narrows that"
+    )
+
+
+def elsewhere(document: Mapping[str, Any]) -> list[str]:
+    """What is off beside lines and arcs at steady speed, as far as that is more than the tolerance."""
+    places = (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the correction jumps"))
+    return [f"{document[key]:.3f} mm {where}" for key, where in places if document[key] > document["tolerance_mm"]]
+
+
+def _fall(r: Mapping[str, Any]) -> str:
+    """The largest deviation over everything that welds, before and after, and that of other lines and arcs."""
+    whole = f"{r['max_error_before_mm']:.3f} mm -> {r['max_error_after_mm']:.3f} mm"
+    if r["max_arc_error_after_mm"] is None:
+        return f"{whole} along lines and arcs (tolerance {r['tolerance_mm']:g} mm)"
+    welds = f"{r['max_arc_error_before_mm']:.3f} mm -> {r['max_arc_error_after_mm']:.3f} mm while the arc burns"
+    return f"{welds} (tolerance {r['tolerance_mm']:g} mm), {whole} with moves in the air ({r['air_tolerance_mm']:g} mm)"
+
+
+def _mm(value: float) -> float:
+    return round(1e3 * value, 5)

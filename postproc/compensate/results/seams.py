@@ -1,0 +1,121 @@
+"""Seams: the weld statements of a program that belong together, and how far off each seam is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.plan import Plan
+from postproc.compensate.results.transitions import finding, in_transition
+from postproc.compensate.text.values import Outcome
+from postproc.diagnostics import Diagnostic, Severity
+from postproc.grouping import grouped
+from postproc.rapid.program.signatures import SIGNATURES
+
+MM = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class Seam:
+    """One seam.
+
+    Args:
+        name: of its routine; outcomes: of its statements, in the order of the text.
+        length_mm: of the way while the arc burns, in one run; before_mm, after_mm: largest deviation there, None where
+            nothing could be measured.
+        added_targets: statements added in it.
+    """
+
+    name: str
+    outcomes: tuple[Outcome, ...]
+    length_mm: float
+    before_mm: float | None
+    after_mm: float | None
+    added_targets: int
+
+    @property
+    def left(self) -> list[Outcome]:
+        """Statements that stay uncorrected."""
+        return [o for o in self.outcomes if o.status == "skipped"]
+
+    def as_json(self) -> dict[str, Any]:
+        """The seam in the ``postproc/compensate/1`` document."""
+        first, last = self.outcomes[0].statement, self.outcomes[-1].statement
+        return {
+            "name": self.name,
+            "path": first.source.path,
+            "line_from": first.line,
+            "line_to": last.line,
+            "length_mm": round(self.length_mm, 1),
+            "before_mm": self.before_mm,
+            "after_mm": self.after_mm,
+            "added_targets": self.added_targets,
+            "left": len(self.left),
+        }
+
+
+def find_seams(outcomes: Sequence[Outcome], plan: Plan, before: Deviation, after: Deviation) -> list[Seam]:
+    """The seams of a program, in the order of the text."""
+    moves, samples = plan.motion.moves, plan.motion.samples
+    rows = grouped((m.event.statement.key, i) for i, m in enumerate(moves) if m.welding and m.again is None)
+    passing = in_transition(plan, after)
+    was = _worst(before, len(moves), before.space & before.steady)
+    stays = _worst(after, len(moves), after.space & after.steady & ~passing)
+    added = grouped((insertion.statement.key, insertion) for insertion in plan.insertions)
+    seams = []
+    for group in _groups(outcomes):
+        keys = [o.statement.key for o in group]
+        burning = [i for key in keys for i in rows.get(key, ())]
+        known = [i for i in burning if not moves[i].first]
+        length = sum(float(samples.curves.length[rows[key][0]]) for key in keys if key in rows)
+        now, then = (round(MM * float(max(worst[i] for i in known)), 5) if known else None for worst in (was, stays))
+        count = sum(len(added.get(key, ())) for key in keys[1:])
+        seams.append(Seam(group[0].statement.routine, tuple(group), MM * length, now, then, count))
+    return seams
+
+
+def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
+    """CMP020 at weld statements that stay uncorrected in a seam whose other statements are corrected: a step."""
+    severity: Severity = "warning" if allowed else "error"
+    findings = []
+    for seam in seams:
+        if any(o.status == "compensated" for o in seam.outcomes):
+            for outcome in seam.left:
+                text = f"this weld statement would stay uncorrected in a corrected seam: {outcome.reason}"
+                help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"
+                findings.append(finding("CMP020", severity, outcome.statement, text, "" if allowed else help_))
+    return findings
+
+
+def _worst(deviation: Deviation, count: int, rows: np.ndarray) -> Array:
+    """(m,) largest deviation along each move over the chosen samples [m]."""
+    worst = np.zeros(count)
+    np.maximum.at(worst, deviation.owner[rows], deviation.distance[rows])
+    return worst
+
+
+def _groups(outcomes: Sequence[Outcome]) -> Iterator[list[Outcome]]:
+    """Weld statements of one routine from a start to an end."""
+    group: list[Outcome] = []
+    for outcome in outcomes:
+        statement = outcome.statement
+        phase = SIGNATURES[statement.instruction.lower()].phase
+        if group and (not phase or phase == "start" or _routine(group[-1]) != _routine(outcome)):
+            yield group
+            group = []
+        if phase:
+            group.append(outcome)
+        if phase == "end":
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def _routine(outcome: Outcome) -> tuple[str, str, str]:
+    return outcome.statement.source.path, outcome.statement.module, outcome.statement.routine

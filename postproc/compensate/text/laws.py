@@ -1,0 +1,130 @@
+"""Laws of an offset: constant, or affine in numbers that the statement names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.rapid.data.records import Vec3
+
+APART = 0.03
+"""Share of their spread by which regressors must differ from one another to be told apart: a coordinate that is a
+rounded multiple of a loop's index differs from it by its rounding, and what goes with that is chance."""
+
+CANCELLING = 2.0
+"""How much more than what the offsets differ by one regressor may contribute: what takes that back again is other
+regressors, and with nearly as many of them as runs that is chance, by which a target that is taught anew would go far
+off."""
+
+STEEPEST = 0.05
+"""By how much [mm] a correction may change with one millimetre of a coordinate: that of an arm changes by some
+thousandths; what is steeper is chance, and carries a target off when the coordinate is another."""
+
+Regressors = Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class OffsetLaw:
+    """An offset [mm]: a constant and, by the text of a number, what each unit of it adds."""
+
+    constant: Vec3 = (0.0, 0.0, 0.0)
+    coefficients: tuple[tuple[str, Vec3], ...] = ()
+
+    def at(self, regressors: Regressors) -> Vec3:
+        """The offset [mm] where the regressors have these values."""
+        x, y, z = self.constant
+        for name, (dx, dy, dz) in self.coefficients:
+            value = regressors[name]
+            x, y, z = x + value * dx, y + value * dy, z + value * dz
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """What a law may leave off [mm]: ``fine`` at once, ``most`` of each run where no law does better."""
+
+    fine: float
+    most: Sequence[float]
+
+
+def nearest_law(laws: Iterable[tuple[OffsetLaw, Array]], allowed: Allowed) -> OffsetLaw | None:
+    """The first law that leaves no more than ``fine``, else the one that leaves least, None where that is too much.
+
+    Args:
+        laws: the simplest first, with (n, 3) what each leaves off [mm].
+    """
+    found, least = None, np.inf
+    for law, rest in laws:
+        if any(
+            ".trans." in text and max(map(abs, slope)) > STEEPEST for text, slope in law.coefficients if "(" not in text
+        ):
+            continue
+        off = np.linalg.norm(rest, axis=1)
+        if off.max() < least and (off <= allowed.most).all():
+            found, least = law, float(off.max())
+        if least <= allowed.fine:
+            break
+    return found
+
+
+def midrange(values: Array) -> Array:
+    """The point (k,) half-way between the least and the largest of values (n, k) along every axis."""
+    middle: Array = (values.min(axis=0) + values.max(axis=0)) / 2
+    return middle
+
+
+def constant_law(offsets: Array) -> tuple[OffsetLaw, Array]:
+    """The constant in the middle of offsets (n, 3) [mm], and what it leaves off."""
+    middle = midrange(offsets)
+    x, y, z = middle.tolist()
+    return OffsetLaw((x, y, z)), offsets - middle
+
+
+def fit_affine(regressors: Sequence[Regressors], offsets: Array, least: float) -> OffsetLaw:
+    """The law nearest to the offsets of n runs, affine in as few regressors as will do.
+
+    Args:
+        regressors: named in each run; offsets: (n, 3) [mm] what the runs ask for.
+        least: what may be left over to do with one regressor fewer [mm].
+    """
+    names = sorted(set(regressors[0]).intersection(*regressors[1:]), key=lambda name: _dispensable(name, regressors))
+    best, off, part = _fit(names, regressors, offsets)
+    while part > CANCELLING:
+        fewer = [[other for other in names if other != name] for name in names]
+        best, off, part = min((_fit(chosen, regressors, offsets) for chosen in fewer), key=lambda found: found[1])
+        names = [name for name, _ in best.coefficients]
+    for name in tuple(names):
+        without = [other for other in names if other != name]
+        simpler, left, part = _fit(without, regressors, offsets)
+        if left <= max(1.01 * off, least) and part <= CANCELLING:
+            names, best = without, simpler
+    return best
+
+
+def _dispensable(name: str, regressors: Sequence[Regressors]) -> tuple[bool, float, int, str]:
+    """The order in which regressors are tried to do without: coordinates, which are taught and measured, before what
+    the program counts; of them those that differ least, of which a little would mean much in another run.
+    """
+    values = [run[name] for run in regressors]
+    coordinate = ".trans." in name
+    return not coordinate, max(values) - min(values) if coordinate else 0.0, -len(name), name
+
+
+def _fit(names: Sequence[str], regressors: Sequence[Regressors], offsets: Array) -> tuple[OffsetLaw, float, float]:
+    """Least squares, the constant in the middle of the residuals; the largest residual along an axis; and how much the
+    most that one regressor contributes is of the spread of the offsets.
+    """
+    values = np.array([[run[name] for name in names] for run in regressors]).reshape(len(regressors), len(names))
+    size = np.ptp(values, axis=0)
+    size[size == 0.0] = np.inf  # it tells the runs apart in nothing
+    scaled = (values - values.mean(axis=0)) / size
+    slopes = np.linalg.lstsq(scaled, offsets - offsets.mean(axis=0), rcond=APART)[0] / size[:, None]
+    rest = offsets - values @ slopes
+    x, y, z = midrange(rest).tolist()
+    by_name = tuple((name, (a, b, c)) for name, (a, b, c) in zip(names, slopes.tolist(), strict=True))
+    size[np.isinf(size)] = 0.0
+    part = np.abs(slopes * size[:, None]).max(initial=0.0) / max(np.ptp(offsets, axis=0).max(), 1e-9)
+    return OffsetLaw((x, y, z), by_name), float(np.ptp(rest, axis=0).max()) / 2, float(part)

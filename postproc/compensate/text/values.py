@@ -1,0 +1,161 @@
+"""What a compensation asks for and decides: values of targets, added statements, the outcome of every statement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Literal
+
+from postproc.compensate.text.laws import OffsetLaw
+from postproc.diagnostics import Source, Span
+from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
+from postproc.rapid.data.pose import subtract
+from postproc.rapid.data.records import Ax6, Pose, RobTarget, Vec3
+
+Status = Literal["compensated", "unchanged", "skipped"]
+Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
+"""Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the
+aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine; or
+nowhere, because it moves with the target that it is derived from."""
+
+OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
+Conf = tuple[int, int, int, int]
+UNCHANGED_MM = 0.0005  # below the last decimal that is written
+UNCHANGED_RAD = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class ArcPoint:
+    """The point after a share of the circle through three targets, as the program calls them.
+
+    Args:
+        function: name of the routine that works it out on the controller.
+    """
+
+    function: str
+    start: str
+    via: str
+    goal: str
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class TargetValue:
+    """A corrected target in its work object: pose [mm], confdata, external axes, and what displaces it beyond that.
+
+    Args:
+        law: of the position [mm], None where the pose is all; arc: what the law displaces, where it is on a circle.
+    """
+
+    pose: Pose
+    robconf: Conf
+    extax: Ax6
+    law: OffsetLaw | None = None
+    arc: ArcPoint | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TargetRequest:
+    """Where one execution of a statement wants the target of one of its arguments.
+
+    Args:
+        move: index of the move; event: the execution; role: of the argument, ``to`` or ``via``.
+        value: the corrected target; turn: rotation vector [rad] from the programmed to the corrected orientation.
+        within_mm: how far from it the target may be written.
+    """
+
+    move: int
+    event: MotionEvent
+    role: str
+    value: TargetValue
+    turn: Vec3
+    within_mm: float
+
+    @property
+    def target(self) -> RobTarget:
+        """What the argument says now."""
+        target = self.event.target if self.role == "to" else self.event.via
+        assert isinstance(target, RobTarget)
+        return target
+
+    @property
+    def origin(self) -> Origin:
+        """Where that comes from."""
+        origin = self.event.target_origin if self.role == "to" else self.event.via_origin
+        assert origin is not None
+        return origin
+
+    @property
+    def shift(self) -> Vec3:
+        """From the programmed to the corrected position [mm], object axes."""
+        return subtract(self.value.pose.trans, self.target.trans)
+
+
+Form = Literal["numbers", "amounts", "offset", "components"]
+"""How a correction is written: literal numbers in the place of literal numbers; other amounts in ``Offs`` or
+``RelTool``; ``Offs`` around the expression; an aggregate of the components of a name, which takes other configuration
+data."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One target to rewrite.
+
+    Args:
+        source, span: the text that leads to the target; for ``numbers`` the aggregate that holds them.
+        form: how; value: the corrected target, of which ``components`` takes the configuration data; with a place on
+            an arc it stands instead of the text.
+        law: what is added to the position [mm], along the axes of the object frame or, in ``RelTool``, of the tool.
+    """
+
+    source: Source
+    span: Span
+    form: Form
+    value: TargetValue
+    law: OffsetLaw = OffsetLaw()
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """One statement added directly before ``statement``, derived from it.
+
+    Args:
+        instruction: name of the added instruction (``ArcL`` before an ``ArcLEnd``).
+        to, via: its targets; base: the text that ``to`` displaces, None where it is a target of its own.
+        zone: zone argument, a fly-by zone: an added target never stops.
+        duration: what the added statement takes over of the original's ``\\T`` [s], exact in decimals.
+    """
+
+    statement: MotionStatement
+    instruction: str
+    to: TargetValue
+    via: TargetValue | None
+    zone: str
+    duration: Decimal | None = None
+    base: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What happened to one motion statement, why, and where it is written; shift and residual at its goal [mm]."""
+
+    statement: MotionStatement
+    status: Status
+    reason: str | None = None
+    shift_mm: float | None = None
+    residual_mm: float | None = None
+    edited: Place | None = None
+
+    def as_json(self) -> dict[str, object]:
+        return {
+            "path": self.statement.source.path,
+            "line": self.statement.line,
+            "module": self.statement.module,
+            "routine": self.statement.routine,
+            "instruction": self.statement.instruction,
+            "status": self.status,
+            "reason": self.reason,
+            "edited": self.edited,
+            "shift_mm": self.shift_mm,
+            "residual_mm": self.residual_mm,
+        }

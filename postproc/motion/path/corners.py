@@ -1,0 +1,146 @@
+"""Zone corners: where a move leaves its own curve to pass over into the next.
+
+The two curves are cross-faded: towards the corner the incoming move comes to rest while the outgoing one picks up,
+
+    p(w) = p_in(1 - f_in h(1 - w)) + p_out(f_out h(w)) - p_corner,   h(w) = 2 w^3 - w^4,   w in [0, 1].
+
+With h(w) = w^2 this would be the parabola through entry and exit; the quartic has the same end points and tangents, and
+a curvature that starts and ends at zero, so that the joint jerk at the zone border stays finite. Rotations are composed
+in the same way over the (larger) orientation zone. A zone reaches at most to the middle of a move (RAPID Reference
+Manual, Basic Characteristics, zonedata).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.motion.path.curves import Curves, joints_at, pose_at
+from postproc.motion.values import Flags, Index, Move
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import forward
+
+_IN_PLACE = 1e-6  # [m] a move shorter than this only turns the tool
+
+
+@dataclass(frozen=True, slots=True)
+class Corners:
+    """Fractions of each move that belong to a corner (m,): at its start (``after``) and at its goal (``before``).
+
+    Args:
+        before, after: of the position (and of joint corners); before_turn, after_turn: of the orientation.
+        stop: (m,) the arm rests at the goal.
+    """
+
+    before: Array
+    after: Array
+    before_turn: Array
+    after_turn: Array
+    stop: Flags
+
+
+def plan_corners(moves: tuple[Move, ...], curves: Curves) -> Corners:
+    """Sizes of the corner paths after reduction to half the length of both neighbours."""
+    m = len(moves)
+    before, after, before_turn, after_turn = (np.zeros(m) for _ in range(4))
+    length, angle = curves.length, np.linalg.norm(curves.turn, axis=1)
+    zone = np.array([move.zone for move in moves])
+    zone_rotation = np.maximum(zone, np.array([move.zone_rotation for move in moves]))
+    zone_angle = np.array([move.zone_angle for move in moves])
+    fly = np.array([not move.fine for move in moves])
+    first = np.array([move.first for move in moves])
+    fly[-1:] = False
+    fly[:-1] &= ~first[1:]
+    moving = (length > _IN_PLACE) | (angle > 1e-6) | (np.abs(curves.q_change).max(axis=1, initial=0) > 1e-6)
+    fly &= moving & ~first & np.append(moving[1:], False)
+
+    a = np.flatnonzero(fly)
+    b = a + 1
+    travels_a, travels_b = length[a] > _IN_PLACE, length[b] > _IN_PLACE
+    half_a, half_b = np.where(travels_a, length[a] / 2, np.inf), np.where(travels_b, length[b] / 2, np.inf)
+    for radius, out, into in ((zone, before, after), (zone_rotation, before_turn, after_turn)):
+        r = np.minimum(radius[a], np.minimum(half_a, half_b))
+        out[a] = np.where(travels_a, r / np.where(travels_a, length[a], 1.0), _share(zone_angle[a], angle[a]))
+        into[b] = np.where(travels_b, r / np.where(travels_b, length[b], 1.0), _share(zone_angle[a], angle[b]))
+    # One zone for all where place and orientation cannot be told apart: joint corners, and a tool that changes.
+    one = curves.joint[a] & curves.joint[b]
+    one |= ~curves.mounts[a].same(curves.mounts[b])
+    before_turn[a[one]], after_turn[b[one]] = before[a[one]], after[b[one]]
+    stop = ~fly | (before <= 0.0) | (np.append(after[1:], 0.0) <= 0.0)
+    for out, into in ((before, after), (before_turn, after_turn)):
+        out[stop] = 0.0
+        into[1:][stop[:-1]] = 0.0
+    return Corners(before, after, before_turn, after_turn, stop)
+
+
+def _share(zone_angle: Array, angle: Array) -> Array:
+    return np.minimum(0.5, np.maximum(zone_angle, 1e-3) / np.maximum(angle, 1e-9))
+
+
+def fade(w: Array) -> Array:
+    return w**3 * (2.0 - w)
+
+
+def _locate(move: Index, u: Array, before: Array, after: Array) -> tuple[Index, Index, Array]:
+    """Rows inside a corner, the move that comes in there, and w in [0, 1] through the corner."""
+    leaving = (before[move] > 0) & (u > 1.0 - before[move])
+    entering = (after[move] > 0) & (u < after[move])
+    w = np.where(leaving, 0.5 * (u - 1.0 + before[move]) / np.where(leaving, before[move], 1.0), 0.0)
+    w = np.where(entering, 0.5 + 0.5 * u / np.where(entering, after[move], 1.0), w)
+    rows = np.flatnonzero(leaving | entering)
+    return rows, np.where(entering, move - 1, move)[rows], w[rows]
+
+
+def blended_poses(robot: Robot, curves: Curves, corners: Corners, move: Index, u: Array) -> tuple[Array, Array, Flags]:
+    """TCP poses along the path with its corners, and joint angles where the path is planned in joint space.
+
+    Returns:
+        T_work_tcp (n, 4, 4); q (n, 6) with NaN where inverse kinematics has to find it; blend (n,) bool.
+    """
+    T = pose_at(robot, curves, move, u)
+    q = np.full((len(u), 6), np.nan)
+    in_joints = curves.joint[move]
+    q[in_joints] = joints_at(curves, move[in_joints], u[in_joints])
+    blend = np.zeros(len(u), dtype=bool)
+    pairs = ((corners.before, corners.after), (corners.before_turn, corners.after_turn))
+    for part, (before, after) in zip(("place", "turn"), pairs, strict=True):
+        rows, a, w = _locate(move, u, before, after)
+        if len(rows) == 0:
+            continue
+        b = a + 1
+        u_a, u_b = 1.0 - before[a] * fade(1.0 - w), after[b] * fade(w)
+        both = curves.joint[a] & curves.joint[b]
+        if part == "place":
+            blend[rows] = True
+            i = rows[both]
+            q[i] = joints_at(curves, a[both], u_a[both]) + joints_at(curves, b[both], u_b[both])
+            q[i] -= curves.q_start[b[both]]
+            T[i] = curves.mounts[move[i]].work(forward(robot, q[i]))
+        rows, a, b = rows[~both], a[~both], b[~both]
+        u_a, u_b = u_a[~both], u_b[~both]
+        q[rows] = np.nan
+        cross = _cross_fade(robot, curves, a, b, u_a, u_b, move[rows])
+        if part == "place":
+            T[rows, :3, 3] = cross[:, :3, 3]
+        else:
+            T[rows, :3, :3] = cross[:, :3, :3]
+    return T, q, blend
+
+
+def _cross_fade(robot: Robot, curves: Curves, a: Index, b: Index, u_a: Array, u_b: Array, owner: Index) -> Array:
+    """Blend of two curves in the tool of the incoming move, given in the tool of the move that owns the sample."""
+    T_a, T_b = pose_at(robot, curves, a, u_a), pose_at(robot, curves, b, u_b)
+    T_corner = pose_at(robot, curves, a, np.ones(len(a)))
+    tool_a, tool_b, tool = (curves.mounts[i] for i in (a, b, owner))
+    changed = ~tool_a.same(tool_b)
+    if changed.any():
+        T_b[changed] = tool_a[changed].work(tool_b[changed].flange(T_b[changed]))
+    T = np.zeros_like(T_a)
+    T[:, 3, 3] = 1.0
+    T[:, :3, 3] = T_a[:, :3, 3] + T_b[:, :3, 3] - T_corner[:, :3, 3]
+    T[:, :3, :3] = T_a[:, :3, :3] @ T_corner[:, :3, :3].transpose(0, 2, 1) @ T_b[:, :3, :3]
+    if changed.any():
+        T[changed] = tool[changed].work(tool_a[changed].flange(T[changed]))
+    return T

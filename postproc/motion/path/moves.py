@@ -1,0 +1,158 @@
+"""From motion events, in the units of the program, to moves in SI units with joint angles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic
+from postproc.motion.findings import once, place
+from postproc.motion.mounts import Mounts
+from postproc.motion.path.postures import goal_joints, supposed_start
+from postproc.motion.path.reach import another_arm, only_displaced
+from postproc.motion.path.refusals import refuse_events
+from postproc.motion.path.weights import doubt_weights
+from postproc.motion.values import Move
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import LoadData, ToolData, WobjData
+from postproc.rapid.execution.walk import forgiven
+from postproc.rapid.motions.units import MM, object_matrix, pose_matrix, tool_matrix, via_matrix
+from postproc.robot.arm import Robot
+
+_UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+_LEAST_ACCSET = 20.0  # [%] lower values count as this (ABB RAPID reference manual, AccSet)
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """Mount of the tool and load on the flange: T_mount_tcp (4, 4), mass [kg], center (3,) [m] in tool0."""
+
+    T_mount_tcp: Array
+    stationary: bool
+    mass: float
+    center: Array
+
+
+def read_moves(robot: Robot, events: Sequence[MotionEvent], free_axes: str = "") -> tuple[list[Move], list[Diagnostic]]:
+    """Moves of all events whose target is known, joint angles from one batch of inverse kinematics.
+
+    An event without target, or left alone for another reason, breaks the path: the next move starts a chain.
+
+    Args:
+        free_axes: see ``refuse_events``.
+
+    Returns:
+        The moves, and findings: KIN001 unreachable, KIN002 no such configuration, KIN003 joint limit, MOT006 speed,
+        MOT007 tool and work object that do not fit together, MOT008 moving external axes, MOT011 and MOT012 weights;
+        KIN008 a start that is supposed, KIN009 an arm that hardly is the one of the program.
+        Moves with an error are left out, and the chain breaks there. It is a warning where nothing leads to them, or
+        where a displacement of target or work alone puts them out of reach (see ``only_displaced``).
+    """
+    known = [i for i, e in enumerate(events) if e.reason is None and e.target is not None and _moves_arm(e)]
+    held: dict[tuple[ToolData, LoadData, WobjData], _Held] = {}
+    loads = []
+    for i in known:
+        key = (events[i].tool, events[i].gripload, events[i].wobj)
+        if key not in held:
+            held[key] = _on_flange(*key)
+        loads.append(held[key])
+    mounts = Mounts(np.array([load.T_mount_tcp for load in loads]), np.array([load.stationary for load in loads]))
+    q, T_work_tcp, failures, supposed = goal_joints(robot, events, known, mounts)
+    refused = refuse_events(events, free_axes)
+    wrong = [(known[f.index], f.diagnostic(*place(events[known[f.index]]))) for f in failures]
+    lost = {i: finding.code for i, finding in wrong}
+    runs = [(events[i], lost.get(i)) for i in known]
+    another = another_arm(robot, runs)
+    spared = only_displaced(runs) if not another else ()
+    wrong = [(i, forgiven(d) if events[i].statement.key in spared else d) for i, d in wrong]
+    wrong += [(i, _never_arrives(events[i])) for i in known if not _arrives(events[i])]
+    bad = {i for i, _ in wrong} | {i for i, _ in refused if events[i].loose}
+    findings = [forgiven(finding) if events[i].loose else finding for i, finding in (*refused, *wrong)]
+    findings += doubt_weights(robot, [events[i] for i in known if not events[i].loose])
+    findings += [supposed_start(events[known[row]]) for row in supposed]
+    findings += another
+
+    moves: list[Move] = []
+    of_event: dict[int, int] = {}
+    previous = -1
+    for row, (i, load) in enumerate(zip(known, loads, strict=True)):
+        e = events[i]
+        if i in bad:
+            continue
+        broken = e.first or not moves or any(_moves_arm(x) for x in events[previous + 1 : i])
+        move = _move(i, e, load, q[row], T_work_tcp[row], broken)
+        if e.again is not None:
+            if e.again not in of_event:
+                continue  # nothing brings the arm there
+            move = replace(moves[of_event[e.again]], row=i, event=e, first=True, again=of_event[e.again])
+        of_event[i] = len(moves)
+        moves.append(move)
+        previous = i
+    return moves, once(findings)
+
+
+def _arrives(e: MotionEvent) -> bool:
+    return e.speed.v_tcp > 0.0 and (e.duration is None or e.duration > 0.0)
+
+
+def _never_arrives(e: MotionEvent) -> Diagnostic:
+    text = "the programmed speed is zero or negative: the arm would never arrive"
+    return Diagnostic("MOT006", "error", text, *place(e, "speed"), "give a speed above zero")
+
+
+def _moves_arm(event: MotionEvent) -> bool:
+    return event.statement.interpolation != "none" or event.reason is not None
+
+
+def _on_flange(tool: ToolData, grip: LoadData, wobj: WobjData) -> _Held:
+    """Tool load (centre in tool0) and GripLoad (centre in the tool frame) as one mass.
+
+    The load of a stationary tool is that of the gripper which holds the work object, and the centre of GripLoad is then
+    given in the object frame (ABB RAPID reference manual, tooldata and loaddata).
+    """
+    T_mount_tcp = tool_matrix(tool)
+    mass = tool.tload.mass + grip.mass
+    tool_center = pose_matrix(tool.tload.cog, _UPRIGHT)[:3, 3]
+    T_flange_grip = T_mount_tcp if tool.robhold else object_matrix(wobj)
+    grip_center = (T_flange_grip @ pose_matrix(grip.cog, _UPRIGHT))[:3, 3]
+    center = (tool.tload.mass * tool_center + grip.mass * grip_center) / mass if mass > 0 else np.zeros(3)
+    return _Held(T_mount_tcp, not tool.robhold, mass, center)
+
+
+def _programmed_speed(e: MotionEvent) -> float:
+    """Speed of the TCP [mm/s] with VelSet: a share of every programmed speed, and a highest one."""
+    speed = e.speed.v_tcp * e.velocity_override / 100
+    return speed if e.velocity_limit is None else min(speed, e.velocity_limit)
+
+
+def _move(row: int, e: MotionEvent, load: _Held, q: Array, T_work_tcp: Array, first: bool) -> Move:
+    kind = e.statement.interpolation
+    assert kind != "none"
+    welding = e.weld is not None and e.weld.phase != "start"
+    speed = e.weld.speed if welding and e.weld is not None and e.weld.speed else _programmed_speed(e)
+    T_work_via = via_matrix(e) if kind == "arc" and e.via is not None else None
+    return Move(
+        row=row,
+        event=e,
+        kind=kind,
+        q=q,
+        T_mount_tcp=load.T_mount_tcp,
+        stationary=load.stationary,
+        T_work_tcp=None if np.isnan(T_work_tcp[0, 0]) else T_work_tcp,
+        T_work_via=T_work_via,
+        payload_mass=load.mass,
+        payload_center=load.center,
+        speed=speed * MM,
+        rotation_speed=float(np.radians(e.speed.v_ori)) * e.velocity_override / 100,
+        duration=e.duration,
+        ease=min(max(e.acceleration, _LEAST_ACCSET), 100.0) / 100,
+        fine=e.zone.finep,
+        zone=e.zone.pzone_tcp * MM,
+        zone_rotation=e.zone.pzone_ori * MM,
+        zone_angle=float(np.radians(e.zone.zone_ori)),
+        welding=welding,
+        first=first,
+    )

@@ -1,0 +1,124 @@
+"""Joint angles of the goals: what confdata means, and the configuration that is kept where nothing monitors it."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.motion.findings import place
+from postproc.motion.mounts import Mounts
+from postproc.motion.values import Flags, stretches
+from postproc.rapid.data.events import MotionEvent
+from postproc.rapid.data.records import JointTarget, RobTarget
+from postproc.rapid.motions.units import target_matrices
+from postproc.robot.arm import Robot
+from postproc.robot.inverse import Failure, beyond_limits, joint_solution, nearest_solution
+from postproc.robot.track import track
+
+
+def goal_joints(
+    robot: Robot, events: Sequence[MotionEvent], known: list[int], mounts: Mounts
+) -> tuple[Array, Array, list[Failure], list[int]]:
+    """Joint angles (k, 6) and T_work_tcp (k, 4, 4; NaN for joint targets) of the known events; rows as in `_follow`."""
+    q = np.full((len(known), 6), np.nan)
+    T = np.full((len(known), 4, 4), np.nan)
+    conf = np.zeros((len(known), 4), dtype=np.int64)
+    for row, i in enumerate(known):
+        target = events[i].target
+        if isinstance(target, JointTarget):
+            q[row] = np.radians(target.robax)
+        elif isinstance(target, RobTarget):
+            conf[row] = target.robconf
+    failures = beyond_limits(robot, q)
+    posed = np.flatnonzero(np.isnan(q[:, 0]))
+    if len(posed) == 0:
+        return q, T, failures, []
+    T[posed] = target_matrices([events[known[row]] for row in posed])
+    T_base_flange = np.full_like(T, np.nan)
+    T_base_flange[posed] = mounts[posed].flange(T[posed])
+    solution = joint_solution(robot, T_base_flange[posed], conf[posed])
+    q[posed] = solution.q
+    free = np.array([any_configuration(events[i]) for i in known])
+    failures += [
+        replace(f, index=int(posed[f.index]))
+        for f in solution.failures
+        if f.reason == "unreachable" or not free[posed[f.index]]
+    ]
+    free[np.isnan(T[:, 0, 0])] = False
+    free[[f.index for f in failures]] = False
+    row_of = {i: row for row, i in enumerate(known)}
+    again = {row: row_of[end] for row, i in enumerate(known) if (end := events[i].again) is not None}
+    free[list(again)] = False
+    more, supposed = _follow(robot, T_base_flange, q, free, again)
+    return q, T, sorted([*failures, *more], key=lambda f: f.index), supposed
+
+
+def any_configuration(event: MotionEvent) -> bool:
+    """ConfL or ConfJ is off: the arm keeps the configuration it comes with, whatever the target says."""
+    name = "conf_j" if event.statement.interpolation == "joint" else "conf_l"
+    return event.options.get(name) is False
+
+
+def _follow(
+    robot: Robot, T_base_flange: Array, q: Array, free: Flags, again: Mapping[int, int]
+) -> tuple[list[Failure], list[int]]:
+    """Fill in, in place, the goals that are reached in the configuration of the goal before them.
+
+    Args:
+        again: rows at which the arm stands where another row has brought it.
+
+    Returns:
+        Failures, and the rows at which the arm is supposed to start in the posture nearest to all axes at zero: nothing
+        brings it there, and what the target states does not exist.
+    """
+    failures: list[Failure] = []
+    supposed: list[int] = []
+    for a, b in stretches(free):
+        from_where = again.get(a - 1, a - 1)
+        before = q[from_where] if a > 0 and np.isfinite(q[from_where]).all() else q[a]
+        if np.isnan(before).any():
+            before = nearest_solution(robot, T_base_flange[a], np.zeros(6))
+            supposed += [a] if np.isfinite(before).all() else []
+        if np.isfinite(before).all():
+            reached = _followed(robot, T_base_flange[a:b], before)
+            q[a : a + len(reached)] = reached
+            if len(reached) < b - a:
+                text = f"`{robot.name}` cannot get here in the configuration in which it comes"
+                help_ = "pass the point with a MoveAbsJ, or switch the monitoring of the configuration on"
+                failures.append(Failure(a + len(reached), "configuration", text, help_))
+        failures += [replace(f, index=f.index + a) for f in beyond_limits(robot, q[a:b])]
+        lost = {f.index for f in failures}
+        failures += [
+            Failure(int(row), "configuration", "the configuration in which the arm starts here is not known",
+                    "start with a MoveAbsJ, or with ConfJ\\On")
+            for row in range(a, b) if np.isnan(q[row]).any() and row not in lost
+        ]  # fmt: skip
+    return failures, supposed
+
+
+def _followed(robot: Robot, T_base_flange: Array, before: Array) -> Array:
+    """Joint angles (k, 6) of as many poses as the arm can follow in the configuration of ``before``."""
+
+    def fails(count: int) -> bool:
+        try:
+            track(robot, T_base_flange[:count], before)
+        except PostprocError:
+            return True
+        return False
+
+    try:
+        return track(robot, T_base_flange, before)
+    except PostprocError:
+        first = bisect_left(range(1, len(T_base_flange) + 1), True, key=fails)
+        return track(robot, T_base_flange[:first], before)
+
+
+def supposed_start(event: MotionEvent) -> Diagnostic:
+    text = "in which posture the arm comes here is not known, and what the target states does not exist"
+    help_ = "the posture nearest to all axes at zero is taken: begin with a MoveAbsJ to be sure"
+    return Diagnostic("KIN008", "warning", text, *place(event), help_)

@@ -1,0 +1,72 @@
+"""The fastest speed along a path under the limits of the arm and of the program: toppra, once for the whole program."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.motion.timing.grid import Grid
+from postproc.motion.timing.inertia import inertial_torque
+from postproc.motion.timing.spline import Runs
+from postproc.robot.arm import Robot
+
+UNIT = 0.01  # toppra's absolute tolerances suit numbers near one: path parameter in cm
+_STOP = 1e-6  # squared speed that stands for a stop: with zero, rounding turns toppra's intervals inside out
+_LOOSE = 1e-6  # the same for a speed that is given
+_NEGLIGIBLE = 1e-6  # share of a joint's acceleration limit
+_SHARES = (1.0, 0.999, 0.99, 0.97)  # of the acceleration limits: another try where rounding stopped the first
+
+
+def fastest(robot: Robot, runs: Runs, grid: Grid, gravity: Array) -> tuple[Array, int | None]:
+    """Fastest path speeds (g,) [m/s] at the grid points, all runs in one pass of toppra.
+
+    Stops are grid points with speed zero, so one call serves the whole program and its cost is linear.
+
+    Args:
+        gravity: (3,) base axes [m/s^2]; counts where the robot has torque limits.
+
+    Returns:
+        The speeds, and the grid point where toppra finds no way on, if there is one.
+    """
+    from postproc.motion.timing.constraints import TOPPRA, GridPath, JointLimits, JointVelocityConstraint, SpeedBounds
+
+    # Derivatives from inside the run, also at its last point, where the curve passes over into the gap.
+    last = np.append(np.diff(grid.run) > 0, True)
+    inner = np.where(last, np.nextafter(grid.s, -np.inf), grid.s)
+    values: list[Array] = [runs.curve(inner), runs.curve(inner, 1) * UNIT, runs.curve(inner, 2) * UNIT**2]
+    # Next to nothing is nothing: toppra's linear programs fail on lines that are all but parallel.
+    values[2][np.abs(values[2]) * (grid.cap[:, None] / UNIT) ** 2 < _NEGLIGIBLE * robot.acceleration] = 0.0
+    low, high = (grid.floor / UNIT) ** 2 * (1 - _LOOSE), (grid.cap / UNIT) ** 2 * (1 + _LOOSE)
+
+    bounds = SpeedBounds(low, np.maximum(high, _STOP))
+    whole = GridPath(values, np.array([grid.s[0], grid.s[-1]]) / UNIT)
+    ease = grid.ease[:, None]
+    eased = values[1] / ease, values[2] / ease, np.zeros_like(values[1])
+    ends = np.minimum(grid.cap, grid.floor)[[0, -1]] / UNIT
+    blocked = 0
+    for share in _SHARES:
+        acceleration = JointLimits(eased, share * robot.acceleration)
+        limits = [JointVelocityConstraint(robot.speed), acceleration, bounds]
+        if robot.torque is not None:
+            # M q' u + (M q'' + C(q') q') x + g
+            limits.append(JointLimits(_torque_terms(robot, runs, grid, values, gravity), robot.torque))
+        solver = TOPPRA(limits, whole, gridpoints=grid.s / UNIT, solver_wrapper="seidel",
+                        parametrizer="ParametrizeConstAccel")  # fmt: skip
+        _, speed, _, controllable = solver.compute_parameterization(*ends, return_data=True)
+        if speed is not None and not np.isnan(speed).any():
+            return np.where(grid.cap > 0, speed * UNIT, 0.0), None
+        unknown = np.isnan(controllable if speed is None else speed[:, None]).any(axis=1)
+        blocked = int(np.flatnonzero(unknown)[-1]) if unknown.any() else 0
+    return np.zeros(len(grid.s)), blocked
+
+
+def _torque_terms(
+    robot: Robot, runs: Runs, grid: Grid, values: list[Array], gravity: Array
+) -> tuple[Array, Array, Array]:
+    """Joint torques (g, 6) [N m] per path acceleration, per squared path speed, and at rest."""
+    held = runs.moves_at(grid.s)
+    mass, center = np.array([m.payload_mass for m in held]), np.array([m.payload_center for m in held])
+    q, q1, q2 = values
+    still = np.zeros_like(q)
+    rest = inertial_torque(robot, q, still, still, mass, center, gravity)
+    return (inertial_torque(robot, q, still, q1, mass, center), inertial_torque(robot, q, q1, q2, mass, center), rest)

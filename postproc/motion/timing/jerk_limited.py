@@ -1,0 +1,223 @@
+"""The jerk-limited time law of a path: the fastest speed, averaged in time, checked against every limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import PPoly
+from scipy.ndimage import maximum_filter1d
+
+from postproc.arrays import Array
+from postproc.diagnostics import Diagnostic, PostprocError
+from postproc.motion.findings import at_move
+from postproc.motion.timing.fastest import fastest
+from postproc.motion.timing.grid import Grid, lay_grid, programmed_ease, programmed_speed, smooth_speed
+from postproc.motion.timing.inertia import inertial_torque
+from postproc.motion.timing.spline import Knots, Runs, derivatives
+from postproc.motion.timing.timelaw import TimeLaw, evaluate, time_law, times_at
+from postproc.motion.values import Flags, Index
+from postproc.robot.arm import Robot
+
+_ROUNDS = 6
+_KEPT = 1.001  # ratio to a limit that counts as kept
+_PATCH = 40  # grid points on either side of a place that is slowed
+_CREEP = 1e-3  # [m/s] slower than this only near a stop, where a lower speed would not help
+_BESIDE = 1e-7  # [s]
+_MARGIN = 0.95  # what is too fast is slowed a little more than asked for: fewer rounds
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The knots of a path and the time law along it; start: (r + 1,) time at which each run begins [s]."""
+
+    runs: Knots
+    law: TimeLaw
+    start: Array
+
+    def at(self, t: Array) -> tuple[Index, Array]:
+        """Run and time in the run of times (k,) from the start of the program [s]."""
+        run = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, max(self.runs.count - 1, 0))
+        return run, t - self.start[run]
+
+    def bare(self) -> Profile:
+        """The same without the curve, should it be there: what is kept of long programs."""
+        return Profile(Knots(self.runs.sample, self.runs.run, self.runs.count, self.runs.s), self.law, self.start)
+
+
+@dataclass(frozen=True, slots=True)
+class JointMotion:
+    """What the joints do at k instants.
+
+    Args:
+        place: (k,) path parameter, path_speed: (k,) [m/s].
+        v, a: (k, 6) [rad/s], [rad/s^2]; a_slope: (k, 6) the part of a that changes the speed along the path;
+        jerk_bend, jerk_slope: (k, 6) [rad/s^3], from the shape of the path and from the change of path acceleration.
+    """
+
+    place: Array
+    path_speed: Array
+    v: Array
+    a: Array
+    a_slope: Array
+    jerk_bend: Array
+    jerk_slope: Array
+
+
+def joint_motion(runs: Knots, law: TimeLaw, run: Index, t: Array, curve: PPoly) -> JointMotion:
+    """Motion at times ``t`` (k,) from the start of each run [s].
+
+    The joints follow the curve over the path parameter:
+    qd = q' sd;  qdd = q'' sd^2 + q' sdd;  qddd = q''' sd^3 + 3 q'' sd sdd (bend) + q' sddd (slope).
+    """
+    s, sd, sdd, sddd = (x[:, None] for x in evaluate(law, run, t))
+    place = _place(runs, run, s[:, 0])
+    q1, q2, q3 = derivatives(curve, place)
+    bend = q3 * sd**3 + 3 * q2 * sd * sdd
+    slope = q1 * sdd
+    return JointMotion(place, sd[:, 0], q1 * sd, q2 * sd**2 + slope, slope, bend, q1 * sddd)
+
+
+def slope_acceleration(runs: Runs, law: TimeLaw, run: Index, t: Array) -> Array:
+    """``JointMotion.a_slope`` alone, (k, 6) [rad/s^2]."""
+    s, _, sdd, _ = evaluate(law, run, t)
+    result = np.zeros((len(t), runs.curve.c.shape[2]))
+    rows = np.flatnonzero(sdd)
+    q1, _, _ = derivatives(runs.curve, _place(runs, run[rows], s[rows]))
+    result[rows] = q1 * sdd[rows, None]
+    return result
+
+
+def _place(runs: Knots, run: Index, s: Array) -> Array:
+    """Path parameter of distances in runs, just inside their ends: beyond, the curve already belongs to the gap."""
+    edge = np.flatnonzero(np.diff(runs.run, prepend=-1))
+    low, high = runs.s[edge], runs.s[np.append(edge[1:], len(runs.s)) - 1]
+    return np.minimum(low[run] + s, np.nextafter(high[run], -np.inf))
+
+
+def limited_law(robot: Robot, runs: Runs, gravity: Array) -> TimeLaw:
+    """The jerk-limited time law of all runs; where averaging passes a limit, that stretch is slowed and solved again.
+
+    Raises:
+        PostprocError: MOT010, no speed keeps the limits of a joint.
+    """
+    window = np.full(runs.count, float((robot.acceleration / robot.jerk).max()))
+    if runs.count == 0:
+        return time_law(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), window)
+    program, ease = programmed_speed(runs), programmed_ease(runs)
+    grid = lay_grid(robot, runs, np.minimum(program, smooth_speed(robot, runs)), ease, window)
+    speed, blocked = fastest(robot, runs, grid, gravity)
+    if blocked is not None:
+        raise PostprocError(_blocked(robot, runs, grid.s[blocked], gravity), exit_code=1)
+    changed = np.ones(len(grid.s), dtype=bool)
+    excess = np.zeros(len(program))
+    for attempt in range(_ROUNDS + 1):
+        wider = _wide_enough(robot, runs, grid, speed, window, changed)
+        changed |= (wider > window)[grid.run]
+        window = wider
+        law = time_law(grid.run, grid.s, speed, window)
+        allowed = _examine(robot, runs, law, program, ease, np.flatnonzero(changed), excess)
+        if not (excess > _KEPT).any():
+            return law
+        if attempt < _ROUNDS:
+            grid, speed, changed = _slowed(robot, runs, grid, speed, excess, allowed, gravity)
+    # What is still above a limit is a matter of per cents: the whole run takes that much longer.
+    stretch = np.ones(runs.count)
+    np.maximum.at(stretch, runs.run[:-1], excess)
+    return time_law(grid.run, grid.s, speed / stretch[grid.run], window * stretch)
+
+
+def _slowed(
+    robot: Robot, runs: Runs, grid: Grid, speed: Array, excess: Array, allowed: Array, gravity: Array
+) -> tuple[Grid, Array, Flags]:
+    """Lower caps where intervals (k - 1,) were passed too fast, and the speeds solved again around there.
+
+    Returns:
+        The grid, its speeds, and which of its points (g,) bool were solved again.
+    """
+    beside = [np.clip(np.searchsorted(runs.s, grid.s, side) - 1, 0, len(allowed) - 1) for side in ("left", "right")]
+    over = np.maximum(excess[beside[0]], excess[beside[1]])
+    least = np.minimum(grid.cap, _CREEP)
+    lower = np.minimum(np.minimum(allowed[beside[0]], allowed[beside[1]]), _MARGIN * grid.cap / np.maximum(over, 1.0))
+    cap = np.where(over > _KEPT, np.maximum(lower, least), grid.cap)
+    if not (cap < grid.cap).any():
+        return grid, speed, np.zeros(len(cap), dtype=bool)
+    rows = maximum_filter1d(cap < grid.cap, 2 * _PATCH + 1)
+    edge = rows & (np.append(False, ~rows[:-1]) | np.append(~rows[1:], False)) & (grid.cap > 0)
+    grid = replace(grid, cap=cap)
+    part = replace(grid, cap=np.where(edge, speed, cap), floor=np.where(edge, speed, 0.0)).only(rows)
+    solved, blocked = fastest(robot, runs, part, gravity)
+    if blocked is not None:
+        # The stretch is too short to slow down in: solve everything.
+        again, blocked = fastest(robot, runs, grid, gravity)
+        return grid, speed if blocked is not None else again, np.ones_like(rows)
+    result = speed.copy()
+    result[rows] = solved
+    return grid, result, rows
+
+
+def _wide_enough(robot: Robot, runs: Runs, grid: Grid, speed: Array, window: Array, changed: Flags) -> Array:
+    """Averaging windows (r,) at which speeding up or slowing down takes no joint past its jerk limit."""
+    rows = np.flatnonzero(changed)
+    run = grid.run[rows]
+    for _ in range(3):
+        law = time_law(grid.run, grid.s, speed, window)
+        ratio = np.ones(runs.count)
+        for shift in (0.0, 1.0):
+            m = joint_motion(runs, law, run, law.t[rows] + shift * window[run] + 1e-9, runs.curve)
+            led = np.abs(m.jerk_slope) > np.abs(m.jerk_bend)
+            jerk = np.where(led, np.abs(m.jerk_slope + m.jerk_bend), 0.0) / robot.jerk
+            np.maximum.at(ratio, run, jerk.max(axis=1))
+        if (ratio <= _KEPT).all():
+            break
+        window = window * np.where(ratio > 1.0, np.minimum(1.02 * ratio, 2.0), 1.0)
+        rows = np.flatnonzero((ratio > 1.0)[grid.run])
+        run = grid.run[rows]
+    return window
+
+
+def _examine(robot: Robot, runs: Runs, law: TimeLaw, program: Array, ease: Array, rows: Index, excess: Array) -> Array:
+    """Note in ``excess`` (k - 1,) by which factor intervals at some grid points are passed too fast.
+
+    Returns:
+        (k - 1,) path speed [m/s] to allow instead.
+    """
+    allowed = np.full(len(program), np.inf)
+    found = np.full(len(program), -1.0)
+    run = law.run[rows]
+    # Where the averaged acceleration bends; either side of every grid point, where speed limits change; between.
+    begins = law.t[rows]
+    passes = times_at(law, run, law.s[rows])
+    between = 0.5 * (passes + np.append(passes[1:], passes[-1:]))
+    between = np.where(np.append(np.diff(rows) == 1, False) & (between > passes), between, passes)
+    for t in (begins, begins + law.window[run], passes - _BESIDE, passes + _BESIDE, between):
+        m = joint_motion(runs, law, run, t, runs.curve)
+        i = np.clip(np.searchsorted(runs.s, m.place, side="right") - 1, 0, len(program) - 1)
+        over = np.maximum.reduce([
+            (np.abs(m.v) / robot.speed).max(axis=1),
+            m.path_speed / np.where(program[i] > 0, program[i], np.inf),
+            np.sqrt((np.abs(m.a) / robot.acceleration).max(axis=1) / ease[i]),
+            np.cbrt((np.abs(m.jerk_bend + m.jerk_slope) / robot.jerk).max(axis=1)),
+        ])  # fmt: skip
+        np.maximum.at(found, i, over)
+        slower = _MARGIN * np.maximum(m.path_speed, _CREEP) / np.maximum(over, 1.0)
+        np.minimum.at(allowed, i, np.where(over > _KEPT, slower, np.inf))
+    excess[found >= 0.0] = found[found >= 0.0]
+    return allowed
+
+
+def _blocked(robot: Robot, runs: Runs, s: float, gravity: Array) -> Diagnostic:
+    (move,) = runs.moves_at(np.array([s]))
+    place = np.array([min(s, np.nextafter(runs.s[-1], 0.0))])
+    if robot.torque is None:
+        share = np.abs(runs.curve(place, 2)[0]) / robot.acceleration
+    else:
+        still = np.zeros((1, 6))
+        weight = inertial_torque(robot, runs.curve(place), still, still, np.array([move.payload_mass]),
+                                 move.payload_center[None], gravity)  # fmt: skip
+        share = np.abs(weight[0]) / robot.torque
+    return at_move(
+        move, "MOT010", "error",
+        f"at no speed can the arm follow the path to this target: joint {np.argmax(share) + 1} passes its limits",
+        "check the joint limits of the robot file, and the path for a singularity",
+    )  # fmt: skip

@@ -1,0 +1,146 @@
+"""Joint angles as a twice differentiable function of a path parameter, in runs from rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PPoly
+from scipy.linalg import solve_banded
+
+from postproc.arrays import Array
+from postproc.motion.path.samples import starts_chain
+from postproc.motion.values import Flags, Index, Move, Path
+
+TURN_ARM = 0.03  # [m/rad] a reorientation counts as travel on this radius,
+JOINT_ARM = 0.02  # and so does the turn of a joint: the parameter grows even where the TCP stands
+STILL = 1e-7  # [m] samples closer than this are one place
+GAP = 1e-3  # [m] of the parameter between two runs
+
+
+@dataclass(frozen=True, slots=True)
+class Knots:
+    """Where a path is cut at its stops.
+
+    Args:
+        sample: (k,) sample behind each knot; a stop between two runs stands for two knots.
+        run: (k,) index of the run of each knot; count: number of runs.
+        s: (k,) path parameter [m], increasing, ``GAP`` between runs.
+    """
+
+    sample: Index
+    run: Index
+    count: int
+    s: Array
+
+    @property
+    def inside(self) -> Flags:
+        """(k - 1,) True for intervals inside a run."""
+        return np.diff(self.run) == 0
+
+    @property
+    def ends(self) -> Flags:
+        """(k,) True at the first and last knot of every run."""
+        change = ~self.inside
+        return np.append(True, change) | np.append(change, True)
+
+
+@dataclass(frozen=True, slots=True)
+class Runs(Knots):
+    """A path in runs from rest to rest.
+
+    Args:
+        path: that is cut.
+        travel, turn: (k - 1,) TCP travel [m] and reorientation [rad] from knot to knot, zero between runs.
+        curve: q(s) [rad].
+    """
+
+    path: Path
+    travel: Array
+    turn: Array
+    curve: PPoly
+
+    def moves_at(self, s: Array) -> list[Move]:
+        """The move behind each path parameter (n,)."""
+        knot = np.minimum(np.searchsorted(self.s, s), len(self.s) - 1)
+        return [self.path.moves[i] for i in self.path.move[self.sample[knot]]]
+
+
+def derivatives(curve: PPoly, place: Array) -> tuple[Array, Array, Array]:
+    """q', q'', q''' (n, 6) at path parameters (n,): one look-up for all three."""
+    i = np.clip(np.searchsorted(curve.x, place, side="right") - 1, 0, len(curve.x) - 2)
+    cubic, square, linear, _ = curve.c[:, i]
+    x = (place - curve.x[i])[:, None]
+    third = 6.0 * cubic
+    second = third * x
+    first = (0.5 * second + 2.0 * square) * x + linear
+    return first, second + 2.0 * square, third
+
+
+def cut_runs(path: Path) -> Runs:
+    """Cut a path at its stops and spline the joint angles of each run over its own travel.
+
+    The parameter grows by the TCP travel, the reorientation (on 30 mm) and the turn of the joints (on 20 mm), squares
+    added: smooth where one takes over from the other.
+    """
+    n = len(path.q)
+    travel = np.diff(path.s)
+    R = path.T_work_tcp[:, :3, :3]
+    turn = rotation_angle(np.swapaxes(R[:-1], 1, 2) @ R[1:])
+    # A change of tool turns the TCP frame, not the arm.
+    same = path.mounts[path.move[:-1]].same(path.mounts[path.move[1:]])
+    turn = np.where(same, turn, 0.0)
+    joints = np.linalg.norm(np.diff(path.q, axis=0), axis=1)
+    step = np.sqrt(travel**2 + (TURN_ARM * turn) ** 2 + (JOINT_ARM * joints) ** 2)
+    rest = np.zeros(n, dtype=bool)
+    rest[path.goal[path.stop]] = True
+    live = (step > STILL) & ~starts_chain(path.moves, path.move)[1:]
+    begins = live & (rest[:-1] | ~np.append(False, live[:-1]))
+    left = np.flatnonzero(live)
+    of_run = np.cumsum(begins[left]) - 1
+    count = int(of_run[-1]) + 1 if len(left) else 0
+    k = len(left) + count
+    at = np.arange(len(left)) + of_run
+    sample, run = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
+    sample[at], run[at], sample[at + 1], run[at + 1] = left, of_run, left + 1, of_run
+    steps, travels, turns = np.full(max(k - 1, 0), GAP), np.zeros(max(k - 1, 0)), np.zeros(max(k - 1, 0))
+    steps[at], travels[at], turns[at] = step[left], travel[left], turn[left]
+    s = np.concatenate([[0.0], np.cumsum(steps)])[:k]
+    return Runs(sample, run, count, s, path, travels, turns, fit_spline(s, path.q[sample], run))
+
+
+def rotation_angle(R: Array) -> Array:
+    """Angles (n,) [rad] of rotations (n, 3, 3), exact for small ones."""
+    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    return np.arctan2(np.linalg.norm(axis, axis=1), np.trace(R, axis1=1, axis2=2) - 1.0)
+
+
+def fit_spline(s: Array, q: Array, run: Index) -> PPoly:
+    """Cubic splines through (k, 6) values, twice differentiable inside each run, independent between runs.
+
+    The slopes d solve h_i d_(i-1) + 2 (h_(i-1) + h_i) d_i + h_(i-1) d_(i+1) = 3 (h_i m_(i-1) + h_(i-1) m_i) with chord
+    slopes m; the outermost intervals are parabolas (d_0 + d_1 = 2 m_0). One banded system serves all runs.
+    """
+    k = len(s)
+    if k < 2:
+        return PPoly(np.zeros((4, 1, 6)), np.array([0.0, 1.0]))
+    h = np.diff(s)
+    inside = np.diff(run) == 0
+    slope = np.where(inside[:, None], np.diff(q, axis=0) / h[:, None], 0.0)
+    head, tail = np.append(True, ~inside), np.append(~inside, True)
+    lone = np.zeros(k, dtype=bool)
+    lone[:-1] = head[:-1] & tail[1:]  # a run of one interval: a straight line
+    lower, diagonal, upper, right = np.zeros(k), np.ones(k), np.zeros(k), np.zeros((k, 6))
+    i = np.flatnonzero(~head & ~tail)
+    lower[i], diagonal[i], upper[i] = h[i], 2 * (h[i - 1] + h[i]), h[i - 1]
+    right[i] = 3 * (h[i, None] * slope[i - 1] + h[i - 1, None] * slope[i])
+    i = np.flatnonzero(head)
+    diagonal[i], upper[i], right[i] = np.where(lone[i], 2.0, 1.0), 1.0, np.where(lone[i], 3.0, 2.0)[:, None] * slope[i]
+    i = np.flatnonzero(tail)
+    lower[i], right[i] = 1.0, 2 * slope[i - 1]
+    banded = np.stack([np.append(0.0, upper[:-1]), diagonal, np.append(lower[1:], 0.0)])
+    d = solve_banded((1, 1), banded, right)
+    d0, d1, width = np.where(inside[:, None], d[:-1], 0.0), np.where(inside[:, None], d[1:], 0.0), h[:, None]
+    cubic = (d0 + d1 - 2 * slope) / width**2
+    square = (3 * slope - 2 * d0 - d1) / width
+    return PPoly(np.stack([cubic, square, d0, q[:-1]]), s)

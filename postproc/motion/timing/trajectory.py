@@ -1,0 +1,100 @@
+"""A path with time: speeds and accelerations at every sample, on the jerk-limited profile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from postproc.arrays import Array, blocks
+from postproc.motion.timing.inertia import point_velocity
+from postproc.motion.timing.jerk_limited import Profile, joint_motion, limited_law, slope_acceleration
+from postproc.motion.timing.spline import cut_runs
+from postproc.motion.timing.sustained import sustained
+from postproc.motion.timing.timelaw import times_at
+from postproc.motion.values import Flags, Path, Trajectory
+from postproc.robot.arm import Robot
+from postproc.robot.kinematics import body_poses
+
+GRAVITY = np.array([0.0, 0.0, -9.81])  # of an arm that stands on the floor
+SHORTEST_PERIOD = 0.02  # [s] a stiffer (or rigid) arm follows every acceleration that the time law knows
+STEADY = 1e-3  # relative change of the TCP speed between samples that counts as constant speed
+STANDSTILL = 1e-9  # [m/s]
+_BLOCK = 5000  # samples
+FIRST_PERIOD = 0.1  # [s] where no model says better: 10 Hz, usual for arms of this size
+
+
+def retime(robot: Robot, path: Path, period: Array | None = None, gravity: Array = GRAVITY) -> Trajectory:
+    """Time stamps under the joint limits and the programmed speeds, at rest at every stop.
+
+    toppra finds the fastest speed along the path, a moving average makes it jerk-limited (see ``timelaw``), and where
+    the averaged motion would pass a limit the speed is lowered and solved again.
+
+    Args:
+        period: (n,) first natural period of the arm at each sample [s], 0 for a rigid one.
+        gravity: (3,) in base axes [m/s^2]; counts where the robot has torque limits.
+
+    Raises:
+        PostprocError: MOT010, no speed along the path keeps the limits of a joint.
+    """
+    n = len(path.q)
+    runs = cut_runs(path)
+    law = limited_law(robot, runs, gravity)
+    start = np.concatenate([[0.0], np.cumsum(law.duration)])
+    profile = Profile(runs, law, start)
+
+    t, v, a, slope = np.full(n, np.nan), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
+    if runs.count:
+        base = runs.s[np.flatnonzero(np.diff(runs.run, prepend=-1))]
+        inner = times_at(law, runs.run, runs.s - base[runs.run])
+        t[runs.sample] = start[runs.run] + inner
+        motion = joint_motion(runs, law, runs.run, inner, runs.curve)
+        v[runs.sample], a[runs.sample], slope[runs.sample] = motion.v, motion.a, motion.a_slope
+    # Samples outside all runs stand where the last run ended.
+    t = np.maximum.accumulate(np.where(np.isnan(t), 0.0, t))
+
+    tcp_speed = np.empty(n)
+    for part in blocks(n, _BLOCK):
+        # The work goes past a stationary tool as fast as the tool goes over the work.
+        point = path.mounts[path.move[part]].base_tcp(path.T_work_tcp[part])[:, :3, 3]
+        velocity = point_velocity(robot, body_poses(robot, path.q[part]), v[part], point)
+        tcp_speed[part] = np.linalg.norm(velocity, axis=1)
+    T1 = np.full(n, FIRST_PERIOD) if period is None else np.maximum(period, SHORTEST_PERIOD)
+    a_sustained = a
+    if runs.count:
+        rows = slope.any(axis=1)  # where nothing acts nothing lasts
+        kept = np.zeros((n, 6))
+        kept[rows] = sustained(
+            lambda x: slope_acceleration(runs, law, *profile.at(x)), float(start[-1]), t[rows], T1[rows]
+        )
+        kept = np.clip(kept, np.minimum(slope, 0.0), np.maximum(slope, 0.0))
+        in_space = np.array([m.kind in ("line", "arc") for m in path.moves])[path.move]
+        a_sustained = _bridged(a - slope + kept, path.blend, in_space & ~changes_speed(tcp_speed))
+    return Trajectory(path, t, v, a, a_sustained, tcp_speed, profile)
+
+
+def changes_speed(tcp_speed: Array) -> Flags:
+    """(n,) whether the speed of the TCP changes; at a stop nothing loads the arm but its weight."""
+    change = np.abs(np.diff(tcp_speed, prepend=tcp_speed[:1], append=tcp_speed[-1:]))
+    return (np.maximum(change[:-1], change[1:]) > STEADY * tcp_speed) & (tcp_speed > STANDSTILL)
+
+
+def _bridged(a: Array, blend: Flags, kept: Flags) -> Array:
+    """Accelerations (n, 6) with zone corners bridged from their ends.
+
+    The target of a corner is not passed: a correction for the load in the corner would bend the lines on both sides.
+    Where only one side counts (a joint move has no line to keep, and a line does not follow what happens while its
+    speed changes) the corner has the load of that side.
+
+    Args:
+        kept: (n,) samples of a line or an arc at constant speed.
+    """
+    if blend.all() or not blend.any():
+        return a
+    outside = np.flatnonzero(~blend)
+    inside = np.flatnonzero(blend)
+    at = np.searchsorted(outside, inside)
+    before, after = outside[np.maximum(at - 1, 0)], outside[np.minimum(at, len(outside) - 1)]
+    share = (inside - before) / np.maximum(after - before, 1)
+    share = np.where(kept[before] == kept[after], share, kept[after])
+    result = a.copy()
+    result[inside] = a[before] + np.clip(share, 0.0, 1.0)[:, None] * (a[after] - a[before])
+    return result

@@ -1,0 +1,170 @@
+"""Built-in functions that depend on nothing but their arguments (ABB RAPID reference manual, functions).
+
+Optional arguments (``\\Rx:=5``) are Python's by keyword; a function that does not know one of them has no value.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+
+from postproc.rapid.data.pose import (
+    about,
+    add,
+    dot,
+    euler_zyx,
+    frame_of_points,
+    normalise,
+    orient_zyx,
+    pose_inv,
+    pose_mult,
+    quat_mult,
+    rotate,
+    subtract,
+)
+from postproc.rapid.data.records import Vec3
+from postproc.rapid.data.values import Data, as_pose, as_type, to_pose, to_quat
+from postproc.rapid.unknown import Kind, Unknown
+
+
+def offs(target: Data, x: float, y: float, z: float) -> Data:
+    """Offs: displacement in the object frame, orientation unchanged."""
+    return (add(target[0], (x, y, z)), *target[1:])
+
+
+def rel_tool(target: Data, x: float, y: float, z: float, rx: float = 0.0, ry: float = 0.0, rz: float = 0.0) -> Data:
+    r"""RelTool: displacement, then ``Rx Ry Rz``, all in the tool frame of the target."""
+    rot = to_quat(target[1])
+    turn = quat_mult(quat_mult(about(0, rx), about(1, ry)), about(2, rz))
+    return (add(target[0], rotate(rot, (x, y, z))), quat_mult(rot, turn), *target[2:])
+
+
+def orobt(target: Data, displacement: Data, inpdisp: bool = False, ineoffs: bool = False) -> Data:
+    """ORobT: a place under a program displacement (added to the arguments), in the object frame."""
+    if inpdisp:
+        return target
+    return (*as_pose(pose_mult(to_pose(displacement[0]), to_pose(target[:2]))), *target[2:])
+
+
+def def_frame(p1: Data, p2: Data, p3: Data, origin: float = 1.0) -> Data:
+    return as_pose(frame_of_points(p1[0], p2[0], p3[0], int(origin)))
+
+
+def def_dframe(*points: Data) -> Data:
+    """DefDFrame: the displacement that carries three old points onto three new ones."""
+    old1, old2, old3, new1, new2, new3 = (point[0] for point in points)
+    old, new = frame_of_points(old1, old2, old3), frame_of_points(new1, new2, new3)
+    return as_pose(pose_mult(new, pose_inv(old)))
+
+
+def pose_vect(frame: Data, place: Data) -> Data:
+    pose = to_pose(frame)
+    return add(pose.trans, rotate(pose.rot, place))
+
+
+def euler(rot: Data, x: bool = False, y: bool = False, z: bool = False) -> float:
+    """EulerZYX: the angle about one of the axes."""
+    return euler_zyx(to_quat(rot))[0 if x else 1 if y else 2]
+
+
+def shortened(value: float, decimals: float, up: bool) -> float:
+    """Round (half away from zero) or Trunc to a number of decimals."""
+    scale = 10.0 ** int(decimals)
+    return math.copysign(math.floor(abs(value) * scale + (0.5 if up else 0.0)) / scale, value)
+
+
+def dimension(array: Data, level: float) -> float:
+    for _ in range(int(level) - 1):
+        array = array[0]
+    return float(len(array))
+
+
+def string_part(text: Data, position: float, length: float) -> str:
+    """StrPart: characters from a position on, counted from 1."""
+    begin = int(position) - 1
+    if begin < 0 or length < 0 or begin + int(length) > len(text):
+        raise ValueError("the part leaves the string")
+    return text[begin : begin + int(length)]
+
+
+def whole_text(value: Data) -> str:
+    """ValToStr of a whole number; how many digits of another are written differs between controllers."""
+    if isinstance(value, bool) or not isinstance(value, float) or value != int(value) or abs(value) >= 1e6:
+        raise ValueError("not a whole number")
+    return str(int(value))
+
+
+def magnitude(v: Vec3) -> float:
+    return math.sqrt(dot(v, v))
+
+
+# Result type and function by lower-case name.
+FUNCTIONS: Mapping[str, tuple[str, Callable[..., Data]]] = {
+    "offs": ("robtarget", offs),
+    "reltool": ("robtarget", rel_tool),
+    "orobt": ("robtarget", orobt),
+    "posemult": ("pose", lambda a, b: as_pose(pose_mult(to_pose(a), to_pose(b)))),
+    "poseinv": ("pose", lambda a: as_pose(pose_inv(to_pose(a)))),
+    "posevect": ("pos", pose_vect),
+    "defframe": ("pose", def_frame),
+    "defdframe": ("pose", def_dframe),
+    "orientzyx": ("orient", orient_zyx),
+    "eulerzyx": ("num", euler),
+    "norient": ("orient", normalise),
+    "distance": ("num", lambda a, b: magnitude(subtract(a, b))),
+    "vectmagn": ("num", magnitude),
+    "dotprod": ("num", dot),
+    "sqrt": ("num", math.sqrt),
+    "sin": ("num", lambda x: math.sin(math.radians(x))),
+    "cos": ("num", lambda x: math.cos(math.radians(x))),
+    "tan": ("num", lambda x: math.tan(math.radians(x))),
+    "asin": ("num", lambda x: math.degrees(math.asin(x))),
+    "acos": ("num", lambda x: math.degrees(math.acos(x))),
+    "atan": ("num", lambda x: math.degrees(math.atan(x))),
+    "atan2": ("num", lambda y, x: math.degrees(math.atan2(y, x))),
+    "abs": ("num", abs),
+    "exp": ("num", math.exp),
+    "pow": ("num", math.pow),
+    "round": ("num", lambda x, dec=0.0: shortened(x, dec, True)),
+    "trunc": ("num", lambda x, dec=0.0: shortened(x, dec, False)),
+    "dim": ("num", dimension),
+    "strlen": ("num", lambda s: float(len(s))),
+    "strpart": ("string", string_part),
+    "numtostr": ("string", lambda x, decimals: f"{x:.{int(decimals)}f}"),
+    "valtostr": ("string", whole_text),
+    "numtodnum": ("dnum", float),
+    "dnumtonum": ("num", float),
+}
+
+RUN_TIME = frozenset(
+    re.findall(
+        r"\w+",
+        """
+    ainput aoutput cdate cjointt clkread cpos crobt ctime ctool cwobj dinput doutput getnextsym gettime ginput goutput
+    isstoppos poserror reltime testdi
+    """,
+    )
+)
+
+
+def call(name: str, arguments: Iterable[Data], options: Mapping[str, Data]) -> tuple[str, Data]:
+    """Result type and value of one of ``FUNCTIONS``.
+
+    Raises:
+        Unknown: it has no value for these arguments.
+    """
+    kind, function = FUNCTIONS[name]
+    try:
+        if kind == "num" and name != "dnumtonum":
+            arguments = [as_type(argument, "num") for argument in arguments]
+        return kind, function(*arguments, **options)
+    except (TypeError, ValueError, IndexError, KeyError, ArithmeticError) as error:
+        raise Unknown(Kind.UNDEFINED, name) from error
+
+
+def unknown(name: str) -> Unknown:
+    """Why a function that is none of ``FUNCTIONS`` has no value."""
+    if name.lower() in ("calcrobt", "calcjointt"):
+        return Unknown(Kind.CONTROLLER_FUNCTION, name)
+    return Unknown(Kind.RUN_TIME_FUNCTION if name.lower() in RUN_TIME else Kind.UNKNOWN_FUNCTION, name)
