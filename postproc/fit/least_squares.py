@@ -31,6 +31,10 @@ FIRST = ("instrument_frame", "session", "tool_frame", "joint_offset", "joint_com
 LAST = ("link_geometry",)
 """Where two parameters do the same, the effect that stands later is held: frames before offsets before geometry."""
 PLAIN = Terms()
+ROWS = 20_000
+"""Rows that are fitted at most. Each costs 25 kB while a fit lasts, and so many leave nothing uncertain."""
+POSES = 100
+"""Poses that are left where repeats stay together; where fewer would, some of the repeats of all are taken."""
 QUIETER = 0.8
 """Share of the scatter of repeats by which a model must lower it for the difference to be no chance."""
 
@@ -56,7 +60,7 @@ def fit_model(
         PostprocError: DAT020, fewer measured numbers than parameters.
     """
     watch("all parameters", 0.1)
-    fit = _fitted(model, data.rows(data.usable), effects, noise, terms)
+    fit = _fitted(model, _enough(data.rows(data.usable)), effects, noise, terms)
     if data.rounded is not None or fit.problem.weights.turn is None:
         return fit
     watch("whether angles were rounded", 0.6)
@@ -64,6 +68,16 @@ def fit_model(
     if not told.rounded:
         return _fitted(model, told, effects, noise, terms)
     return replace(fit, problem=replace(fit.problem, data=told))
+
+
+def _enough(data: Measurements) -> Measurements:
+    """The rows of some poses where there are more than a fit takes; where most repeat few poses, some of all rows."""
+    if len(data) <= ROWS:
+        return data
+    step = -(-len(data) // ROWS)
+    many = int(data.repeats.max()) > POSES * step
+    kept = data.one_in(step) if many else np.arange(len(data)) % step == 0
+    return replace(data.rows(kept), whole=data.whole or len(data))
 
 
 def _fitted(model: Model, data: Measurements, effects: Sequence[Effect], noise: float | None, terms: Terms) -> Fit:
@@ -127,7 +141,7 @@ def evaluate(model: Model, data: Measurements, *, noise: float | None = None) ->
         PostprocError: DAT034 where a law in the rows or the time of another session would count here.
     """
     session_laws(model, data)
-    data = data.rows(data.usable)
+    data = _enough(data.rows(data.usable))
     figures = estimate_noise(data, noise)
     lacking: list[Effect] = [cls.null() for cls in (InstrumentFrame, ToolFrame) if model.effect(cls.key) is None]
     if not lacking or data.tool_known:

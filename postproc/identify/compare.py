@@ -12,6 +12,7 @@ from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.fit.errors import distances, mm, rms
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import evaluate, fit_model
+from postproc.fit.words.findings import some_of_many
 from postproc.fit.words.record import noise_json
 from postproc.fit.words.text import set_aside_lines
 from postproc.identify.trends import Trend, residual_trends
@@ -82,7 +83,7 @@ class Comparison:
                 for i in worst
             ],
             "channels": [t.as_json() for t in self.trends],
-            "diagnostics": [d.as_json() for d in (*data.diagnostics, *self.moved)],
+            "diagnostics": [d.as_json() for d in (*data.diagnostics, *some_of_many(data), *self.moved)],
         }
 
     @property
@@ -124,6 +125,7 @@ class Comparison:
             f"{j[key('maximum')]:.3f} {unit} at worst (rms {j[key('rms')]:.3f} {unit} per {each})"
             f"{_without(j['set_aside_rows'])}; {told}.",
             _without_physics(j[key("rms")], j[key("bound")], noise, f"{unit} per {each}"),
+            *(f"{d.message[0].upper()}{d.message[1:]}." for d in some_of_many(self.fit.data)),
             *set_aside_lines(self.fit),
             "",
             f"{each:5s}  rms {unit}   mean {unit}",

@@ -80,9 +80,9 @@ def likeliest(known: Linear, few: Problem, form: Effect) -> Smoothness:
 
 
 def enough_for_smoothness(problem: Problem) -> Problem:
-    """Every k-th pose of a problem, as many as the choice needs; itself where it has no more."""
+    """One pose in every so many of a problem, as many as the choice needs; itself where it has no more."""
     step = -(-len(problem.residual) // ENOUGH)
-    return problem if step < 2 else problem.some(problem.data.repeats % step == 0)
+    return problem if step < 2 else problem.some(problem.data.one_in(step))
 
 
 def effective_parameters(fit: Fit, key: str) -> float:

@@ -12,6 +12,7 @@ from postproc.fit.recorded import recorded_model
 from postproc.fit.unseen import anywhere
 from postproc.fit.words.wording import joined
 from postproc.measure.checks.repeats import Noise, estimate_noise
+from postproc.measure.measurements import Measurements
 from postproc.measure.trajectory import is_record
 from postproc.model.uncertainty import predict_sigma
 
@@ -34,7 +35,7 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
     """A stated noise that cannot be, rows that were set aside, rows that stand out of the residual of the rest."""
     from scipy.special import fdtrc
 
-    found = [*too_loud(fit), *one_path(fit)]
+    found = [*some_of_many(fit.data), *too_loud(fit), *one_path(fit)]
     own, stated, unit = larger_noise(fit), fit.noise, fit.observed.unit
     if own is not stated and fdtrc(own.dof, MANY, _ratio(own, stated)) < DOUBTFUL:
         message = (
@@ -58,6 +59,14 @@ def data_findings(fit: Fit) -> list[Diagnostic]:
         help_ = "measure the row again; it may be a bad reading, or the one that shows a missing effect"
         found.append(Diagnostic("DAT025", "warning", message, *fit.data.where(rows[0]), help_))
     return found
+
+
+def some_of_many(data: Measurements) -> list[Diagnostic]:
+    """DAT037 where a table has more rows than a fit takes."""
+    if not data.whole:
+        return []
+    message = f"of {data.whole} rows {len(data)} are used, taken from all over the table"
+    return [Diagnostic("DAT037", "info", message, data.source, help="so many leave nothing uncertain")]
 
 
 def too_loud(fit: Fit) -> list[Diagnostic]:

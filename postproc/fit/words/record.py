@@ -11,7 +11,7 @@ from postproc.fit.errors import mm
 from postproc.fit.fitted import Fit
 from postproc.fit.recorded import left_of_pose
 from postproc.fit.unseen import unseen
-from postproc.fit.words.findings import one_path, too_loud
+from postproc.fit.words.findings import one_path, some_of_many, too_loud
 from postproc.measure.observations import Observation
 
 SCARCE = 3.0
@@ -30,8 +30,8 @@ class Judged(Protocol):
 
 
 def cautions(fit: Fit) -> list[Diagnostic]:
-    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026, DAT027 and DAT032."""
-    return [*_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
+    """What a user should know of a fit before relying on it: DAT016, DAT021, DAT026, DAT027, DAT032 and DAT037."""
+    return [*some_of_many(fit.data), *_unread(fit), *_scarce(fit), *_unphysical(fit), *too_loud(fit), *one_path(fit)]
 
 
 def _unread(fit: Fit) -> list[Diagnostic]:
