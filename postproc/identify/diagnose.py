@@ -91,7 +91,8 @@ def _diagnosed(
     begin = SearchState(start, start, classes, every)
     first = begin.ranked
     watch("effects and patterns one after another", 0.3)
-    found = with_patterns(search(begin))
+    found = with_patterns(search(begin)).without_forms()
+    del begin
     watch("all of it on all rows", 0.8)
     named = found.beside(())
     final = named.fit if start is base else refit_all(base, named.fit, [m.candidate for m in named.missing], noise)

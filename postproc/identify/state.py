@@ -137,6 +137,14 @@ class SearchState:
         plain = (self.plain if self.outside else self) if outside else None
         return replace(self, fit=after, outside=outside, plain=plain)
 
+    def without_forms(self) -> SearchState:
+        """The same once nobody asks for the columns of forms any more, which hold most of the memory of a search."""
+        self.stock.clear()
+        for state in (self, self.plain):
+            if state is not None:
+                state.__dict__.pop("screen", None)
+        return self
+
     def with_effect(self, one: SelectedEffect, fit: Fit) -> SearchState:
         """With one more effect, and the fit that has it; more of an effect that stands there goes with it."""
         at = self.keys.index(one.key) if one.key in self.keys else len(self.missing)

@@ -72,6 +72,12 @@ class Pattern:
         return tuple(dict.fromkeys(s.names[k] for k in range(most) for s in self.signals if k < len(s.names)))
 
     @property
+    def numbers(self) -> int:
+        """How many numbers were searched for it: of what says the same, what needs fewest is the plainest."""
+        own = len(self.at) + (2 if self.kind.endswith(("wave", "sway")) else 4 if self.kind.endswith("waves") else 0)
+        return own + len(self.signals) - 1
+
+    @property
     def codes(self) -> tuple[str, ...]:
         """What gives its values, as expressions of a state; none where a state does not tell them."""
         return tuple(map(text_of, self.drafts))

@@ -422,8 +422,8 @@ def test_a_family_has_the_values_of_its_patterns() -> None:
     wave, side = (
         next(p for p in every.every if p.text.startswith(s)) for s in ("wave 5 times", "growing with the root")
     )
-    gate, way, _ = every.switches[0]
-    switch = switched(side, gate, way)
+    gate, way = every.switches[0]
+    switch = switched(side, every.gates[gate], way)
     finer = [sharper(one) for one in (*(members(part)[0] for part in every.parts[::9]), sharper(wave)[3], switch)]
     for part in (*every.parts, *filter(len, finer)):
         made, some = members(part), slice(None, None, 3)

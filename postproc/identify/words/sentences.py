@@ -36,7 +36,7 @@ def headline(d: Diagnosis) -> str:
     if d.verdict == "complete":
         left = f"{before:.3f} {unit} on rows the fit has not seen"
         return f"Nothing is missing: what is left ({left}) looks like noise.{noise}"
-    every = [_named(m) for m in d.missing]
+    every = [_named(d, m) for m in d.missing]
     names = "; and ".join(every) if any(m.alike for m in d.missing) else joined(every)
     them = ("them" if len(d.missing) > 1 else "it") + ("" if rest is None else " and the pattern that remains")
     fell = f"With {them}, the error on rows the fit has not seen falls from {before:.3f} to {after:.3f} {unit}."
@@ -103,9 +103,11 @@ def too_few(fit: Fit) -> bool:
     return fit.freedom < 2 * len(fit.parameters)
 
 
-def _named(m: SelectedEffect) -> str:
-    """An effect with its place, and what explains this data as well."""
+def _named(d: Diagnosis, m: SelectedEffect) -> str:
+    """An effect with its place, and what explains this data as well; among others a free function says what it is."""
     where = place(m.candidate.label)
+    if len(d.missing) > 1 and _is_free(d, m):
+        where += "; a smooth correction, not a cause"
     others = _any_of(m.alike) if len(m.alike) <= NAMED else f"one of {len(m.alike)} others"
     rivals = f" or, as far as this data can tell, {others}" if m.alike else ""
     return f"`{m.candidate.key}`" + (f" ({where})" if where else "") + rivals
@@ -115,9 +117,15 @@ def _any_of(keys: Iterable[str]) -> str:
     return joined([f"`{key}`" for key in keys], "or")
 
 
+def _is_free(d: Diagnosis, m: SelectedEffect) -> bool:
+    """Whether it is a free function, which can follow anything smooth."""
+    effect = d.final.model.effect(m.candidate.key)
+    return effect is not None and effect.roughness() is not None
+
+
 def title(d: Diagnosis, m: SelectedEffect) -> str:
     effect = d.final.model.effect(m.candidate.key)
-    if effect is not None and effect.roughness() is not None:
+    if _is_free(d, m):
         # It can follow anything smooth: what it follows is no cause.
         unit = f"{d.final.observed.unit} per {d.final.observed.each}"
         count = effective_parameters(d.final, m.candidate.key)

@@ -14,6 +14,7 @@ from postproc.fit.words.record import noise_json, parameters_json, structure_jso
 from postproc.fit.words.text import held_lines
 from postproc.fit.words.wording import FREE, joined, p_text, place, values_lines
 from postproc.identify.candidates.candidate import Candidate
+from postproc.identify.curves import curves
 from postproc.identify.diagnosis import Diagnosis
 from postproc.identify.words.sentences import doubts, headline, title
 from postproc.patterns.suspects import Suspect
@@ -56,6 +57,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
                 "not_seen_beside": list(m.unseen),
                 "parameters": parameters_json(d.told, m.candidate.key),
                 "structure": structure_json(d.told, m.candidate.key),
+                "law": [curve.as_json() for curve in curves(d.told, m.candidate.key)],
             }
             for m in d.missing
         ],
@@ -149,6 +151,8 @@ def _found(d: Diagnosis) -> list[str]:
     for m in d.missing:
         lines += [f"{m.candidate.key}: {title(d, m)}"]
         lines += [f"  {text}" for text in values_lines(d.told, m.candidate.key)]
+        if _smooth(d, m.candidate.key)["is"] != "cause":
+            lines += [f"  {curve.text()}" for curve in curves(d.told, m.candidate.key)]
     return [*lines, ""] if lines else []
 
 
