@@ -123,7 +123,8 @@ def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
 
     def finer() -> Family:
         near = product(knots(signal.values), (1, 2))
-        return family((signal,), growing, lambda k, n: _ramp(signal, k, side, int(n)), near).settled()
+        one_sided = family((signal,), growing, lambda k, n: _ramp(signal, k, side, int(n)), near)
+        return together([one_sided.settled(), _bows(signal)])
 
     def growing(x: Any, knot: Any, power: Any) -> Any:
         grown = np.maximum((x - knot) * side, 0.0)
@@ -137,13 +138,12 @@ def _ramp(signal: Signal, knot: float, side: int, power: int = 1) -> Pattern:
 
 def bow(signal: Signal, knot: float) -> Pattern:
     """The square of the distance from a value."""
-
-    def finer() -> Family:
-        near = ((place,) for place in knots(signal.values))
-        return family((signal,), _bowed, partial(bow, signal), near).settled()
-
     form, bend = f"growing to either side of {{}}, with the square{signal.of}", Movable(knot, "knot", signal)
-    return Pattern((signal,), form, lambda x: _bowed(x, bend), "curve", ((knot, knot),), None, finer)
+    return Pattern((signal,), form, lambda x: _bowed(x, bend), "curve", ((knot, knot),), None, partial(_bows, signal))
+
+
+def _bows(signal: Signal) -> Family:
+    return family((signal,), _bowed, partial(bow, signal), ((place,) for place in knots(signal.values))).settled()
 
 
 def _bowed(x: Any, knot: Any) -> Any:

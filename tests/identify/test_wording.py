@@ -141,7 +141,8 @@ def test_what_a_name_could_as_well_be_is_told_from_what_it_hides():
     )
     alone = SelectedEffect(SimpleNamespace(key="backlash", label=""))
     assert load.not_separable == ("payload_error", "dress_pack", "session")
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
     found = SimpleNamespace(missing=[load, alone], verdict="missing", base=fit, final=fit, floor=None)
     assert list(doubts(found)) == ["Beside `arm_load` this data would not show `session`."]
     assert headline(found).split(". ")[0] == (
@@ -157,7 +158,8 @@ def test_many_rivals_stand_below_the_headline():
     map_ = SelectedEffect(
         SimpleNamespace(key="joint_error_map", label="joints 1, 2, 3, 4, 5 and 6, orders to 16"), rivals
     )
-    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS)
+    model = SimpleNamespace(effect=lambda key: None)
+    fit = SimpleNamespace(held_out_rms=1e-4, observed=POSITIONS, model=model)
     found = SimpleNamespace(missing=[map_, map_], verdict="missing", base=fit, final=fit, floor=None)
     assert headline(found).startswith(
         "The model lacks `joint_error_map` (all joints, orders to 16) or, as far as this data can tell, one of 4 others; and"

@@ -16,7 +16,7 @@ from postproc.effects.contract import State
 from postproc.effects.loading import load_effect_file
 from postproc.identify.add import add_effects
 from postproc.identify.diagnose import diagnose
-from postproc.patterns.change_points import _kink, _ramp, _rise
+from postproc.patterns.change_points import _kink, _rise, bow
 from postproc.patterns.dictionary import patterns, switched
 from postproc.patterns.formula import Pattern, members, sharper, values_of
 from postproc.patterns.harmonics import _wave
@@ -269,7 +269,7 @@ def bent(channel: str, form: str) -> Pattern:
     """A pattern of a channel whose values are X."""
     signal = channel_signal(channel, X)
     every = {
-        "growing to": lambda: _ramp(signal, 20.2, 0, 2),
+        "growing to": lambda: bow(signal, 20.2),
         "rising": lambda: _rise(signal, 24.0, 2.0, 0),
         "growing with": lambda: _settling(signal, 3.0, _slowing),
         "kink": lambda: _kink(signal, 21.0),
