@@ -48,7 +48,7 @@ def corrected(statement: str) -> str:
         ),
         (
             "ArcLStart Welds1{1}.position,v100,seam1,wd1,fine,tWeld1\\WObj:=wobjWeldLine1;",
-            "ArcLStart ppCorrected(Welds1{1}.position,tWeld1\\WObj:=wobjWeldLine1),"
+            "ArcLStart ppCorrected(Welds1{1}.position,tWeld1\\WObj:=wobjWeldLine1\\Weld),"
             "v100,seam1,wd1,fine,tWeld1\\WObj:=wobjWeldLine1;",
         ),
         (
@@ -66,6 +66,7 @@ def corrected(statement: str) -> str:
             "v10,sm,wd,z1,tWeld1\\WObj:=wobjWeldLine1;",
         ),
         ("MoveL FromSocket(),v50,fine,tWeld1;", "MoveL ppCorrected(FromSocket(),tWeld1),v50,fine,tWeld1;"),
+        ("MoveL p\\ID:=10,v50,fine,tWeld1;", "MoveL ppCorrected(p,tWeld1)\\ID:=10,v50,fine,tWeld1;"),
     ],
 )
 def test_the_target_goes_through_the_function(statement: str, wanted: str) -> None:
@@ -80,7 +81,7 @@ def test_the_target_goes_through_the_function(statement: str, wanted: str) -> No
         ("SearchL\\Stop,diFound,pFound,pTo,v10,tWeld1;", "known only at run time"),
         ("MoveL Offs(CRobT(\\Tool:=tWeld1),0,0,10),v50,fine,tWeld1;", "where the arm stands"),
         ("MoveL *,v50,fine,tWeld1;", "without a name"),
-        ("MoveL p\\ID:=10,v50,fine,tWeld1;", "another task"),
+        ("MoveL p,v50,fine,Tool:=tWeld1;", "name of the argument"),
         ("MoveC pVia,Next(),v50,fine,tWeld1;", "worked out twice"),
         ("EGMMoveL id,p,v50,fine,tWeld1;", "sensor"),
     ],
