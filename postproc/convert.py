@@ -122,7 +122,8 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     model, more = applicable_model(model, events, options)
     findings += more
     reach = Reach(program, events, options.scope)
-    events, motion = _moving(model, program, events, options, reach, findings)
+    known, motion = _moving(model, program, events, options, reach, findings)
+    events = list(known)
     if motion is None:
         return _run_time_alone(program, model, events, reach, options, findings)
     on = options.run_time != "off"
@@ -359,7 +360,7 @@ def _outputs(
     if function is not None:
         texts = [[replace(s, data=render_text(env, s.data, edits[s.path])) for s in own]]
         texts += [[replace(s, data=outputs[s.path]) for s in own]]
-        if not reads_back(*map(read_program, texts), len(function.keys)):
+        if not reads_back(read_program(texts[0]), read_program(texts[1]), len(function.keys)):
             text, help_ = "the text with the function reads back as another program", "please report this program"
             _refuse(findings, Diagnostic("CMP004", "error", text, own[0], help=help_))
     return outputs

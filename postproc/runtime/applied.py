@@ -9,13 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from postproc.arrays import Array, invert
+from postproc.compensate.text.requests import conf_of
+from postproc.compensate.text.values import Conf
 from postproc.diagnostics import Source
 from postproc.model.arm import Model
 from postproc.motion.path.moves import read_moves
 from postproc.motion.values import Move
 from postproc.rapid.data.events import MotionEvent
 from postproc.rapid.data.records import LoadData, RobTarget
-from postproc.rapid.motions.units import target_poses, via_matrix
+from postproc.rapid.motions.units import target_poses, tool_matrix, via_matrix
 from postproc.rapid.program.signatures import SIGNATURES
 from postproc.robot.inverse import nearest_solution
 from postproc.robot.kinematics import forward
@@ -91,7 +93,7 @@ class _Run:
     q: Array
     welding: bool
 
-    def corrected(self, near: Array, circle: Sequence[int] | None = None) -> tuple[Array, list[tuple[int, ...]], Array]:
+    def corrected(self, near: Array, circle: Sequence[int] | None = None) -> tuple[Array, list[Conf], Array]:
         """Targets T_base_tcp (n, 4, 4) [m] that the function gives, their configurations, and `ppReason` (n,).
 
         Args:
@@ -114,7 +116,7 @@ class _Run:
         reason = np.where(raised, -1, np.asarray(run.data[REASON].value)).astype(int)
         trans, rot, conf, *_ = answer or asked[0]
         T = transform(1e-3 * np.array(trans, dtype=float).T, controller.rotation(rot))
-        confs = [tuple(row) for row in np.array(conf, dtype=float).T.round().astype(int).tolist()]
+        confs = [conf_of(row) for row in np.array(conf, dtype=float).T.round().astype(int)]
         return T, confs, reason
 
 
@@ -141,8 +143,6 @@ def _circle_points(run: _Run, model: Model, group: Sequence[Move]) -> list[tuple
 
 
 def _frame(event: MotionEvent) -> Array:
-    from postproc.rapid.motions.units import tool_matrix
-
     return tool_matrix(event.tool)
 
 

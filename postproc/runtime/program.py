@@ -229,7 +229,8 @@ def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnos
     own |= {d.name.lower() for d in made.declarations if d.scope != "LOCAL"}
     hiding = {d.name.lower() for d in made.declarations if d.scope == "LOCAL"}
     hiding |= {r.name.lower() for r in made.routines if r.local}
-    hiding |= {x.name.lower() for r in made.routines for x in (*r.declarations, *r.parameters)}
+    hiding |= {d.name.lower() for r in made.routines for d in r.declarations}
+    hiding |= {p.name.lower() for r in made.routines for p in r.parameters}
     used = {word for word, _ in names_at(source, (0, len(text)))} - hiding
     for module in program.modules:
         if module.name.lower() in own:

@@ -48,8 +48,8 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
     to, tool = motion.argument("to"), motion.argument("tool")
     if signature.why_not or signature.jointed or to is None or tool is None:
         raise LeftAlone(signature.why_not or "its target is not a place in a work object")
-    if ":=" in tool.text:
-        raise LeftAlone("its tool is written with the name of the argument")
+    if not isinstance(_tree(motion, tool), (Name, Index, Component)):
+        raise LeftAlone("its tool is no name of data")
     end = _tree(motion, to)
     if isinstance(end, Call) and end.name in (CORRECTED.lower(), CORRECTED_CIRCLE.lower()):
         return ()

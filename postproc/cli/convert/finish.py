@@ -62,12 +62,16 @@ def finish(
     if diff and not silent:
         write(None, unified_diff(before, after, *names))
     if check and target is not None:
-        return int(any(not path.is_file() or path.read_bytes() != data for path, data in _files(target, after, module)))
+        return int(any(_differs(*file) for file in _files(target, after, module)))
     if check or diff:
         return int(before != after)
     if target is not None or not silent:
         write_together(_files(target, after, module))
     return 0
+
+
+def _differs(path: Path | None, data: bytes) -> bool:
+    return path is not None and not (path.is_file() and path.read_bytes() == data)
 
 
 def _files(target: Path | None, after: bytes, module: tuple[Path, bytes] | None) -> list[tuple[Path | None, bytes]]:
