@@ -108,10 +108,6 @@ class ConvertOptions(ProgramOptions):
         tolerance: largest distance from the programmed path [mm]. Default: 0.01.
         air_tolerance: the same where nothing welds [mm]. Default: 0.2.
         scope: correct all motions (default), or those that weld.
-        run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
-            (where-needed) or all that it can (all). Default: off.
-        run_time_module: file of that module; its name becomes the name of the module. Default: ppModel.sys beside the
-            output.
         allow_partial: write the program although a weld statement stays uncorrected between corrected ones.
         template: folder of Jinja templates in place of the shipped ones.
         channel: what effects read and a program does not tell, NAME=NUMBER: temperature [degC], columns of your own.
@@ -124,8 +120,6 @@ class ConvertOptions(ProgramOptions):
     tolerance: Tolerance | None = None
     air_tolerance: Tolerance | None = None
     scope: Literal["all", "welds"] | None = None
-    run_time: Literal["off", "where-needed", "all"] | None = None
-    run_time_module: Path | None = None
     allow_partial: Flag = False
     template: Path | None = None
     channel: Names = ()
@@ -140,9 +134,27 @@ class ConvertOptions(ProgramOptions):
             "tolerance_mm": self.tolerance,
             "air_tolerance_mm": self.air_tolerance,
             "scope": self.scope,
-            "run_time": self.run_time,
-            "run_time_module": self.run_time_module and str(self.run_time_module),
             "allow_partial": self.allow_partial or None,
             "template": self.template and str(self.template),
             "channel": dict(map(parse_channel, self.channel)) or None,
         }
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TaskOptions(ConvertOptions):
+    """The same, and what is corrected while the program runs.
+
+    Attributes:
+        run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
+            (where-needed) or all that it can (all). Default: off.
+        run_time_module: file of that module; its name becomes the name of the module. Default: ppModel.sys beside the
+            output.
+    """
+
+    run_time: Literal["off", "where-needed", "all"] | None = None
+    run_time_module: Path | None = None
+
+    def _stated(self) -> dict[str, Any]:
+        module = self.run_time_module and str(self.run_time_module)
+        return {**super()._stated(), "run_time": self.run_time, "run_time_module": module}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import ConvertOptions
+from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file
 from postproc.cli.options import Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
@@ -19,7 +19,7 @@ def run(
     /,
     *,
     output: Output = None,
-    convert: ConvertOptions = ConvertOptions(),
+    convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
     in_place: Flag = False,
     check: Flag = False,
