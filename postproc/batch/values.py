@@ -11,7 +11,7 @@ from typing import Any, Literal
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.data.records import Pose
+from postproc.robot.station import Station
 from postproc.settings import Settings
 
 Status = Literal["compensated", "unchanged", "failed"]
@@ -28,7 +28,7 @@ class Task:
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        base: the base frame of that arm in the world.
+        station: that arm in its cell.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -38,7 +38,7 @@ class Task:
     beside: tuple[str, ...] = ()
     robot: str | None = None
     unknown: Diagnostic | None = None
-    base: Pose = Pose()
+    station: Station | None = None
     findings: tuple[Diagnostic, ...] = ()
 
 
