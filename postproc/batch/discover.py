@@ -12,19 +12,18 @@ import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from postproc.batch.lines import STATE
 from postproc.batch.values import Inventory, Task
 from postproc.diagnostics import Diagnostic, PostprocError, Source
 from postproc.files import real
 from postproc.rapid.program.program import ENDINGS
-from postproc.robot.cell import Cell
 from postproc.robot.controller import Backup, Drive, read_backup, read_drive, read_quietly
-from postproc.robot.mechanical_units import read_cell
-from postproc.robot.station import station_of
 from postproc.settings import NAME, Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.cell import Cell
 
 SYSTEM = frozenset({".sys", ".sysx"})
 OUTSIDE = frozenset({STATE, ".git", ".hg", ".svn"})
@@ -203,6 +202,8 @@ def _parent(place: str) -> str:
 
 
 def _stated(backup: Path) -> tuple[Backup, Cell]:
+    from postproc.robot.mechanical_units import read_cell
+
     configuration = read_backup(backup)
     return configuration, read_cell(configuration)
 
@@ -210,10 +211,12 @@ def _stated(backup: Path) -> tuple[Backup, Cell]:
 def _task(name: str, files: list[str], driven: tuple[Drive, Cell] | None) -> Task:
     if driven is None:
         return Task(name, tuple(files))
+    from postproc.robot.station import station_of
+
     drive, cell = driven
     station = station_of(cell, drive.task)
     findings = [] if station is None else list(station.findings)
-    if station is not None and not station.carried and np.isnan(station.base(np.zeros((1, 6)))).any():
+    if station is not None and not station.placed:
         text = f"where the base of the arm that `{drive.task}` drives stands in the world is not known"
         help_ = "its base frame in MOC.cfg cannot be read: take a new backup, or convert its modules with `--cell FILE`"
         findings.append(Diagnostic("BAT013", "error", text, help=help_))

@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.robot.station import Station
 from postproc.settings import Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
 
 Status = Literal["compensated", "unchanged", "failed"]
 

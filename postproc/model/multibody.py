@@ -93,7 +93,7 @@ class Multibody:
             # Turns one after the other, about x, y and z, bring an acceleration of their own.
             rates[1][:6] = [*-pull, *(turn - [y * z, -x * z, x * y])]
         # For one state pinocchio answers with a vector.
-        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(-1, n)[self.base :].T
+        return np.asarray(self.pin.rneaInParallel(1, self.pool, q, *rates)).reshape(len(q), n)[self.base :].T
 
     def weight_stiffness(self, coordinates: Array) -> Array:
         """Derivative of the links' weight on the coordinates by the coordinates: gravity in K_E (Eq. 21), (n, m, m)."""

@@ -49,6 +49,11 @@ class Station:
         return self.cell.arms[self.arm.lower()].unit is not None
 
     @property
+    def placed(self) -> bool:
+        """Whether it is known where the arm, or what carries it, stands."""
+        return self.carried or bool(np.isfinite(self.cell.arms[self.arm.lower()].T_unit_base).all())
+
+    @property
     def in_world(self) -> bool:
         """Whether the arm's base stands where the world does, for good."""
         arm = self.cell.arms[self.arm.lower()]

@@ -1,6 +1,6 @@
 """Where external axes stand at every motion, and motions whose base or work cannot be placed.
 
-A target may leave axes open (9E9): they stay where they are. A unit that is not active stays there whatever targets say.
+A target may leave axes open (9E9): they stay where they are. A unit that is not active stays, whatever targets say.
 """
 
 from __future__ import annotations
