@@ -69,6 +69,7 @@ TextFlag = Annotated[
 ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
+CellFile = Annotated[Path | None, Parameter(name="--cell")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
