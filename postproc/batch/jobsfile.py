@@ -37,7 +37,7 @@ class _Job(_Choices):
     name: str | None = None
 
 
-class _File(_Choices):
+class JobsFile(_Choices):
     job: Annotated[list[_Job], Field(min_length=1)]
 
 
@@ -73,7 +73,7 @@ def _planned(source: Source, settings_at: SettingsAt, output: Path) -> Plan:
     if "job" not in content and isinstance(content.get("effects"), dict):
         text, help_ = "this is a model, not a jobs file", f"name the folder of the programs, and `-m {source.path}`"
         raise PostprocError.of("BAT009", text, source, None, help_)
-    file = check(_File, content, source, "BAT009")
+    file = check(JobsFile, content, source, "BAT009")
     root = Path(source.path).parent
     tasks: dict[str, tuple[Task, Settings]] = {}
     owner: dict[str, str] = {}

@@ -47,6 +47,9 @@ def _numbers(row: object) -> object:
     return row.split() if isinstance(row, str) else row
 
 
+_Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=str | list[float])]
+
+
 class _Fit(_Table):
     """What a fit notes."""
 
@@ -64,8 +67,8 @@ class _Fit(_Table):
     data: str | list[str] = ""
     data_sha256: str | list[str] = ""
     parameters: list[str] = []
-    covariance: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
-    unseen: list[Annotated[list[float], BeforeValidator(_numbers)]] = []
+    covariance: list[_Row] = []
+    unseen: list[_Row] = []
     unexplained_mm: float = 0.0
     range: dict[Channel, Span] = {}
 
@@ -91,7 +94,7 @@ class _Fit(_Table):
         return rows
 
 
-class _File(_Table):
+class ModelFile(_Table):
     robot: Annotated[str, Field(min_length=1)]
     stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
     mounting: Mounting = Mounting()
@@ -139,7 +142,7 @@ def read_model(path: str | Path, library: Mapping[str, type[Effect]] | None = No
 def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = None) -> Model:
     """The model in the text of a model file; see `read_model`."""
     content = parse_toml(source, "MOD001")
-    file = check(_File, content, source, "MOD002")
+    file = check(ModelFile, content, source, "MOD002")
     effects = _effects(file, source, effect_library() if library is None else library)
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
@@ -170,7 +173,7 @@ def _robot(name: str, source: Source) -> Robot:
         raise PostprocError.of("KIN006", found.message, source, at, found.help) from error
 
 
-def _effects(file: _File, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
+def _effects(file: ModelFile, source: Source, library: Mapping[str, type[Effect]]) -> tuple[Effect, ...]:
     found: list[Diagnostic] = []
     effects: list[Effect] = []
     for key, table in file.effects.items():

@@ -81,7 +81,7 @@ class _Controller(_Table):
     types: list[str] = []
 
 
-class _File(_Table):
+class RobotFile(_Table):
     name: Annotated[str, Field(min_length=1)] | None = None
     description: str = ""
     payload_kg: Positive | None = None
@@ -167,7 +167,7 @@ def read_robot(source: Source) -> Robot:
     Raises:
         PostprocError: KIN007, at the key that does not fit.
     """
-    file = check(_File, parse_toml(source, "KIN007"), source, "KIN007")
+    file = check(RobotFile, parse_toml(source, "KIN007"), source, "KIN007")
     link, axis = _geometry(file, source)
     joints, bodies = file.joints, file.bodies.body
     lower, upper = np.radians(np.array(joints.limits_deg, dtype=float)).T
@@ -203,7 +203,7 @@ def read_robot(source: Source) -> Robot:
     )
 
 
-def _geometry(file: _File, source: Source) -> tuple[Array, Array]:
+def _geometry(file: RobotFile, source: Source) -> tuple[Array, Array]:
     if (file.chain is None) == (file.dh is None):
         raise _wrong("a robot needs either a [chain] or a [dh] table", source, ())
     if file.dh is not None:
@@ -236,7 +236,7 @@ def dh_chain(a_mm: Array, d_mm: Array, alpha_deg: Array, offset_deg: Array) -> t
     return link, np.tile([0.0, 0.0, 1.0], (6, 1))
 
 
-def _centers(file: _File, link: Array, axis: Array) -> Array:
+def _centers(file: RobotFile, link: Array, axis: Array) -> Array:
     """Centres of mass in body axes [m]."""
     center = np.array([b.center_mm for b in file.bodies.body]) * 1e-3
     if file.bodies.center_frame == "body":
