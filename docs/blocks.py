@@ -13,6 +13,7 @@ import os
 import re
 import shlex
 import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,11 +85,17 @@ def _run(block: Block, line: str, variables: dict[str, str]) -> Ran:
     expected = EXIT_CODE.search(line)
     text = re.sub(r"\$([A-Z]+)", lambda name: variables.get(name[1], name[0]), line)
     words = shlex.split(text, comments=True)
-    code, output = _postproc(words[1:]) if words[0] == "postproc" else _shell(text)
+    if words[0] != "postproc":
+        code, output = _shell(text)
+    elif ">" in words:
+        at = words.index(">")
+        code, output = _postproc(words[1:at], Path(words[at + 1]))
+    else:
+        code, output = _postproc(words[1:])
     return Ran(block, line, output, code, int(expected[1]) if expected else 0)
 
 
-def _postproc(arguments: list[str]) -> tuple[int, str]:
+def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, str]:
     from postproc.cli.app import build
     from postproc.cli.run import run
 
@@ -97,11 +104,15 @@ def _postproc(arguments: list[str]) -> tuple[int, str]:
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         code = run(build(), arguments)
     printed = out.buffer.getvalue() if isinstance(out.buffer, io.BytesIO) else b""
+    if stdout is not None:
+        stdout.write_bytes(printed)
+        printed = b""
     return code, said.getvalue() + printed.decode("utf-8", "replace")
 
 
 def _shell(text: str) -> tuple[int, str]:
-    done = subprocess.run(
-        ["sh", "-ec", text], capture_output=True, text=True, check=False, env={**os.environ, "LC_ALL": "C"}
-    )
+    """A line in ``sh`` with the commands of this environment first, as after ``. .venv/bin/activate``."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    changed = {**os.environ, "LC_ALL": "C", "PATH": path}
+    done = subprocess.run(["sh", "-ec", text], capture_output=True, text=True, check=False, env=changed)
     return done.returncode, done.stdout + done.stderr

@@ -19,7 +19,7 @@ exclude_patterns = ["_build", "_generated/report_*"]
 html_theme = "furo"
 html_title = "postproc"
 html_copy_source = False
-html_extra_path = ["_generated/pages"]  # the reports that the tutorials write, as they are
+
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 nitpicky = True

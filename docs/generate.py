@@ -65,11 +65,16 @@ def files_page() -> str:
     from postproc.schemas import KINDS
 
     lines = ["# Files: keys and JSON Schemas", "", "Generated from the declarations by which the files are read.", ""]
-    lines += ["`postproc schema KIND` prints the schema; [editors](other-tools.md#editors) complete and check with it.", ""]
+    lines += [
+        "`postproc schema KIND` prints the schema; [editors](other-tools.md#editors) complete and check with it.",
+        "",
+    ]
     for kind, schema in _schemas().items():
         lines += [f"## {kind}", "", f"{KINDS[kind][1]}: [schema](pages/schema/{kind}.json)", ""]
         lines += ["| key | value | default |", "|---|---|---|"]
-        lines += [f"| `{key}` | {words} | {default} |" for key, words, default in key_rows(schema, schema.get("$defs", {}))]
+        lines += [
+            f"| `{key}` | {words} | {default} |" for key, words, default in key_rows(schema, schema.get("$defs", {}))
+        ]
         lines.append("")
     return "\n".join(lines).replace("](other-tools", "](../other-tools")
 
@@ -141,7 +146,9 @@ def _words(entry: Mapping[str, Any], named: Mapping[str, Any]) -> str:
     if "anyOf" in entry:
         return " or ".join(_words(part, named) for part in entry["anyOf"] if part.get("type") != "null")
     if entry.get("type") == "array":
-        many = f"{entry['minItems']} " if entry.get("minItems", 0) and entry["minItems"] == entry.get("maxItems") else ""
+        many = (
+            f"{entry['minItems']} " if entry.get("minItems", 0) and entry["minItems"] == entry.get("maxItems") else ""
+        )
         inside = entry.get("items") or next(iter(entry.get("prefixItems", [])), None)
         return f"list of {many}({_words(inside, named)})" if inside else "list"
     kind = str(entry.get("type", "any"))

@@ -1,7 +1,7 @@
 """The package from Python, in about ten names: ``from postproc import api``.
 
 They take file names or what other functions here return, and do what the commands of the same names do; nothing is
-written unless `write_model` is called. (They stand here since ``postproc.fit`` and ``postproc.compensate`` are folders.)
+written unless `write_model` is called. They stand here since ``postproc.fit`` and ``postproc.compensate`` are folders.
 """
 
 from __future__ import annotations

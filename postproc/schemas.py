@@ -19,7 +19,7 @@ from postproc.robot.catalogue import RobotFile
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER: dict[str, Any] = {"type": "number"}
-TYPES = {"integer": int, "number": (int, float), "string": str}
+TYPES: Mapping[str, type | tuple[type, ...]] = {"integer": int, "number": (int, float), "string": str}
 
 
 def schema_of(kind: str) -> dict[str, Any]:

@@ -18,7 +18,7 @@ PAGES = sorted(
     page for page in [*DOCS.rglob("*.md"), *ROOT.glob("*.md")] if not {"_build", "_generated"} & set(page.parts)
 )
 PROSE = [page for page in PAGES if page.name != "CHANGELOG.md"]
-MOST_LINES, WIDTH = 5, 130
+MOST_LINES, WIDTH = 5, 140
 IDS = {"ids": lambda page: page.relative_to(ROOT).as_posix()}
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from postproc.cli.conversion import ConvertOptions
 from postproc.cli.convert.finish import finish
-from postproc.cli.options import Flag, Output, ReportFile
+from postproc.cli.options import Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import working
-from postproc.cli.report import STDIN, print_json, say, show, unmeasured
+from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
 
@@ -24,6 +24,7 @@ def run(
     in_place: Flag = False,
     check: Flag = False,
     diff: Flag = False,
+    format: Format = None,
     json: Flag = False,
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
@@ -58,6 +59,7 @@ def run(
     if report is not None:
         write(report, compensation_page(Path(source.path).name, result, told(settings)))
     code = max(1, result.exit_code)
+    form = "json" if json else format
     if result.output is not None:
         say(result.summary)
         if result.plan is not None and result.report["expected_accuracy"] is None:
@@ -65,9 +67,9 @@ def run(
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             still_there(source)
-        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=form is not None)
     else:
         say("no program was written")
-    if json:  # files first: who reads stdout may go away
-        print_json({**result.report, **settings.document(arm.robot.name)})
+    if form is not None:  # files first: who reads stdout may go away
+        print_document({**result.report, **settings.document(arm.robot.name)}, form)
     return code
