@@ -42,7 +42,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Ran:
-    """One command line as it ran: what it printed, stdout before stderr, and its exit code."""
+    """One command line as it ran: what it printed on both streams, and its exit code."""
 
     block: Block
     line: str
@@ -100,14 +100,17 @@ def _postproc(arguments: list[str], stdout: Path | None = None) -> tuple[int, st
     from postproc.cli.run import run
 
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
-    said = io.StringIO()
+    said = out if stdout is None else io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
         code = run(build(), arguments)
-    printed = out.buffer.getvalue() if isinstance(out.buffer, io.BytesIO) else b""
     if stdout is not None:
-        stdout.write_bytes(printed)
-        printed = b""
-    return code, said.getvalue() + printed.decode("utf-8", "replace")
+        stdout.write_bytes(_written(out))
+    return code, _written(said).decode("utf-8", "replace")
+
+
+def _written(stream: io.TextIOWrapper) -> bytes:
+    assert isinstance(stream.buffer, io.BytesIO)
+    return stream.buffer.getvalue()
 
 
 def _shell(text: str) -> tuple[int, str]:

@@ -15,14 +15,15 @@ project = "postproc"
 release = version = postproc.__version__
 extensions = ["myst_parser"]
 root_doc = "index"
-exclude_patterns = ["_build", "_generated/report_*"]
+exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = "postproc"
-html_copy_source = False
-
+html_copy_source = html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+smartquotes = False  # `--json` keeps its hyphens
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 nitpicky = True
-suppress_warnings = ["myst.header"]
 
 generate.write_all(Path(__file__).resolve().parent / "_generated")
