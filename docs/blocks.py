@@ -66,8 +66,9 @@ def read_blocks(page: Path) -> list[Block]:
 
 
 def run_page(page: Path, folder: Path) -> Iterator[Ran]:
-    """Run what a page shows, in a folder with the samples beside it, as in a clone."""
-    (folder / "samples").symlink_to(ROOT / "samples")
+    """Run what a page shows, in a folder with samples and package beside it, as in a clone."""
+    for name in ("samples", "postproc"):
+        (folder / name).symlink_to(ROOT / name)
     variables: dict[str, str] = {}
     with contextlib.chdir(folder):
         for block in read_blocks(page):

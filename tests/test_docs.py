@@ -6,11 +6,15 @@ import doctest
 import importlib.util
 import re
 import sys
+import tomllib
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from jsonschema import Draft202012Validator
 from markdown_it import MarkdownIt
+
+from postproc.schemas import schema_of
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -102,3 +106,20 @@ def test_every_page_stands_in_the_contents() -> None:
         for entry in re.findall(r"^([\w/*-]+)$", tree, re.M):
             listed |= {p.stem for p in DOCS.glob(f"{entry}.md")}
     assert {page.stem for page in DOCS.glob("*.md")} - listed == {"index"}
+
+
+@pytest.mark.parametrize(
+    ("page", "kind"),
+    [
+        ("model.md", "model"),
+        ("commands.md", "settings"),
+        ("batch.md", "jobs"),
+        ("measure.md", "columns"),
+        ("my-table.md", "columns"),
+        ("other-tools.md", "model"),
+    ],
+)
+def test_the_file_that_a_page_shows_fits_its_schema(page: str, kind: str) -> None:
+    shown = re.findall(r"^```toml\n(.*?)^```", (DOCS / page).read_text("utf-8"), re.M | re.S)
+    wrong = [error.message for error in Draft202012Validator(schema_of(kind)).iter_errors(tomllib.loads(shown[0]))]
+    assert wrong == []
