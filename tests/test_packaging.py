@@ -16,6 +16,9 @@ from typing import Any
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
 from postproc.cli import hooks
 from postproc.diagnostics import PostprocError, Source
@@ -235,3 +238,17 @@ def test_a_fitted_model_fits_its_schema(tmp_path: Path) -> None:
     api.write_model(tmp_path / "cell.toml", found.recorded())
     assert accepted("model", tomllib.loads((tmp_path / "cell.toml").read_text("utf-8")))
     assert {effect.key for effect in read_model(tmp_path / "cell.toml").effects} >= {"backlash", "transmission_error"}
+
+
+def test_the_lock_file_is_that_of_the_project() -> None:
+    """``uv lock`` after the dependencies have changed."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    stated = {Requirement(line) for line in (*project["dependencies"], *(line for e in extras.values() for line in e))}
+    packages = tomllib.loads((ROOT / "uv.lock").read_text("utf-8"))["package"]
+    (own,) = (package for package in packages if package["name"] == project["name"])
+    locked = {(entry["name"], SpecifierSet(entry.get("specifier", ""))) for entry in own["metadata"]["requires-dist"]}
+    assert {(canonicalize_name(r.name), r.specifier) for r in stated if r.name != project["name"]} == {
+        (name, specifier) for name, specifier in locked if name != project["name"]
+    }
+    assert {name for name, _ in locked} <= {package["name"] for package in packages}
