@@ -71,10 +71,8 @@ def files_page() -> str:
     ]
     for kind, schema in _schemas().items():
         lines += [f"## {kind}", "", f"{KINDS[kind][1]}: [schema](pages/schema/{kind}.json)", ""]
-        lines += ["| key | value | default |", "|---|---|---|"]
-        lines += [
-            f"| `{key}` | {words} | {default} |" for key, words, default in key_rows(schema, schema.get("$defs", {}))
-        ]
+        lines += ["| key | value | meaning |", "|---|---|---|"]
+        lines += [f"| `{key}` | {words} | {text} |" for key, words, text in key_rows(schema, schema.get("$defs", {}))]
         lines.append("")
     return "\n".join(lines).replace("](other-tools", "](../other-tools")
 
@@ -116,7 +114,7 @@ def _effect_section(cls: Any) -> str:
 
 
 def key_rows(schema: Mapping[str, Any], named: Mapping[str, Any], at: str = "") -> Iterator[tuple[str, str, str]]:
-    """Keys of a schema with dots between tables, their types in words, their defaults."""
+    """Keys of a schema with dots between tables, their types in words, what they mean."""
     for key, value in schema.get("properties", {}).items():
         entry = _resolved(value, named)
         inside = _resolved(entry.get("items", {}), named)
@@ -126,8 +124,9 @@ def key_rows(schema: Mapping[str, Any], named: Mapping[str, Any], at: str = "") 
             table, mark = (entry, "") if "properties" in entry else (inside, "[]")
             yield from key_rows(table, named, f"{at}{key}{mark}.")
         else:
-            default = f"`{entry['default']}`" if entry.get("default") not in (None, "", [], {}) else ""
-            yield f"{at}{key}", _words(entry, named), default
+            stated = entry.get("default") not in (None, "", [], {}, 0.0)
+            default = f" Default: `{entry['default']}`." if stated else ""
+            yield f"{at}{key}", _words(entry, named), str(entry.get("description", "")).replace("|", "/") + default
 
 
 def _resolved(entry: Mapping[str, Any], named: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -135,7 +134,9 @@ def _resolved(entry: Mapping[str, Any], named: Mapping[str, Any]) -> Mapping[str
     if "$ref" in entry:
         return {**named[entry["$ref"].rpartition("/")[2]], **entry}
     some = [part for part in entry.get("anyOf", ()) if part.get("type") != "null"]
-    return {**_resolved(some[0], named), "default": entry.get("default")} if len(some) == 1 else entry
+    return (
+        {**_resolved(some[0], named), **{k: v for k, v in entry.items() if k != "anyOf"}} if len(some) == 1 else entry
+    )
 
 
 def _words(entry: Mapping[str, Any], named: Mapping[str, Any]) -> str:

@@ -6,7 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from docstring_parser import parse
 from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core.core_schema import ModelSchema
 
 from postproc.batch.jobsfile import JobsFile
 from postproc.choices import SettingsFile
@@ -29,9 +32,30 @@ def schema_of(kind: str) -> dict[str, Any]:
         KeyError: there is no such kind.
     """
     declared, title, refine = KINDS[kind]
-    schema = declared.model_json_schema(by_alias=True)
+    schema = declared.model_json_schema(by_alias=True, schema_generator=_Described)
     refine(schema)
     return {"$schema": DRAFT, **schema, "title": title}
+
+
+class _Described(GenerateJsonSchema):
+    """What the docstring of a class and of its bases says of their fields stands at the keys, too."""
+
+    def model_schema(self, schema: ModelSchema) -> JsonSchemaValue:
+        part = super().model_schema(schema)
+        cls: type[BaseModel] = schema["cls"]
+        said = [parse(base.__doc__ or "") for base in reversed(cls.__mro__) if issubclass(base, BaseModel)]
+        if said[-1].short_description:
+            part["description"] = said[-1].short_description
+        texts = {
+            name.strip(): entry.description
+            for one in said
+            for entry in one.params
+            for name in entry.arg_name.split(",")
+        }
+        for name, declared in cls.model_fields.items():
+            if text := texts.get(name):
+                part["properties"][declared.alias or name]["description"] = " ".join(text.split())
+        return part
 
 
 def _with_effects(schema: dict[str, Any]) -> None:

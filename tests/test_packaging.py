@@ -182,6 +182,14 @@ def test_schemas_are_schemas(kind: str) -> None:
     Draft202012Validator.check_schema(schema_of(kind))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_key_says_what_it_means(kind: str) -> None:
+    schema = schema_of(kind)
+    parts = [schema, *schema.get("$defs", {}).values()]
+    keys = {key: value for part in parts for key, value in part.get("properties", {}).items()}
+    assert [key for key, value in keys.items() if not value.get("description") and key != "effects"] == []
+
+
 def accepted(kind: str, content: dict[str, Any]) -> bool:
     return not list(Draft202012Validator(schema_of(kind)).iter_errors(content))
 

@@ -26,11 +26,27 @@ SettingsAt = Callable[[Path], Settings]
 
 
 class _Choices(Choices):
+    """What holds for one job, or for all of them.
+
+    Args:
+        effects: Python files with effects; their code is run.
+        entry: routine that runs first.
+    """
+
     effects: list[str] | None = None
     entry: str | None = None
 
 
 class _Job(_Choices):
+    """One job: a folder, or the files of one task.
+
+    Args:
+        folder: beside or below the jobs file.
+        only: names of its tasks, with wildcards.
+        files: names of the files of one task, with wildcards.
+        name: of that task.
+    """
+
     folder: str | None = None
     only: tuple[str, ...] = ("*",)
     files: tuple[str, ...] = ()
@@ -38,6 +54,12 @@ class _Job(_Choices):
 
 
 class JobsFile(_Choices):
+    """A jobs file of ``batch``.
+
+    Args:
+        job: each job; what the file states beside them holds for all.
+    """
+
     job: Annotated[list[_Job], Field(min_length=1)]
 
 

@@ -39,6 +39,13 @@ class _Table(BaseModel):
 
 
 class _Tool(_Table):
+    """The nominal tool where a program or a table names none.
+
+    Args:
+        xyz_mm: TCP in tool0.
+        rpy_deg: roll, pitch, yaw of its frame.
+    """
+
     xyz_mm: Vec3 = (0.0, 0.0, 0.0)
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 
@@ -51,7 +58,24 @@ _Row = Annotated[list[float], BeforeValidator(_numbers, json_schema_input_type=s
 
 
 class _Fit(_Table):
-    """What a fit notes."""
+    """What a fit notes; written by ``fit`` and ``add``.
+
+    Args:
+        rows: measured rows of the fit.
+        rms_mm, rms_mrad: error per axis on them.
+        held_out_rms_mm, held_out_rms_mrad: error per axis on rows that the fit has not seen.
+        noise_mm, noise_mrad: standard deviation of a measurement per axis.
+        noise_repeatability_mm: the arm's share of it.
+        noise_from: where the noise comes from.
+        not_identifiable: parameters that the data did not determine.
+        parameters: names of the fitted parameters, in the order of the covariance.
+        covariance: lower triangle, SI.
+        unseen: directions in which parameters may be off unseen.
+        unexplained_mm: per axis, without the noise.
+        range: lowest and highest value of each channel that was measured.
+        data, data_sha256: the tables.
+        version: of postproc.
+    """
 
     rows: int = 0
     rms_mm: float = 0.0
@@ -95,6 +119,18 @@ class _Fit(_Table):
 
 
 class ModelFile(_Table):
+    """The arm as it really is.
+
+    Args:
+        robot: name of the library, or a TOML or URDF file beside this one.
+        stiffness_source: where joint stiffness comes from.
+        mounting: how its base stands in the world.
+        tool: nominal tool where a program or a table names none.
+        effects: one table for each effect, by its key.
+        fit: what a fit noted.
+        external_axes: tracks, gantries and positioners around it.
+    """
+
     robot: Annotated[str, Field(min_length=1)]
     stiffness_source: Literal["measured", "estimated", "controller", "user"] | None = None
     mounting: Mounting = Mounting()

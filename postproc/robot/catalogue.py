@@ -38,6 +38,16 @@ class _Table(BaseModel):
 
 
 class _Chain(_Table):
+    """The chain at zero, in base axes.
+
+    Args:
+        origin_mm: of each joint from the one before.
+        axis: of each joint.
+        origin_rpy_deg: turn of each joint's frame.
+        flange_mm, flange_rpy_deg: tool0 from joint 6.
+        parallelogram: axis 3 is the pitch of the forearm.
+    """
+
     origin_mm: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
     axis: Annotated[list[Vec3], Field(min_length=6, max_length=6)]
     origin_rpy_deg: Annotated[list[Vec3], Field(min_length=6, max_length=6)] | None = None
@@ -47,6 +57,15 @@ class _Chain(_Table):
 
 
 class _Dh(_Table):
+    """Standard Denavit-Hartenberg table.
+
+    Args:
+        a_mm: link lengths.
+        d_mm: link offsets.
+        alpha_deg: link twists.
+        theta_offset_deg: joint angles at zero.
+    """
+
     a_mm: Six
     d_mm: Six
     alpha_deg: Six
@@ -54,6 +73,16 @@ class _Dh(_Table):
 
 
 class _Joints(_Table):
+    """Limits, and springs where they are known.
+
+    Args:
+        limits_deg: lowest and highest angle of each joint.
+        speed_deg_per_s, acceleration_rad_per_s2, jerk_rad_per_s3, torque_Nm: largest of each joint.
+        stiffness_Nm_per_rad: of each joint's spring.
+        stiffness_source: measured on an arm of the type, or estimated.
+        stiffness_factor: within which 95 % of the arms lie about it.
+    """
+
     limits_deg: Annotated[list[tuple[float, float]], Field(min_length=6, max_length=6)] = [(-360.0, 360.0)] * 6
     speed_deg_per_s: PositiveSix = [180.0] * 6
     acceleration_rad_per_s2: PositiveSix = ACCELERATION
@@ -65,6 +94,15 @@ class _Joints(_Table):
 
 
 class _Body(_Table):
+    """A body, from the pedestal to the flange.
+
+    Args:
+        mass_kg: its mass.
+        center_mm: of mass.
+        gyration_mm: radius of gyration.
+        inertia_kg_m2: xx, yy, zz, xy, xz, yz about the centre.
+    """
+
     mass_kg: Annotated[float, Field(ge=0)]
     center_mm: Vec3 = (0.0, 0.0, 0.0)
     gyration_mm: Annotated[float, Field(ge=0)] = 0.0
@@ -72,16 +110,43 @@ class _Body(_Table):
 
 
 class _Bodies(_Table):
+    """Masses.
+
+    Args:
+        center_frame: in which centres are given.
+        mass_factor: one standard deviation of each mass.
+        body: seven, the pedestal first.
+    """
+
     center_frame: Literal["body", "base_at_zero", "dh"] = "body"
     mass_factor: Annotated[list[Factor], Field(min_length=7, max_length=7)] | None = None
     body: Annotated[list[_Body], Field(min_length=7, max_length=7)] = [_Body(mass_kg=0.0)] * 7
 
 
 class _Controller(_Table):
+    """What controllers call it.
+
+    Args:
+        types: names in ``MOC.cfg``.
+    """
+
     types: list[str] = []
 
 
 class RobotFile(_Table):
+    """One arm as its maker describes it.
+
+    Args:
+        name, description: for people.
+        payload_kg, repeatability_mm, reach_mm: of the data sheet.
+        mounting: ways in which it may stand.
+        chain: the geometry.
+        dh: the same as a Denavit-Hartenberg table.
+        joints: limits, speeds and springs.
+        bodies: masses.
+        controller: what controllers call it.
+    """
+
     name: Annotated[str, Field(min_length=1)] | None = None
     description: str = ""
     payload_kg: Positive | None = None
