@@ -60,7 +60,8 @@ class Conversion:
             where the program is not safe to compensate.
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
-        outcomes: of every motion statement; plan, before, after: what was decided, and the deviation along the way.
+        outcomes: of every motion statement; plan, before, after: what was decided, and the deviation along the way;
+            model: of the real arm, as far as it holds here.
     """
 
     outputs: Mapping[str, bytes]
@@ -71,6 +72,7 @@ class Conversion:
     plan: Plan | None = None
     before: Deviation | None = None
     after: Deviation | None = None
+    model: Model | None = None
 
     @property
     def summary(self) -> str:
@@ -150,7 +152,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     report["worlds"] = worlds.as_json()
     report["expected_remaining_fraction"] = expect_remaining(model, motion)
     outputs = _outputs(program, edits, header_values(model, options, report), env)
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after)
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), plan, before, after, model)
 
 
 def _stop_at_errors(findings: Sequence[Diagnostic], exit_code: int = 1) -> None:
