@@ -41,6 +41,7 @@ function largest(values) {
   return most;
 }
 
+const thousands = (x) => x.toLocaleString("en");
 const mm = (x) => (Number.isFinite(x) ? `${x.toFixed(3)} mm` : "not known");
 const short = (x) => String(Number(x.toPrecision(4)));
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -77,6 +77,9 @@ function chain(path, i) {
   return found;
 }
 
+/** Whether two pixels are so near that a line between them would not be seen. */
+const near = (a, b) => Math.abs(a[0] - b[0]) + Math.abs(a[1] - b[1]) < 1;
+
 class PathScene {
   constructor(path) {
     this.path = path;
@@ -105,16 +108,18 @@ class PathScene {
     for (const weld of [false, true]) {
       pen.strokeStyle = css(weld ? "--ink" : "--faint");
       pen.lineWidth = weld ? 2 : 1;
-      pen.setLineDash(weld ? [] : [3, 3]);
+      pen.setLineDash(weld || space.busy || path.n > 20000 ? [] : [3, 3]);
       pen.beginPath();
-      let on = false;
+      let last = null, drawn = null;
       for (let i = 0; i < path.n; i += stride) {
-        const joined = path.welding(i) === weld && path.joined(i) && i >= stride;
-        if (joined) {
-          if (!on) pen.moveTo(...at(path.p[3 * (i - stride)], path.p[3 * (i - stride) + 1], path.p[3 * (i - stride) + 2]));
-          pen.lineTo(...at(path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]));
+        const place = at(path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]);
+        if (last && path.welding(i) === weld && path.joined(i)) {
+          if (drawn !== last) pen.moveTo(...last);
+          else if (near(last, place)) continue;
+          pen.lineTo(...place);
+          drawn = place;
         }
-        on = joined;
+        last = place;
       }
       pen.stroke();
     }
@@ -125,23 +130,28 @@ class PathScene {
   deviation(space, pen, name, stride) {
     const { path } = this, at = space.projection(), away = path[name], size = path.size[name];
     const k = this.times / 1000, lines = Array.from({ length: 2 * SHADES }, () => []);
-    let last = null;
     const whisker = Math.max(stride, Math.ceil(path.n / 1500));
+    let last = null;
     for (let i = 0; i < path.n; i += stride) {
       const [x, y, z] = [path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]];
       const tip = at(x + k * away[3 * i], y + k * away[3 * i + 1], z + k * away[3 * i + 2]);
-      const bin = Math.min(SHADES - 1, Math.floor((SHADES * Math.min(size[i] / path.scale, 1)) || 0));
-      if (last && path.joined(i)) lines[bin].push(last, tip);
+      const bin = Math.min(SHADES - 1, Math.floor(SHADES * Math.min(size[i] / path.scale, 1)) || 0);
       if (i % whisker < stride && name === "before") lines[SHADES + bin].push(at(x, y, z), tip);
+      const joined = last && path.joined(i);
+      if (joined && near(last, tip)) continue;
+      if (joined) lines[bin].push(last, tip);
       last = tip;
     }
     lines.forEach((ends, b) => {
       if (!ends.length) return;
       pen.strokeStyle = shade((b % SHADES) / (SHADES - 1));
-      pen.lineWidth = b < SHADES ? (name === "before" ? 2 : 2.5) : 0.8;
+      pen.lineWidth = b >= SHADES ? 0.8 : name === "before" ? 2 : 2.5;
       pen.globalAlpha = b < SHADES ? 1 : 0.55;
       pen.beginPath();
-      for (let j = 0; j < ends.length; j += 2) { pen.moveTo(...ends[j]); pen.lineTo(...ends[j + 1]); }
+      for (let j = 0; j < ends.length; j += 2) {
+        if (ends[j] !== ends[j - 1]) pen.moveTo(...ends[j]);
+        pen.lineTo(...ends[j + 1]);
+      }
       pen.stroke();
     });
     pen.globalAlpha = 1;
@@ -149,13 +159,12 @@ class PathScene {
 
   marks(space, pen) {
     const { path } = this, at = space.projection();
-    if (path.goals.length < 3000 || !space.busy) {
+    const seen = path.goals.map((i) => at(path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]))
+      .filter(([x, y]) => x > 0 && y > 0 && x < space.width && y < space.height);
+    if (seen.length < 2000) {
+      const r = seen.length > 300 ? 1.2 : 2.4;
       pen.fillStyle = css("--ink");
-      const r = path.goals.length > 500 ? 1.2 : 2.4;
-      for (const i of path.goals) {
-        const [x, y] = at(path.p[3 * i], path.p[3 * i + 1], path.p[3 * i + 2]);
-        pen.fillRect(x - r, y - r, 2 * r, 2 * r);
-      }
+      for (const [x, y] of seen) pen.fillRect(x - r, y - r, 2 * r, 2 * r);
     }
     const i = path.chosen.value;
     if (i < 0) return;
