@@ -42,7 +42,7 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
             _figures(document) if moved else (),
             _assumed(document, made or {}) if moved else "",
             {"path": plain(path_data(found))} if moved else None,
-            ("space", "course", "path") if moved else (),
+            ("space", "arm", "course", "path") if moved else (),
         )
     )
 

@@ -45,6 +45,7 @@ class Page:
     Args:
         sentence: what the result is; figures: at most a few that matter; assumed: what the result rests on.
         document: the JSON document of the same result, plain values, carried in ``<script id="document">``.
+        bar: HTML that stays in sight, with what changes the page.
         data: further plain values by the id of the element that carries them; scripts: that draw them.
     """
 
@@ -54,6 +55,7 @@ class Page:
     document: Mapping[str, Any]
     figures: Sequence[Figure] = ()
     assumed: str = ""
+    bar: str = ""
     data: Mapping[str, Any] | None = None
     scripts: Sequence[str] = ()
 
@@ -66,6 +68,7 @@ def render_page(page: Page) -> str:
         sentence=prose(page.sentence),
         key=page.figures,
         assumed=prose(page.assumed),
+        bar=Markup(page.bar),
         sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in page.sections],
         style=asset("page.css"),
         document=embedded(page.document),

@@ -19,8 +19,8 @@ from postproc.model.loads import loaded_state
 from postproc.motion.path.curves import Curves, pose_at
 from postproc.motion.values import Index, Move
 from postproc.rapid.data.events import MotionStatement
+from postproc.report.chain import chain_of
 from postproc.report.columns import exact, packed
-from postproc.robot.arm import Robot
 
 MOST = 60_000  # samples of a page; more than that are thinned, the largest deviations stay
 BLOCK = 10_000
@@ -80,7 +80,7 @@ def path_data(found: Conversion) -> dict[str, Any]:
         "targets": [_target(outcome.statement) for outcome in found.outcomes],
         "sources": _sources(found),
         # A stationary tool stands still, and the path is drawn on the work that the arm carries, without the arm.
-        "arm": None if curves.mounts.stationary.any() else _arm(robot, curves.mounts.T_mount_tcp),
+        "arm": None if curves.mounts.stationary.any() else chain_of(robot, curves.mounts.T_mount_tcp),
     }
 
 
@@ -179,6 +179,8 @@ def _target(statement: MotionStatement) -> str:
     """What the program calls the target of a statement."""
     argument = statement.argument("to")
     text = "" if argument is None else " ".join(argument.text.split())
+    if text.startswith("["):
+        text = f"{text.partition(']')[0]}]"  # its position says which it is
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
@@ -186,15 +188,3 @@ def _sources(found: Conversion) -> dict[str, list[str]]:
     """Lines of every file that may change, by its path."""
     sources = {o.statement.source.path: o.statement.source for o in found.outcomes}
     return {path: source.data.decode("latin-1").splitlines() for path, source in sources.items()}
-
-
-def _arm(robot: Robot, T_flange_tcp: Array) -> dict[str, Any]:
-    """The chain T_base_flange = link[0] Rot(axis[0], q1) .. link[6], and the tool of every move (m, 3) [m]."""
-    tools, tool = np.unique(T_flange_tcp[:, :3, 3], axis=0, return_inverse=True)
-    return {
-        "name": robot.name,
-        "link": robot.link.tolist(),
-        "axis": robot.axis.tolist(),
-        "tools": tools.tolist(),
-        "tool": exact(tool),
-    }

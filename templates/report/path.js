@@ -9,7 +9,7 @@ class Path {
     for (const [name, column] of Object.entries(places)) this[name] = numbers(column);
     this.moves = Object.fromEntries(Object.entries(moves).map(([name, column]) => [name, numbers(column)]));
     this.most = { before: numbers(most.before), after: numbers(most.after) };
-    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm, statements: found.statements });
+    Object.assign(this, { targets: packed.targets, sources: packed.sources, arm: packed.arm && new Arm(packed.arm), statements: found.statements });
     this.n = this.move.length;
     this.size = { before: lengths(this.before), after: lengths(this.after) };
     this.goals = [];
@@ -51,30 +51,9 @@ class Path {
     return rows.length ? [rows[0], rows[last]] : null;
   }
 
-  boxOf([from, to]) { return boxOf(this.p.subarray(3 * from, 3 * to + 3)); }
-}
+  joints(i) { return this.arm.joints(this.q, i, this.move[i]); }
 
-/** Places of the joints, the flange and the tool: link[0] Rot(axis[0], q1) .. link[6], and the tool of the move. */
-function chain(path, i) {
-  const { link, axis, tools, tool } = path.arm;
-  let R = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], p = [0, 0, 0];
-  const found = [[0, 0, 0]];
-  const go = (T) => {
-    p = p.map((x, r) => x + R[r][0] * T[0][3] + R[r][1] * T[1][3] + R[r][2] * T[2][3]);
-    R = R.map((row) => [0, 1, 2].map((c) => row[0] * T[0][c] + row[1] * T[1][c] + row[2] * T[2][c]));
-  };
-  for (let j = 0; j < 6; j++) {
-    go(link[j]);
-    found.push(p);
-    const [x, y, z] = axis[j], c = Math.cos(path.q[6 * i + j]), s = Math.sin(path.q[6 * i + j]), k = 1 - c;
-    go([[c + k * x * x, k * x * y - s * z, k * x * z + s * y, 0], [k * x * y + s * z, c + k * y * y, k * y * z - s * x, 0],
-      [k * x * z - s * y, k * y * z + s * x, c + k * z * z, 0]]);
-  }
-  go(link[6]);
-  found.push(p);
-  const [a, b, c] = tools[path.toolOf ? path.toolOf[path.move[i]] : (path.toolOf = numbers(tool))[path.move[i]]];
-  found.push(p.map((x, r) => x + R[r][0] * a + R[r][1] * b + R[r][2] * c));
-  return found;
+  boxOf([from, to]) { return boxOf(this.p.subarray(3 * from, 3 * to + 3)); }
 }
 
 /** Whether two pixels are so near that a line between them would not be seen. */
@@ -95,7 +74,7 @@ class PathScene {
   draw(space, pen) {
     space.floor(pen);
     const { path } = this, stride = space.busy ? Math.ceil(path.n / 6000) : Math.ceil(path.n / 60000);
-    if (path.arm && path.chosen.value >= 0) this.arm(space, pen, path.chosen.value);
+    if (path.arm && path.chosen.value >= 0) path.arm.draw(space, pen, path.joints(path.chosen.value));
     this.nominal(space, pen, stride);
     if (this.shown !== "after") this.deviation(space, pen, "before", stride);
     if (this.shown !== "before") this.deviation(space, pen, "after", stride);
@@ -180,25 +159,6 @@ class PathScene {
     pen.fillText(name, x + (right ? -12 : 12), y - 8);
   }
 
-  arm(space, pen, i) {
-    const at = space.projection(), joints = chain(this.path, i).map((p) => at(...p));
-    const wide = Math.min(Math.max(0.14 * space.scale(), 4), 46);
-    const widths = [1.35, 1.2, 1, 0.85, 0.65, 0.55, 0.45, 0.22];
-    pen.globalAlpha = 0.9;
-    for (let j = 1; j < joints.length; j++) {
-      for (const [grow, color] of [[2, css("--line")], [0, css("--arm")]]) {
-        pen.strokeStyle = color;
-        pen.lineWidth = wide * widths[j - 1] + grow;
-        pen.beginPath(); pen.moveTo(...joints[j - 1]); pen.lineTo(...joints[j]); pen.stroke();
-      }
-    }
-    for (let j = 1; j < 7; j++) {
-      pen.fillStyle = css("--joint");
-      pen.beginPath(); pen.arc(...joints[j], Math.max(0.28 * wide * widths[j], 2), 0, 7); pen.fill();
-    }
-    pen.globalAlpha = 1;
-  }
-
   near(space, x, y) {
     const { path } = this;
     let i = nearest(space, path.p, path.goals, x, y);
@@ -212,8 +172,8 @@ class PathScene {
   }
 
   armBox() {
-    const i = Math.max(this.path.chosen.value, 0), all = [...chain(this.path, i).flat(), ...this.box[0], ...this.box[1]];
-    return boxOf(all);
+    const joints = this.path.joints(Math.max(this.path.chosen.value, 0));
+    return boxOf([...joints.flat(), ...this.box[0], ...this.box[1]]);
   }
 }
 

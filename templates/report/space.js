@@ -94,7 +94,7 @@ class Space {
   }
 
   /** Pixels of a metre. */
-  scale() { return (this.zoom * 0.5 * Math.min(this.width, this.height)) / this.radius; }
+  scale() { return (this.zoom * 0.62 * Math.min(this.width, this.height)) / this.radius; }
 
   /** Function from a place to pixels. */
   projection() {
