@@ -30,7 +30,7 @@ from postproc.compensate.results.figures import Figures, figures_of
 from postproc.compensate.results.outcomes import judge_statements, largest_shifts
 from postproc.compensate.results.seams import find_seams, partial_seams
 from postproc.compensate.text.values import Outcome
-from postproc.compensate.worlds import check_written
+from postproc.compensate.worlds import Worlds, check_written, depends_on_run_time
 from postproc.diagnostics import Diagnostic, PostprocError, Source, has_errors
 from postproc.model.arm import Model
 from postproc.rapid.data.events import MotionEvent
@@ -139,7 +139,9 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     findings += partial_seams(seams, options.allow_partial)
     bounds = {key: (most, MOST_TURNED) for key, most in largest_shifts(outcomes, plan).items()}
     added = Counter(insertion.statement.key for insertion in plan.insertions)
-    worlds, more = check_written(program, drafts, added, bounds, events, options.entry)
+    worlds, more = Worlds(0, 0), list[Diagnostic]()
+    if depends_on_run_time(events):
+        worlds, more = check_written(program, drafts, added, bounds, options.entry)
     findings += more
     _stop_at_errors(findings)
     accuracy, more = expect_accuracy(model, motion, sources[0])

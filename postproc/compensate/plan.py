@@ -18,7 +18,7 @@ from postproc.compensate.correction.curve import (
     invert_model,
     place_targets,
 )
-from postproc.compensate.correction.fewest_targets import Pieces, PiecesKey, divide_moves, divided_alike
+from postproc.compensate.correction.fewest_targets import Division, Pieces, divide_moves, divided_alike
 from postproc.compensate.correction.reversals import find_reversals
 from postproc.compensate.path.motion import Motion
 from postproc.compensate.text.added_targets import TargetAdder
@@ -106,7 +106,7 @@ class Planner:
         self.events = events
         self.unasked: Mapping[StatementKey, str] = {}
         # Most moves are in a round as in the one before.
-        self.ramps, self.divided = dict[RampKey, Ramp](), dict[PiecesKey, Pieces]()
+        self.ramps, self.division = dict[RampKey, Ramp](), Division.of(self.samples, self.tolerance, self.settled)
 
     def plan(self) -> Plan:
         """Rounds until nothing more has to be left or kept whole."""
@@ -136,7 +136,7 @@ class Planner:
         least = self.motion.options.tolerance_m / 2
         transitions += find_reversals(self.model, self.samples, curve, self.time, least)
         divisible = [i not in now.indivisible and m.event.statement.key not in left for i, m in enumerate(self.moves)]
-        pieces = divide_moves(self.samples, curve, self.tolerance, divisible, self.settled, self.divided)
+        pieces = divide_moves(self.division, curve, divisible)
         pieces = divided_alike(self.samples, pieces, divisible)
         chosen = [i for i in chosen if self.moves[i].event.statement.key not in left]
         # Where a function works out the points of a divided arc, its circle point stays with that.
