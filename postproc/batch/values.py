@@ -14,6 +14,8 @@ from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.data.records import Pose
 from postproc.settings import Settings
 
+PAGES = "report"
+"""Folder of the output tree with a page for each program."""
 Status = Literal["compensated", "unchanged", "failed"]
 
 
@@ -42,6 +44,11 @@ class Task:
     findings: tuple[Diagnostic, ...] = ()
 
 
+def page_of(task: str) -> str:
+    """Where the HTML page of a task stands in the output tree."""
+    return f"{PAGES}/{task}.html"
+
+
 @dataclass(frozen=True, slots=True)
 class Inventory:
     """What stands in a folder: tasks to convert, and files that are copied as they are, relative to ``root``."""
@@ -67,6 +74,7 @@ class Job:
     Args:
         key: hash of everything the result depends on.
         model: the pickled model.
+        page: its HTML page in the output tree, None for none; made: what the page says of how it was made.
     """
 
     name: str
@@ -74,6 +82,8 @@ class Job:
     sources: tuple[Source, ...] = field(repr=False)
     model: bytes = field(repr=False)
     options: Options = field(default_factory=Options)
+    page: str | None = None
+    made: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +131,7 @@ class Outcome:
     """What became of a task: done now, or taken over from an earlier run (``cached``).
 
     Args:
-        arm: keys of the document about the arm and what is corrected.
+        arm: keys of the document about the arm and what is corrected. page: its HTML page in the output tree.
     """
 
     task: Task
@@ -130,6 +140,7 @@ class Outcome:
     figures: Mapping[str, Any]
     findings: tuple[Mapping[str, Any], ...]
     arm: Mapping[str, str] = field(default_factory=dict)
+    page: str | None = None
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -137,6 +148,7 @@ class Outcome:
             "status": self.status,
             "cached": self.cached,
             "files": list(self.task.files),
+            **({"page": self.page} if self.page else {}),
             **self.arm,
             **self.figures,
             "diagnostics": list(self.findings),

@@ -60,9 +60,15 @@ def addition_page(name: str, found: Addition) -> str:
         Section("Parameters", parameter_table(found.fit, keys), folded=True),
     ]
     page = Page(
-        f"postproc add {name}", found.text().splitlines()[0], sections, document, figures,
-        bar=BAR, data={"steps": plain(steps)}, scripts=SCRIPTS,
-    )  # fmt: skip
+        title=f"postproc add {name}",
+        sentence=found.text().splitlines()[0],
+        sections=sections,
+        document=document,
+        figures=figures,
+        bar=BAR,
+        data={"steps": plain(steps)},
+        scripts=SCRIPTS,
+    )
     return render_page(page)
 
 

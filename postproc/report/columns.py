@@ -29,4 +29,8 @@ def packed(values: ArrayLike) -> dict[str, Any]:
 
 
 def _column(array: np.ndarray, kind: str) -> dict[str, Any]:
-    return {"type": kind, "width": array.shape[-1] if array.ndim > 1 else 1, "data": b64encode(array.tobytes()).decode()}
+    return {
+        "type": kind,
+        "width": array.shape[-1] if array.ndim > 1 else 1,
+        "data": b64encode(array.tobytes()).decode(),
+    }

@@ -54,13 +54,20 @@ def comparison_page(name: str, found: Comparison) -> str:
         *channel_sections(fit, "What it follows: every channel", folded=fit.observed.name == "position"),
         Section("Figures", table("figures", ("figure", kind.unit), _figures(document, kind))),
         *([Section("Laws that the model holds", grid(laws, 420), "At these poses.", True)] if laws else []),
-        Section("Share of the residual above chance", table("shares", ("channel", "at", "explains"), follows), "", True),
+        Section(
+            "Share of the residual above chance", table("shares", ("channel", "at", "explains"), follows), "", True
+        ),
     ]
     steps = steps_data([Rung("this model", fit, fit.rms)], (), noise)
     page = Page(
-        f"postproc compare {name}", found.text().splitlines()[0], sections, document, figures,
-        data={"steps": plain(steps)}, scripts=SCRIPTS,
-    )  # fmt: skip
+        title=f"postproc compare {name}",
+        sentence=found.text().splitlines()[0],
+        sections=sections,
+        document=document,
+        figures=figures,
+        data={"steps": plain(steps)},
+        scripts=SCRIPTS,
+    )
     return render_page(page)
 
 

@@ -33,28 +33,33 @@ def compensation_page(name: str, found: Conversion, made: Mapping[str, str] | No
         findings = [(d["line"], d["severity"], d["code"], d["message"], d["help"]) for d in document["diagnostics"]]
         sections.append(Section("Findings", table("findings", FINDING, findings)))
     sections.append(made_section({**({"arm": document["robot"]} if moved else {}), **(made or {})}))
-    return render_page(
-        Page(
-            f"postproc compensate {name}",
-            _sentence(document, bool(found.outputs)),
-            sections,
-            document,
-            _figures(document) if moved else (),
-            _assumed(document, made or {}) if moved else "",
-            {"path": plain(path_data(found))} if moved else None,
-            ("space", "arm", "course", "path") if moved else (),
-        )
+    page = Page(
+        title=f"postproc compensate {name}",
+        sentence=_sentence(document, bool(found.outputs)),
+        sections=sections,
+        document=document,
+        figures=_figures(document) if moved else (),
+        assumed=_assumed(document, made or {}) if moved else "",
+        data={"path": plain(path_data(found))} if moved else {},
+        scripts=("space", "arm", "course", "path") if moved else (),
     )
+    return render_page(page)
 
 
 def _pictures(document: Mapping[str, Any]) -> list[Section]:
-    seams = [Section("Seam by seam", '<div data-path="seams"></div>', "The largest deviation while the arc burns.")] if document["welds"] else []
+    seams = (
+        [Section("Seam by seam", '<div data-path="seams"></div>', "The largest deviation while the arc burns.")]
+        if document["welds"]
+        else []
+    )
     return [
         *seams,
         Section("Where", render("path.html.j2"), IN_SPACE),
         Section("How far off, along the path", '<div data-path="deviation"></div>', ACROSS),
         Section("Every motion statement", '<div data-path="statements"></div>'),
-        Section("Joints", '<div data-path="joints"></div>', "Torques of a rigid arm, under its own weight and the loads."),
+        Section(
+            "Joints", '<div data-path="joints"></div>', "Torques of a rigid arm, under its own weight and the loads."
+        ),
     ]
 
 

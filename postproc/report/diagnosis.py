@@ -1,4 +1,4 @@
-"""The page of a diagnosis: the verdict, the error now and with what is missing, the laws that were found, the ranking."""
+"""The page of a diagnosis: the verdict, the error now and with what is missing, the laws found, the ranking."""
 
 from __future__ import annotations
 
@@ -54,9 +54,15 @@ def diagnosis_page(name: str, found: Diagnosis) -> str:
         columns = ("effect", "why")
         sections.append(Section("This data could not have shown", table("not shown", columns, blind), folded=True))
     page = Page(
-        f"postproc diagnose {name}", headline(found), sections, document, _figures(document, kind),
-        bar=BAR if found.missing else "", data={"steps": plain(steps)}, scripts=SCRIPTS,
-    )  # fmt: skip
+        title=f"postproc diagnose {name}",
+        sentence=headline(found),
+        sections=sections,
+        document=document,
+        figures=_figures(document, kind),
+        bar=BAR if found.missing else "",
+        data={"steps": plain(steps)},
+        scripts=SCRIPTS,
+    )
     return render_page(page)
 
 

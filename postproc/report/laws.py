@@ -140,9 +140,7 @@ def _channel(effect: Effect, k: int, values: Array, named: dict[str, Array]) -> 
     return best
 
 
-def _curve(
-    fit: Fit, effect: Effect, state: State, channel: str, k: int, loads: bool, named: dict[str, Array]
-) -> Curve:
+def _curve(fit: Fit, effect: Effect, state: State, channel: str, k: int, loads: bool, named: dict[str, Array]) -> Curve:
     values = named[channel]
     known = np.unique(values)
     at = known if len(known) <= 6 else np.linspace(values.min(), values.max(), GRID)

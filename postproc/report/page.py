@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from typing import Any
@@ -38,7 +38,7 @@ class Figure:
     kind: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
     """One page.
 
@@ -56,7 +56,7 @@ class Page:
     figures: Sequence[Figure] = ()
     assumed: str = ""
     bar: str = ""
-    data: Mapping[str, Any] | None = None
+    data: Mapping[str, Any] = field(default_factory=dict)
     scripts: Sequence[str] = ()
 
 
@@ -72,7 +72,7 @@ def render_page(page: Page) -> str:
         sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in page.sections],
         style=asset("page.css"),
         document=embedded(page.document),
-        data={name: embedded(value) for name, value in (page.data or {}).items()},
+        data={name: embedded(value) for name, value in page.data.items()},
         script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *page.scripts)),
     )
 
@@ -117,10 +117,11 @@ def table(
         label: what it holds, for people who hear the page.
         links: a column, and for each row where its cell leads to.
     """
-    numbers = [any(map(_is_number, column)) and all(c is None or _is_number(c) for c in column) for column in zip(*rows)]
+    every = [[row[k] for row in rows] for k in range(len(columns))]
+    numbers = [any(map(_is_number, cells)) and all(c is None or _is_number(c) for c in cells) for cells in every]
     spec = {
         "label": label,
-        "columns": [{"title": c, "number": n} for c, n in zip(columns, numbers or [False] * len(columns), strict=True)],
+        "columns": [{"title": c, "number": n} for c, n in zip(columns, numbers, strict=True)],
         "rows": [[*map(_cell, row), *([links[1][i]] if links else [])] for i, row in enumerate(rows)],
         "link": links[0] if links else None,
     }

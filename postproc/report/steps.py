@@ -1,4 +1,4 @@
-"""The steps of a model from the base to the last effect: residuals in space, charts and sample targets at each of them."""
+"""The steps of a model from the base to the last effect: residuals, charts and sample targets at each of them."""
 
 from __future__ import annotations
 
