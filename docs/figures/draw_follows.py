@@ -13,12 +13,15 @@ from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
 from postproc.measure.table import read_measurements
 from postproc.model.arm import Model
-from postproc.report.residuals import channel_section
+from postproc.report.charts import SIZE
+from postproc.report.page import asset
+from postproc.report.residuals import channel_sections
 from postproc.robot.catalogue import load_robot
 
 ROOT = Path(__file__).resolve().parents[2]
 BASE = ("instrument_frame", "tool_frame", "joint_offset", "joint_compliance")
-CHARTS, WIDTH, HEIGHT = 3, 330, 210
+CHARTS = 3
+WIDTH, HEIGHT = SIZE
 
 
 def main() -> None:
@@ -27,10 +30,11 @@ def main() -> None:
     library = effect_library()
     data = read_measurements(Source(table.name, table.read_bytes()), robot)
     fit = fit_model(Model(robot), data, [library[key].null() for key in BASE])
-    charts = re.findall(r"<svg.*?</svg>", channel_section(fit, fit.noise.position).html)[:CHARTS]
+    charts = re.findall(r"<svg.*?</svg>", channel_sections(fit, folded=True)[0].html)[:CHARTS]
     size = f'width="{CHARTS * WIDTH}" height="{HEIGHT}"'
     placed = [chart.replace("<svg ", f'<svg x="{i * WIDTH}" ', 1) for i, chart in enumerate(charts)]
-    page = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="#fff"/>{"".join(placed)}</svg>\n'
+    style = f"<style>{asset('page.css')}</style>"
+    page = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{style}<rect {size} fill="#fff"/>{"".join(placed)}</svg>\n'
     (ROOT / "docs" / "figures" / "follows.svg").write_text(page, encoding="utf-8")
 
 

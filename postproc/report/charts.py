@@ -12,7 +12,7 @@ from postproc.arrays import Array
 from postproc.report.svg import Frame, Range, band, dots, line, ring, spread
 
 FEW = 6  # a channel with so few values is drawn as columns of points
-SMALL, LARGE = (340, 220), (560, 300)
+SIZE = (340, 220)  # as wide as a phone shows without making its text smaller
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,6 @@ def scatter(
     bins: Bins | None = None,
     marks: Sequence[tuple[int, str]] = (),
     curve: Curve | None = None,
-    size: tuple[int, int] = SMALL,
     across: Range | None = None,
 ) -> str:
     """Points (n,) over (n,), with a band of plus and minus ``noise``; few values of x become columns of points.
@@ -62,8 +61,10 @@ def scatter(
     if columns:
         wide = 0.3 * (float(np.diff(distinct).min()) if len(distinct) > 1 else 1.0)
         x = x + wide * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)  # golden ratio: evenly, whatever the order
-    reach = [y[good], [0.0], [] if noise is None else [noise, -noise], [] if curve is None else curve.y]
-    frame = Frame(spread(x[good]), across or spread(np.concatenate(reach)), size, title)
+    reach = np.concatenate([y[good], [0.0], np.zeros(0) if curve is None else curve.y])
+    if noise is not None:
+        reach = np.append(reach, [noise, -noise])
+    frame = Frame(spread(x[good]), across or spread(reach), SIZE, title)
     parts = [] if noise is None else [_noise(frame, noise)]
     places = frame.places(x, np.clip(y, *frame.range_y))
     parts.append(dots(places[good]))
@@ -82,7 +83,7 @@ def shares(curves: Mapping[str, tuple[str, Array]], unit: str, title: str) -> st
     if not known:
         return ""
     most = max(float(np.percentile(values, 99.5)) for _, values in known.values()) or 1.0
-    frame = Frame((0.0, 1.05 * most), (0.0, 100.0), SMALL, title)
+    frame = Frame((0.0, 1.05 * most), (0.0, 100.0), SIZE, title)
     parts = []
     for k, (name, (kind, values)) in enumerate(known.items()):
         at = np.linspace(0.0, 1.05 * most, 120)
@@ -133,7 +134,7 @@ def histogram(values: Mapping[str, tuple[str, Array]], unit: str, title: str) ->
     edges = np.linspace(low, max(high, low + 0.5), 25)
     counts = {name: np.histogram(np.log10(v), edges)[0] for name, (_, v) in known.items()}
     most = max(int(c.max()) for c in counts.values())
-    frame = Frame((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), LARGE, title)
+    frame = Frame((float(edges[0]), float(edges[-1])), (0.0, 1.15 * most), SIZE, title)
     parts, step = [], float(np.diff(edges[:2])[0]) / len(known)
     for k, (name, (kind, _)) in enumerate(known.items()):
         for edge, count in zip(edges, counts[name], strict=False):
@@ -175,5 +176,5 @@ def _law(frame: Frame, curve: Curve, columns: bool) -> list[str]:
         rows = zip(*(frame.places(*end) for end in ends), strict=True)
         return [line(np.stack(row), "law") for row in rows]
     y = frame.places(curve.x, curve.y)
-    sides = [frame.places(curve.x, np.clip(curve.y + side * curve.sigma, low, high)) for side in (-2.0, 2.0)]
-    return [band(*sides, "sure"), line(y, "law")]
+    least, most = (frame.places(curve.x, np.clip(curve.y + k * curve.sigma, low, high)) for k in (-2.0, 2.0))
+    return [band(least, most, "sure"), line(y, "law")]

@@ -53,7 +53,7 @@ def comparison_page(name: str, found: Comparison) -> str:
         Section("Worst poses", '<div data-steps="worst"></div>'),
         *channel_sections(fit, "What it follows: every channel", folded=fit.observed.name == "position"),
         Section("Figures", table("figures", ("figure", kind.unit), _figures(document, kind))),
-        *([Section("Laws that the model holds", grid(laws, 420), "At these poses.", True)] if laws else []),
+        *([Section("Laws that the model holds", grid(laws, 320), "At these poses.", True)] if laws else []),
         Section(
             "Share of the residual above chance", table("shares", ("channel", "at", "explains"), follows), "", True
         ),

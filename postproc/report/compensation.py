@@ -95,7 +95,6 @@ def _assumed(document: Mapping[str, Any], made: Mapping[str, str]) -> str:
         f"{document['added_targets']} targets added",
         f"cycle time {document['cycle_time_s']:.1f} s",
         *air,
-        *elsewhere(document),
         sure,
     ]
     return "; ".join(parts) + "."
@@ -108,7 +107,10 @@ def _sentence(document: Mapping[str, Any], written: bool) -> str:
         return "Nothing was corrected."
     arc, where = _welds(document)
     before, after = document[f"max_{arc}error_before_mm"], document[f"max_{arc}error_after_mm"]
-    fell = f"At most {after:.3f} mm of deviation remain {where}, where there were {before:.3f} mm."
+    beside = elsewhere(document)
+    steady = " at steady speed" if beside else ""
+    fell = f"At most {after:.3f} mm of deviation remain {where}{steady}, where there were {before:.3f} mm"
+    fell += f"; up to {' and '.join(beside)}." if beside else "."
     count = document["unproved_statements"]
     doubt = f" {count} of these statements also run where they cannot be followed: what remains there is not proved."
     return f"{fell}{doubt if count else ''}"

@@ -18,7 +18,7 @@ from postproc.fit.channels import fit_channels, unit_of
 from postproc.fit.fitted import Fit
 from postproc.identify.trends import DAMPING
 from postproc.model.places import BODY, INSTRUMENT, JOINT, PLACES, TOOL, flat, placed
-from postproc.report.charts import LARGE, SMALL, Curve, scatter
+from postproc.report.charts import Curve, scatter
 from postproc.robot.kinematics import body_poses
 
 GRID, ROWS = 80, 24  # values of a channel, and measured rows over which the law is averaged at each of them
@@ -61,7 +61,7 @@ def laws_of(fit: Fit, keys: Iterable[str]) -> list[Law]:
     return found
 
 
-def law_charts(laws: Iterable[Law], noise: float | None = None, large: bool = True) -> list[str]:
+def law_charts(laws: Iterable[Law]) -> list[str]:
     """A chart of every law."""
     charts = []
     for law in laws:
@@ -69,9 +69,7 @@ def law_charts(laws: Iterable[Law], noise: float | None = None, large: bool = Tr
         curve = Curve(law.curve.x * factor, law.curve.y, law.curve.sigma)
         label = f"{law.channel} [{unit}]" if unit else law.channel
         title = f"{law.effect}: {law.where}"
-        charts.append(
-            scatter(law.x * factor, law.y, label, law.unit, title=title, curve=curve, size=LARGE if large else SMALL)
-        )
+        charts.append(scatter(law.x * factor, law.y, label, law.unit, title=title, curve=curve))
     return charts
 
 

@@ -60,21 +60,22 @@ class Page:
     scripts: Sequence[str] = ()
 
 
-def render_page(page: Page) -> str:
+def render_page(content: Page) -> str:
     """The page as text."""
-    return render(
+    page = render(
         "page.html.j2",
-        title=page.title,
-        sentence=prose(page.sentence),
-        key=page.figures,
-        assumed=prose(page.assumed),
-        bar=Markup(page.bar),
-        sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in page.sections],
+        title=content.title,
+        sentence=prose(content.sentence),
+        key=content.figures,
+        assumed=prose(content.assumed),
+        bar=Markup(content.bar),
+        sections=[Section(s.title, Markup(s.html), prose(s.note), s.folded) for s in content.sections],
         style=asset("page.css"),
-        document=embedded(page.document),
-        data={name: embedded(value) for name, value in page.data.items()},
-        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *page.scripts)),
+        document=embedded(content.document),
+        data={name: embedded(value) for name, value in content.data.items()},
+        script=Markup("\n").join(asset(f"{name}.js") for name in (*SCRIPTS, *content.scripts)),
     )
+    return str(page)
 
 
 def render(template: str, **values: Any) -> Markup:

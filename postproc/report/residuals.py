@@ -14,7 +14,7 @@ from postproc.identify.compare import WORST
 from postproc.identify.sentences import suspect_size
 from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
 from postproc.patterns.suspects import Suspect
-from postproc.report.charts import LARGE, Bins, scatter
+from postproc.report.charts import Bins, scatter
 from postproc.report.page import Section, grid
 from postproc.report.svg import Range, spread
 
@@ -99,7 +99,6 @@ def suspect_chart(fit: Fit, suspect: Suspect, noise: float | None) -> str:
         f"{ours} at {suspect.where}{direction}",
         noise=None if noise is None else 2e3 * noise * float(np.sqrt((square / (square + DAMPING**2) ** 2).mean())),
         title=f"{suspect.where}: {suspect.pattern}",
-        size=LARGE,
     )
 
 

@@ -54,7 +54,7 @@ def steps_data(rungs: Sequence[Rung], keys: Iterable[str], floor: float | None) 
                 "error": 1e3 * rung.error,
                 "away": None if joint else packed(1e3 * away),
                 "charts": channels.charts(rung.fit),
-                "laws": law_charts(laws_of(rung.fit, keys), large=False),
+                "laws": law_charts(laws_of(rung.fit, keys)),
                 "program": _sample_program(rung.fit.model, last, rows),
             }
         )
