@@ -34,7 +34,8 @@ def main() -> None:
     size = f'width="{CHARTS * WIDTH}" height="{HEIGHT}"'
     placed = [chart.replace("<svg ", f'<svg x="{i * WIDTH}" ', 1) for i, chart in enumerate(charts)]
     style = f"<style>{asset('page.css')}</style>"
-    page = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{style}<rect {size} fill="#fff"/>{"".join(placed)}</svg>\n'
+    inside = f'{style}<rect {size} fill="#fff"/>{"".join(placed)}'
+    page = f'<svg xmlns="http://www.w3.org/2000/svg" class="paper" {size}>{inside}</svg>\n'
     (ROOT / "docs" / "figures" / "follows.svg").write_text(page, encoding="utf-8")
 
 

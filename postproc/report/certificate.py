@@ -18,6 +18,7 @@ COMPUTED = (
     "The deviations are computed with the model of the arm, along the whole path of the program as it was written and "
     "read back. They are no measurement of this arm."
 )
+Row = tuple[object, ...]
 LEFT_OPEN = "Required figures are filled in by hand where the contract states them."
 
 
@@ -27,7 +28,7 @@ class Part:
 
     title: str
     columns: Sequence[str]
-    rows: Sequence[Sequence[object]]
+    rows: Sequence[Row]
     note: str = ""
 
 
@@ -44,10 +45,12 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
         sentence = "The program is not safe to compensate; no corrected program was written."
         return _page(f"Acceptance of {name}", False, sentence, facts, (), [COMPUTED])
     tolerance, air = document["tolerance_mm"], document["air_tolerance_mm"]
-    seams = [_seam(seam, tolerance) for seam in document["welds"]]
+    seams: list[Row] = [_seam(seam, tolerance) for seam in document["welds"]]
     along = (document["max_error_before_mm"], document["max_error_after_mm"])
     limit = air if seams else tolerance
-    path = [("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(along[1] <= limit))]
+    path: list[Row] = [
+        ("largest deviation along lines and arcs", *_fall(*along), f"{limit:g}", _kept(along[1] <= limit))
+    ]
     for key, what in (("max_transient_mm", "while the speed changes"), ("max_transition_mm", "where the load changes")):
         path.append((what, "", f"{document[key]:.3f}", "", ""))
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
@@ -123,7 +126,7 @@ def _digests(found: Conversion) -> list[tuple[str, str]]:
     return rows
 
 
-def _seam(seam: Mapping[str, Any], tolerance: float) -> tuple[object, ...]:
+def _seam(seam: Mapping[str, Any], tolerance: float) -> Row:
     after = seam["after_mm"]
     kept = after is not None and after <= tolerance and not seam["left"]
     lines = f"{seam['line_from']} to {seam['line_to']}"
