@@ -271,7 +271,11 @@ class TargetAdder:
         return a, b, c, d, e, f
 
     def _gap(self, part: Pieces) -> float:
-        """How far [mm] the correction is from its chord at the targets to add: what stays off without them."""
+        """Largest distance [mm] between the correction at the targets to add and its linear interpolation.
+
+        The interpolation is between the corrections at start and goal of the move: what the path lacks without added
+        targets. ``add`` derives from it how far an added target may be off in each run.
+        """
         samples, goals, i = self.samples, list(part.goals), part.move
         shift = self.curve[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
         u = samples.u[goals][:, None]
