@@ -136,7 +136,7 @@ def _beyond_limits(
         )
         value = np.array([axes[LETTERS.index(letter)] for _, axes in places])
         scale, unit = (1e3, "mm") if joint.kind == "linear" else (np.degrees(1.0), "deg")
-        for row in np.flatnonzero((value < lower - _BESIDE) | (value > upper + _BESIDE)):
+        for row in np.flatnonzero((value < lower - _BESIDE) | (value > upper + _BESIDE)).tolist():
             text = (
                 f"eax_{letter} at {scale * value[row]:.1f} {unit}, allowed are {scale * lower:.1f} to"
                 f" {scale * upper:.1f} {unit}"
