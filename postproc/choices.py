@@ -17,7 +17,23 @@ Positive = Annotated[FiniteFloat, Field(gt=0)]
 
 
 class Choices(BaseModel):
-    """What one layer states; None is left to the layers around it. Paths start at the file that states them."""
+    """What one layer states; None is left to the layers around it. Paths start at the file that states them.
+
+    Args:
+        model: model file of the real arm.
+        robot: arm of the library, or its file.
+        side_files: modules that are read along for what they declare, never changed.
+        force, moment: on the TCP in base axes [N], [N m].
+        force_on: along the whole program, or while the arc burns.
+        inertia: whether the deflection under sustained acceleration is compensated.
+        tolerance_mm, air_tolerance_mm: largest distance from the programmed path, while it welds and elsewhere.
+        scope: correct all motions, or those that weld.
+        allow_partial: write a program although a weld stays uncorrected between corrected ones.
+        template: folder of Jinja templates in place of the shipped ones.
+        constant: names of data that keep the value in the file.
+        channel: what effects read and a program does not tell, by name.
+        free_axes: letters of external axes that carry neither the robot nor its work.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), populate_by_name=True)
     model: str | None = None
@@ -30,6 +46,8 @@ class Choices(BaseModel):
     tolerance_mm: Positive | None = None
     air_tolerance_mm: Positive | None = None
     scope: Literal["all", "welds"] | None = None
+    run_time: Literal["off", "where-needed", "all"] | None = None
+    run_time_module: str | None = None
     allow_partial: bool | None = None
     template: str | None = None
     constant: list[str] | None = None
@@ -43,17 +61,36 @@ class _Table(BaseModel):
 
 
 class FitChoices(_Table):
+    """What ``fit`` takes.
+
+    Args:
+        effects: keys of the effects to fit.
+        mounting: roll, pitch, yaw of the base in the world [deg].
+    """
+
     effects: list[str] | None = None
     mounting: Vec3 | None = None
 
 
 class BatchChoices(_Table):
+    """What ``batch`` takes.
+
+    Args:
+        workers: processes on this machine.
+        scheduler: address of a Dask scheduler.
+    """
+
     workers: Annotated[int, Field(ge=1)] | None = None
     scheduler: str | None = None
 
 
 class SettingsFile(Choices):
-    """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands."""
+    """The keys of ``postproc.toml``: those of a jobs file, except what runs code, and tables of single commands.
+
+    Args:
+        fit: for ``postproc fit``.
+        batch: for ``postproc batch``.
+    """
 
     fit: FitChoices = FitChoices()
     batch: BatchChoices = BatchChoices()
@@ -67,13 +104,15 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
     Args:
         root: where the layer's paths start. origin: its name for people; empty for the command line.
     """
-    named = {name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "scope", "free_axes")}
+    same = ("force", "moment", "force_on", "inertia", "scope", "run_time", "free_axes")
+    named = {name: getattr(choices, name) for name in same}
     given: dict[str, Any] = {
         **named,
         "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
         "air_tolerance_m": None if choices.air_tolerance_mm is None else choices.air_tolerance_mm * 1e-3,
         "allow_partial": choices.allow_partial,
         "template_dir": None if choices.template is None else root / choices.template,
+        "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
         "constants": None if choices.constant is None else tuple(choices.constant),
         "channels": None if choices.channel is None else tuple(choices.channel.items()),
     }

@@ -26,6 +26,10 @@ class Options:
         constants: names of data that keep the value in the text, whatever the program writes to them.
         channels: values for the whole program of what effects read and a program does not tell, by name:
             ``temperature`` [degC], columns of the user's own.
+        run_time: which statements a function beside the program corrects while it runs: none, those that numbers
+            cannot correct, or all that it can.
+        run_time_module: file with that function, `ppModel.sys` beside the output where none is named; its name without
+            ending is that of the module.
         entry: routine to start from; None takes ``main``, or every routine that nobody calls.
     """
 
@@ -41,4 +45,6 @@ class Options:
     free_axes: str = ""
     constants: tuple[str, ...] = ()
     channels: tuple[tuple[str, float], ...] = ()
+    run_time: Literal["off", "where-needed", "all"] = "off"
+    run_time_module: Path | None = None
     entry: str | None = None
