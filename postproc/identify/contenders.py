@@ -49,7 +49,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     parts = [random.choice(poses, round(SHARE * len(poses)), replace=False) for _ in range(PARTS)]
     worth = np.array([gains(np.isin(groups, some)) - paid for some in parts])
     won = (worth[:, 1:] > worth[:, :1]).any(axis=0)
-    return [c.key for c, wins in zip(rivals, won, strict=True) if wins]
+    return [c.key for c, wins in zip(rivals, np.atleast_1d(won).tolist(), strict=True) if wins]
 
 
 def _fall(columns: Array, basis: Array, rest: Array) -> float:
