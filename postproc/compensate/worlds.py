@@ -55,16 +55,9 @@ def check_written(
     drafts: Mapping[str, bytes],
     added: Mapping[StatementKey, int],
     bounds: Bounds,
-    events: Sequence[MotionEvent],
     entry: str | None,
 ) -> tuple[Worlds, list[Diagnostic]]:
-    """As ``check_worlds`` for the text of the written program, where anything depends on run time.
-
-    Args:
-        drafts: the written files by path; events: of the original.
-    """
-    if not depends_on_run_time(events):
-        return Worlds(0, 0), []
+    """As ``check_worlds`` for the text of the written program, its files by path."""
     written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
     return check_worlds(program, written, added, bounds, entry)
 
@@ -92,13 +85,14 @@ def check_worlds(
     inside = {(r.source.path, r.module.lower(), r.name.lower()) for r in program.all_routines() if r.kind == "TRAP"}
     traps = {s.key for s in program.statements if (s.source.path, s.module.lower(), s.routine.lower()) in inside}
     taught = frozenset(d.key for d in program.declarations)
+    pairing = Pairing(own, numbers, bounds, traps)
     effects = WriteEffects(program), WriteEffects(written)
     findings: dict[StatementKey, Diagnostic] = {}
     differing = 0
     for seed in SEEDS:
         before = follow(program, entry, World(seed, taught), numbers, effects[0])
         after = follow(written, entry, World(seed, taught), own, effects[1])
-        found = list(_differences(before, after, own, numbers, bounds, traps))
+        found = list(_differences(before, after, pairing))
         differing += bool(found)
         for motion, text in found:
             findings.setdefault(motion.statement.key, _finding(motion, text))
@@ -114,19 +108,27 @@ def _finding(motion: WorldMotion, text: str) -> Diagnostic:
     )  # fmt: skip
 
 
-def _differences(
-    before: Sequence[WorldMotion],
-    after: Sequence[WorldMotion],
-    own: Mapping[StatementKey, int],
-    numbers: Mapping[StatementKey, int],
-    bounds: Bounds,
-    traps: Set[StatementKey],
-) -> Iterator[tuple[WorldMotion, str]]:
-    """Motions of the original that the written program does not make, and how it differs there.
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Which statement of the written program is which of the original.
 
     Args:
-        traps: statements of trap routines.
+        own: number in the original of each statement of the written program that was not added; numbers: the same of
+            the original's own.
+        bounds: corrections of the original's statements; traps: those in trap routines.
     """
+
+    own: Mapping[StatementKey, int]
+    numbers: Mapping[StatementKey, int]
+    bounds: Bounds
+    traps: Set[StatementKey]
+
+
+def _differences(
+    before: Sequence[WorldMotion], after: Sequence[WorldMotion], pairing: Pairing
+) -> Iterator[tuple[WorldMotion, str]]:
+    """Motions of the original that the written program does not make, and how it differs there."""
+    own, numbers, bounds = pairing.own, pairing.numbers, pairing.bounds
     at, last = 0, None
     largest = max((most for most, _ in bounds.values()), default=0.0)  # of an added goal, too
     for motion in before:
@@ -145,7 +147,7 @@ def _differences(
         elif off > largest + ROUNDING_MM:
             yield motion, f"goes {off:.3f} mm off its way first"
         # A trap leads the arm away and back: the way goes on from where it was.
-        last = last if motion.statement.key in traps else motion
+        last = last if motion.statement.key in pairing.traps else motion
         at += 1
     if any(motion.statement.key in own for motion in after[at:]):
         yield before[-1] if before else after[at], "goes on behind this statement"

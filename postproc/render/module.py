@@ -126,7 +126,9 @@ def _number_edit(change: Change) -> Edit | None:
     numbers = (*value.pose.trans, *value.pose.rot, *value.robconf)
     text, begin, end = [], -1, 0
     for i, (place, old, number, decimals) in enumerate(zip(places, before, numbers, _DECIMALS, strict=True)):
-        after = old if kept and 3 <= i < 7 else number_like(old, number, decimals)
+        if kept and 3 <= i < 7:
+            continue
+        after = number_like(old, number, decimals)
         if after != old:
             begin, end = (place[0], place[0]) if begin < 0 else (begin, end)
             text += [data[end : place[0]], after.encode("latin-1")]
@@ -136,10 +138,11 @@ def _number_edit(change: Change) -> Edit | None:
 
 def _same_rotation(before: Sequence[str], rot: Sequence[float]) -> bool:
     """Whether a quaternion as written, which few programs have normalised, is the wanted one to its last decimal."""
-    numbers = [*map(float, before)]
-    size = math.hypot(*numbers)
-    return size > 0 and all(
-        abs(b / size - r) < 0.5 * 10.0**-QUATERNION_DECIMALS for b, r in zip(numbers, rot, strict=True)
+    w, x, y, z = map(float, before)
+    size = math.hypot(w, x, y, z)
+    least = 0.5 * 10.0**-QUATERNION_DECIMALS
+    return (
+        size > 0 and max(map(abs, (w / size - rot[0], x / size - rot[1], y / size - rot[2], z / size - rot[3]))) < least
     )
 
 

@@ -28,12 +28,13 @@ def number_like(original: str, value: float, least_decimals: int) -> str:
     >>> number_like("600.00", 600.4124, 3), number_like("600.00", 600.0001, 3), number_like("9E+09", 9e9, 3)
     ('600.412', '600.00', '9E+09')
     """
-    if float(original) == value:
+    before = float(original)
+    if before == value:
         return original
     _, point, fraction = original.partition(".")
     written = len(fraction) if point and fraction.isdigit() else 0
     decimals = max(least_decimals, written)
-    if abs(float(original) - value) < 0.5 * 10.0**-decimals:
+    if abs(before - value) < 0.5 * 10.0**-decimals:
         return original
     text = f"{round(value, decimals) + 0.0:.{decimals}f}"
     return text if written >= decimals else rapid_number(value, decimals)

@@ -36,7 +36,7 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
     u, shift = parabola(height)
     shift[:, 0] = 0.01 * np.sin(9 * u)  # along the path: moves nothing sideways
     tolerance = 1e-5
-    vertices, reached = place_vertices(u, shift, X, np.ones(len(u), bool), tolerance, np.ones(len(u)))
+    vertices, reached = place_vertices(u, perpendicular(shift, X), np.ones(len(u), bool), tolerance, np.ones(len(u)))
     chords = math.sqrt(height / tolerance)
     assert reached
     # A target can only stand at a sample: up to 1 of 1000 is lost at every chord, of 70 and more.
@@ -48,7 +48,7 @@ def test_fewest_targets_on_a_parabola(height: float) -> None:
 def test_no_target_inside_a_zone() -> None:
     u, shift = parabola(1e-3)
     allowed = (u > 0.2) & (u < 0.8)
-    vertices, reached = place_vertices(u, shift, X, allowed, 1e-5, np.ones(len(u)))
+    vertices, reached = place_vertices(u, perpendicular(shift, X), allowed, 1e-5, np.ones(len(u)))
     assert not reached and all(allowed[v] for v in vertices)
 
 

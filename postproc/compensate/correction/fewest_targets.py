@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from postproc.arrays import Array
-from postproc.compensate.correction.placement import place_arcs, place_vertices
+from postproc.compensate.correction.placement import perpendicular, place_arcs, place_vertices
 from postproc.compensate.path.samples import Samples
 from postproc.motion.values import Flags
 from postproc.rapid.data.events import StatementKey
@@ -38,26 +38,39 @@ class Pieces:
 PiecesKey = tuple[int, bool, bytes]  # a move, whether it may be divided, and where it is commanded to go
 
 
-def divide_moves(
-    samples: Samples,
-    T_commanded: Array,
-    tolerance: Array,
-    divisible: Sequence[bool],
-    settled: Flags,
-    known: dict[PiecesKey, Pieces],
-) -> list[Pieces]:
+@dataclass(frozen=True, slots=True)
+class Division:
+    """What decides how moves are divided, and what was found before.
+
+    Args:
+        samples: of the programmed curves.
+        tolerance: (m,) [m], of every move; weight: (n,) how much a deviation counts.
+        known: pieces found before, more for the next time.
+    """
+
+    samples: Samples
+    tolerance: Array
+    weight: Array
+    known: dict[PiecesKey, Pieces]
+
+    @staticmethod
+    def of(samples: Samples, tolerance: Array, settled: Flags) -> Division:
+        """For moves with these tolerances (m,) [m]; ``settled``: (n,) where the load of inertia does not change."""
+        return Division(samples, tolerance, np.where(settled, 1.0, TRANSIENT), {})
+
+
+def divide_moves(division: Division, T_commanded: Array, divisible: Sequence[bool]) -> list[Pieces]:
     """Divide the moves whose commanded curve leaves the line or circle through its targets by more than the tolerance.
 
     Args:
         T_commanded: (n, 4, 4) commanded curve.
-        tolerance: (m,) [m]; divisible: (m,) whether statements may be added before the move's statement.
-        settled: (n,) where the load of inertia does not change; known: pieces found before, more for the next time.
+        divisible: (m,) whether statements may be added before the move's statement.
     """
+    samples, known = division.samples, division.known
     shift = T_commanded[:, :3, 3] - samples.T_work_tcp[:, :3, 3]
     curves = samples.curves
-    weight = np.where(settled, 1.0, TRANSIENT)
-    worst = _chord_deviations(samples, shift, weight)
-    limit = SHARE * tolerance
+    worst = _chord_deviations(samples, shift, division.weight)
+    limit = SHARE * division.tolerance
     result = []
     for i in np.flatnonzero(samples.goal > samples.start).tolist():
         begin = int(samples.start[i])
@@ -66,33 +79,33 @@ def divide_moves(
             continue
         key = i, divisible[i], T_commanded[rows, :3, 3].tobytes()
         if key not in known:
-            known[key] = (_arcs if curves.arc[i] else _vertices)(
-                samples, i, T_commanded, float(limit[i]), divisible[i], weight
-            )
+            known[key] = (_arcs if curves.arc[i] else _vertices)(division, i, T_commanded, divisible[i])
         result.append(known[key])
     return result
 
 
-def _arcs(samples: Samples, i: int, T_commanded: Array, limit: float, divisible: bool, weight: Array) -> Pieces:
+def _arcs(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
+    samples, limit = division.samples, SHARE * float(division.tolerance[i])
     begin, curves = int(samples.start[i]), samples.curves
     intervals = int(samples.goal[i]) - begin
     rows = slice(begin, begin + intervals + 1)
     part = max(SHORTEST_PIECE / curves.length[i], SMALLEST_PIECE / curves.angle[i], 2 / intervals)
     shortest = int(np.ceil(part * intervals - 1e-9)) if divisible else intervals
     allowed = _outside_zones(samples, i, samples.u[rows])
-    arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, weight[rows])
+    arcs, reached = place_arcs(T_commanded[rows, :3, 3], limit, shortest, allowed, division.weight[rows])
     return Pieces(i, tuple(begin + b for _, b in arcs[:-1]), tuple(begin + v for v, _ in arcs), reached)
 
 
-def _vertices(samples: Samples, i: int, T_commanded: Array, limit: float, divisible: bool, weight: Array) -> Pieces:
+def _vertices(division: Division, i: int, T_commanded: Array, divisible: bool) -> Pieces:
     if not divisible:
         return Pieces(i, (), (), False)
+    samples, limit = division.samples, SHARE * float(division.tolerance[i])
     begin, curves = int(samples.start[i]), samples.curves
     rows = slice(begin, int(samples.goal[i]) + 1)
     shift = T_commanded[rows, :3, 3] - samples.T_work_tcp[rows, :3, 3]
     direction, u = curves.chord[i] / max(curves.length[i], 1e-12), samples.u[rows]
     allowed = _outside_zones(samples, i, u)
-    vertices, reached = place_vertices(u, shift, direction, allowed, limit, weight[rows])
+    vertices, reached = place_vertices(u, perpendicular(shift, direction), allowed, limit, division.weight[rows])
     return Pieces(i, tuple(begin + v for v in vertices), (), reached)
 
 

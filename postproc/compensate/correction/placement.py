@@ -86,13 +86,11 @@ def _fewest(
     return best, reached
 
 
-def place_vertices(
-    u: Array, shift: Array, direction: Array, allowed: Flags, tolerance: float, weight: Array
-) -> tuple[list[int], bool]:
+def place_vertices(u: Array, across: Array, allowed: Flags, tolerance: float, weight: Array) -> tuple[list[int], bool]:
     """Choose the fewest samples at which a line gets an added target, evenly used.
 
     Args:
-        u: (k,) fractions along the move, shift: (k, 3) exact correction [m], direction: (3,) unit direction.
+        u: (k,) fractions along the move, across: (k, 3) exact correction across its direction [m].
         allowed: (k,) bool, samples that may become targets (outside the neighbours' zones).
         tolerance: largest chord deviation [m]; weight: (k,) how much a deviation counts.
 
@@ -100,7 +98,6 @@ def place_vertices(
         Indices of the added targets, and whether the tolerance is met everywhere.
     """
     last = len(u) - 1
-    across = perpendicular(shift, direction)
 
     def deviation(a: int, b: int) -> float:
         return chord_gaps(u, across, weight, a, b)

@@ -9,7 +9,7 @@ from postproc.diagnostics import Source
 from postproc.rapid.data.records import NO_AXIS, Ax6, RobTarget
 from postproc.rapid.data.values import Data, to_conf, to_quat
 from postproc.rapid.syntax.expressions import number
-from postproc.rapid.syntax.spans import LITERAL, TargetSpans
+from postproc.rapid.syntax.spans import TargetSpans, literal
 from postproc.rapid.syntax.tokens import number_text
 from postproc.rapid.unknown import Kind, Unknown
 
@@ -19,7 +19,7 @@ NO_AXES_LIST = list(NO_AXES)
 
 def read_literal_numbers(data: bytes, start: int, end: int) -> Data | None:
     """A robtarget's numbers as they are written, or None if the text is more than numbers."""
-    found = LITERAL.fullmatch(data, start, end)
+    found = literal(data, start, end)
     if found is None:
         return None
     n = _numbers(found)
@@ -32,7 +32,7 @@ def read_literal_target(source: Source, start: int, end: int) -> tuple[RobTarget
     Raises:
         Unknown: the numbers are no robtarget (orientation zero).
     """
-    found = LITERAL.fullmatch(source.data, start, end)
+    found = literal(source.data, start, end)
     if found is None:
         return None
     n = _numbers(found)

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from postproc.diagnostics import Diagnostic, Severity, Source, Span
+from postproc.diagnostics import Diagnostic, Source
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.accessor import Accessor
 from postproc.rapid.evaluation.assign import assume, forget
@@ -67,7 +67,7 @@ class Execution(ABC):
         if self.steps <= MAX_STEPS:
             return False
         text, help = "the program is too long to be followed to its end", "choose the routine to start with"
-        self.report_once("RAP033", "warning", text, source, None, help)
+        self.report_once(Diagnostic("RAP033", "warning", text, source, None, help))
         return True
 
     @abstractmethod
@@ -113,11 +113,11 @@ class Execution(ABC):
             meant = meant_instruction(word) if len(pieces) >= len(MOVE) else ""
             give = "give the file that defines it too if it moves the arm or sets a load"
             help = f"did you mean `{meant}`? If not, {give}" if meant else give
-            self.report_once(
+            self.report_once(Diagnostic(
                 "RAP031", "warning" if meant else "info",
                 f"`{name}` is not in these files and is taken not to move the arm",
                 source, (statement.span[0], start), help,
-            )  # fmt: skip
+            ))  # fmt: skip
 
     def report_undeclared(self, data: Data, source: Source) -> None:
         """Report a name that gives a load or a displacement and is declared nowhere."""
@@ -140,10 +140,10 @@ class Execution(ABC):
         forget(memory, keys, Kind.MAY_BE_WRITTEN, f"`{word}`" if word else LATE)
         self.ways.doubt()
         self.recorder.chosen = True
-        self.report_once(
+        self.report_once(Diagnostic(
             "RAP032", "warning", "which routine is called here is known only at run time",
             memory.frame.routine.source, statement.span, "the routines it may call are followed on their own",
-        )  # fmt: skip
+        ))  # fmt: skip
         return None
 
     def call_routine(self, routine: Routine, pieces: Sequence[Piece], memory: Memory) -> Value | Unknown | None:
@@ -209,9 +209,7 @@ class Execution(ABC):
             return Value(as_type(result.data, routine.type), routine.type, assumed=result.assumed)
         raise result if isinstance(result, Unknown) else Unknown(Kind.GIVES_NOTHING, call.text)
 
-    def report_once(
-        self, code: str, severity: Severity, message: str, source: Source, span: Span | None, help: str
-    ) -> None:
-        if (code, message) not in self.reported:
-            self.reported.add((code, message))
-            self.diagnostics.append(Diagnostic(code, severity, message, source, span, help))
+    def report_once(self, found: Diagnostic) -> None:
+        if (found.code, found.message) not in self.reported:
+            self.reported.add((found.code, found.message))
+            self.diagnostics.append(found)

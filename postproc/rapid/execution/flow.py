@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from postproc.diagnostics import Span
+from postproc.diagnostics import Diagnostic, Span
 from postproc.rapid.data.values import Data, Value, as_type
 from postproc.rapid.evaluation.assign import forget, joined, no_longer
 from postproc.rapid.evaluation.evaluate import evaluate, names_in
@@ -128,7 +128,7 @@ class Flow(Loops):
                 if declaration.storage == "PERS" and memory.is_initial(declaration):
                     text = f"`{declaration.name}` decides here: it is followed with its value in the file"
                     help_ = "give the file that writes it (`--with FILE`) if there is one"
-                    self.report_once("RAP036", "info", text, memory.frame.routine.source, span, help_)
+                    self.report_once(Diagnostic("RAP036", "info", text, memory.frame.routine.source, span, help_))
 
     def check_constant(self, statement: Statement, data: Data, memory: Memory) -> None:
         """Report data that is said to be constant and that the program moves."""
@@ -143,7 +143,7 @@ class Flow(Loops):
         if no_longer(now, data) or (by_itself and further):
             text = f"`{declaration.name}`, which is to be constant, is moved by the program"
             help_ = f"leave `--constant {declaration.name}` out, and set it from a CONST before the first motion"
-            self.report_once("RAP035", "error", text, source, statement.span, help_)
+            self.report_once(Diagnostic("RAP035", "error", text, source, statement.span, help_))
 
     def branches(self, statement: Statement, memory: Memory) -> bool:
         place = (memory.frame.routine.source.path, statement.span[0])

@@ -10,6 +10,7 @@ import math
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from postproc.diagnostics import Span
 from postproc.rapid.data.builtins import FUNCTIONS
@@ -77,14 +78,11 @@ class World:
         return single(data * drawn.uniform(0.8, 1.2))
 
 
-Change = Callable[[Data, str, Mapping[str, Fields], random.Random], Data]
-
-
-def each(change: Change, data: Data, kind: str, rank: int, records: Mapping[str, Fields], drawn: random.Random) -> Data:
-    """Data of a type, or each element of an array of it, changed."""
+def each(change: Callable[[Data], Data], data: Data, rank: int) -> Data:
+    """Data, or each element of an array of it, changed."""
     if rank and isinstance(data, tuple):
-        return tuple(each(change, item, kind, rank - 1, records, drawn) for item in data)
-    return change(data, kind, records, drawn)
+        return tuple(each(change, item, rank - 1) for item in data)
+    return change(data)
 
 
 class WorldDeclared(Declared):
@@ -104,7 +102,8 @@ class WorldDeclared(Declared):
             change = self.world.varied
         else:
             change = self._touched_up
-        return replace(value, data=each(change, value.data, value.type, value.rank, self.records, drawn))
+        changed = partial(change, kind=value.type, records=self.records, drawn=drawn)
+        return replace(value, data=each(changed, value.data, value.rank))
 
     def _touched_up(self, data: Data, kind: str, records: Mapping[str, Fields], drawn: random.Random) -> Data:
         """Data with every target in it moved a little."""
@@ -154,7 +153,7 @@ class WorldMemory(Memory):
 
     def _drawn(self, declaration: Declaration, data: Data) -> Data:
         drawn, kind, rank = self.world.next(declaration.key), declaration.type, len(declaration.dims)
-        return each(self.world.varied, data, kind, rank, self.records, drawn)
+        return each(partial(self.world.varied, kind=kind, records=self.records, drawn=drawn), data, rank)
 
     def lookup(self, name: Name) -> Value:
         try:

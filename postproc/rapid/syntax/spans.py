@@ -17,19 +17,26 @@ def _list(count: int) -> bytes:
     return rb"\[" + _GAP + _COMMA.join([_NUMBER] * count) + _GAP + rb"\]"
 
 
-LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)) + _GAP + rb"\]" + _GAP)
-"""A robtarget that consists of numbers alone."""
+_LITERAL = re.compile(rb"\[" + _GAP + _COMMA.join(_list(n) for n in (3, 4, 4, 6)) + _GAP + rb"\]" + _GAP)
+# The same as nearly everybody writes it, decimals without blanks: found six times as fast.
+_DECIMAL = rb"([+-]?\d++(?:\.\d*+)?(?:[eE][+-]?\d++)?)"
+_TIGHT = re.compile(rb"\[" + b",".join(rb"\[" + b",".join([_DECIMAL] * n) + rb"\]" for n in (3, 4, 4, 6)) + rb"\]")
+
+
+def literal(data: bytes, start: int, end: int) -> re.Match[bytes] | None:
+    """A robtarget that consists of numbers alone, each of the 17 a group; None if the text is anything else."""
+    return _TIGHT.fullmatch(data, start, end) or _LITERAL.fullmatch(data, start, end)
 
 
 @dataclass(frozen=True, slots=True)
 class TargetSpans:
-    """Byte spans of the numbers of a ``LITERAL``, found again whenever they are asked for: eleven take 1.5 kB."""
+    """Byte spans of the numbers of a ``literal``, found again whenever they are asked for: eleven take 1.5 kB."""
 
     source: Source
     whole: Span
 
     def _groups(self, first: int, last: int) -> tuple[Span, ...]:
-        found = LITERAL.fullmatch(self.source.data, *self.whole)
+        found = literal(self.source.data, *self.whole)
         return found.regs[first:last] if found else ()
 
     @property

@@ -59,7 +59,7 @@ def skip(data: bytes, at: int, end: int) -> int:
 def number_text(data: bytes, span: Span) -> str:
     """A number as it is written, with one sign at most and nothing between that and its digits."""
     text = data[span[0] : span[1]].decode("latin-1")
-    if text.isalnum() or text.replace(".", "", 1).isdigit():
+    if text.isalnum() or text.removeprefix("-").replace(".", "", 1).isdigit():
         return text  # as nearly all are
     text = SKIP.sub(b"", data[span[0] : span[1]]).decode("latin-1")
     digits = text.lstrip("+-")
