@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.data.records import Pose
 from postproc.settings import Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
 
 Status = Literal["compensated", "unchanged", "failed"]
 
@@ -28,7 +30,7 @@ class Task:
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        base: the base frame of that arm in the world.
+        station: that arm in its cell.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -38,7 +40,7 @@ class Task:
     beside: tuple[str, ...] = ()
     robot: str | None = None
     unknown: Diagnostic | None = None
-    base: Pose = Pose()
+    station: Station | None = None
     findings: tuple[Diagnostic, ...] = ()
 
 
