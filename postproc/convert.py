@@ -64,7 +64,8 @@ class Conversion:
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
         outcomes: of every motion statement; module: with the function for run time, None where nothing uses it;
-            plan, before, after: what was decided, and the deviation along the way.
+            plan, before, after: what was decided, and the deviation along the way; model: of the real arm, as far as
+            it holds here.
     """
 
     outputs: Mapping[str, bytes]
@@ -76,6 +77,7 @@ class Conversion:
     plan: Plan | None = None
     before: Deviation | None = None
     after: Deviation | None = None
+    model: Model | None = None
 
     @property
     def summary(self) -> str:
@@ -167,7 +169,7 @@ def _converted(sources: tuple[Source, ...], model: Model, options: Options, find
     report["run_time"] = function and function.as_json(options.run_time, after, plan)
     outputs = _outputs(program, edits, function, header_values(model, options, report), env, findings)
     module = function.module.text if function is not None else None
-    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after)
+    return Conversion(outputs, report, tuple(findings), 0, tuple(outcomes), module, plan, before, after, model)
 
 
 def _not_by_numbers(program: Program, plan: Plan) -> list[StatementKey]:

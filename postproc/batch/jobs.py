@@ -59,7 +59,7 @@ def read_converter(settings: Settings, model: Model) -> Converter:
 
 def _software() -> tuple[Any, ...]:
     """The text of the package and the versions of what it computes with: code may change and its version not."""
-    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").glob("*.j2")])
+    files = sorted([*Path(__file__).parents[1].rglob("*.py"), *resource("templates").rglob("*.*")])
     return [path.read_bytes() for path in files], [_version(name) for name in LIBRARIES]
 
 

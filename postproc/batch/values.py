@@ -16,6 +16,8 @@ from postproc.settings import Settings
 if TYPE_CHECKING:
     from postproc.robot.station import Station
 
+PAGES = "report"
+"""Folder of the output tree with a page for each program."""
 Status = Literal["compensated", "unchanged", "failed"]
 
 
@@ -44,6 +46,11 @@ class Task:
     findings: tuple[Diagnostic, ...] = ()
 
 
+def page_of(task: str) -> str:
+    """Where the HTML page of a task stands in the output tree."""
+    return f"{PAGES}/{task}.html"
+
+
 @dataclass(frozen=True, slots=True)
 class Inventory:
     """What stands in a folder: tasks to convert, and files that are copied as they are, relative to ``root``."""
@@ -69,6 +76,7 @@ class Job:
     Args:
         key: hash of everything the result depends on.
         model: the pickled model.
+        page: its HTML page in the output tree, None for none; made: what the page says of how it was made.
     """
 
     name: str
@@ -76,6 +84,8 @@ class Job:
     sources: tuple[Source, ...] = field(repr=False)
     model: bytes = field(repr=False)
     options: Options = field(default_factory=Options)
+    page: str | None = None
+    made: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +149,7 @@ class Outcome:
     """What became of a task: done now, or taken over from an earlier run (``cached``).
 
     Args:
-        arm: keys of the document about the arm and what is corrected.
+        arm: keys of the document about the arm and what is corrected. page: its HTML page in the output tree.
     """
 
     task: Task
@@ -148,6 +158,7 @@ class Outcome:
     figures: Mapping[str, Any]
     findings: tuple[Mapping[str, Any], ...]
     arm: Mapping[str, str] = field(default_factory=dict)
+    page: str | None = None
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -155,6 +166,7 @@ class Outcome:
             "status": self.status,
             "cached": self.cached,
             "files": list(self.task.files),
+            **({"page": self.page} if self.page else {}),
             **self.arm,
             **self.figures,
             "diagnostics": list(self.findings),
