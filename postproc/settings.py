@@ -81,6 +81,7 @@ def told(settings: Settings) -> dict[str, str]:
         "tolerance [mm]": f"{1e3 * o.tolerance_m:g}",
         "tolerance in the air [mm]": f"{1e3 * o.air_tolerance_m:g}",
         "scope": o.scope,
+        "at run time": o.run_time,
         **{name: ", ".join(map(str, values)) for name, values in beside.items() if values},
     }
 

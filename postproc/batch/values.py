@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 from postproc import __version__
@@ -94,6 +94,22 @@ class Result:
     figures: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Mapping[str, Any], ...] = ()
     final: bool = True
+
+
+def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
+    """Where a task gets its module for run time, relative to the root: among its system modules, else beside its first
+    file, named after the program where that is no folder of its own.
+
+    Args:
+        name: of the task. files: its program files. stated: a file whose name the module has.
+    """
+    file = "ppModel.sys" if stated is None else stated.name
+    system = next((PurePosixPath(f).parent for f in files if PurePosixPath(f).parent.name.lower() == "sysmod"), None)
+    if system is not None:
+        return str(system / file)
+    first = PurePosixPath(files[0])
+    alone = first.is_relative_to(name)  # else the task is a file, or a list of files, among others
+    return str(first.parent / (file if alone and str(first) != name else f"{PurePosixPath(name).stem}_{file}"))
 
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:

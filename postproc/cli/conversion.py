@@ -138,3 +138,23 @@ class ConvertOptions(ProgramOptions):
             "template": self.template and str(self.template),
             "channel": dict(map(parse_channel, self.channel)) or None,
         }
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TaskOptions(ConvertOptions):
+    """The same, and what is corrected while the program runs.
+
+    Attributes:
+        run_time: correct on the controller, by a function in a module beside the output, what numbers cannot correct
+            (where-needed) or all that it can (all). Default: off.
+        run_time_module: file of that module; its name becomes the name of the module. Default: ppModel.sys beside the
+            output.
+    """
+
+    run_time: Literal["off", "where-needed", "all"] | None = None
+    run_time_module: Path | None = None
+
+    def _stated(self) -> dict[str, Any]:
+        module = self.run_time_module and str(self.run_time_module)
+        return {**super()._stated(), "run_time": self.run_time, "run_time_module": module}

@@ -121,8 +121,8 @@ class TableOptions:
         Raises:
             PostprocError: what is wrong with one of the files.
         """
-        from postproc.measure.terms import ACCEPTABLE, Reading
-        from postproc.measure.together import read_tables
+        from postproc.measure.read.terms import ACCEPTABLE, Reading
+        from postproc.measure.read.together import read_tables
 
         unknown = [code for code in self.accept if code not in ACCEPTABLE]
         if unknown:

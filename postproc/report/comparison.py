@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from postproc.fit.wording import FREE
+from postproc.fit.words.wording import FREE
 from postproc.identify.compare import Comparison
 from postproc.report.charts import bars
 from postproc.report.document import plain
