@@ -54,6 +54,7 @@ class Choices(BaseModel):
     template: str | None = None
     constant: list[str] | None = None
     channel: dict[str, FiniteFloat] | None = None
+    cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
 
 
@@ -126,6 +127,8 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
+    if choices.cell is not None:
+        chosen = replace(chosen, cell=root / choices.cell)
     if choices.side_files is not None:
         chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
     return chosen

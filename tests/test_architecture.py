@@ -36,7 +36,7 @@ ROOMS = (
     "cli",
     "testing",
 )
-HEAVY = {"numpy", "scipy", "pinocchio", "toppra", "ruckig", "plotly", "pydantic", "jinja2", "tomlkit", "matplotlib"}
+HEAVY = {"numpy", "scipy", "pinocchio", "toppra", "ruckig", "playwright", "pydantic", "jinja2", "tomlkit", "matplotlib"}
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 

@@ -71,8 +71,12 @@ TextFlag = Annotated[
     bool, Parameter(name="--text", show_default=False, help="with --json: print the text as well, on stderr.")
 ]
 ReportFile = Annotated[Path | None, Parameter(name="--report", help="HTML page to write.")]
+CertificateFile = Annotated[
+    Path | None, Parameter(name="--certificate", help="certificate to print and sign (HTML) to write.")
+]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
+CellFile = Annotated[Path | None, Parameter(name="--cell")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 

@@ -19,10 +19,11 @@ from postproc.compensate.reading import read_samples
 from postproc.compensate.text.values import OUT_OF_REACH, Insertion
 from postproc.diagnostics import Diagnostic, PostprocError
 from postproc.model.arm import Model
+from postproc.motion.path.places import place_events
 from postproc.rapid.data.events import MotionEvent, StatementKey, executions_of
 from postproc.rapid.execution.walk import walk
-from postproc.rapid.motions.base_frame import seen_from_base
 from postproc.rapid.program.program import Program, read_program
+from postproc.robot.station import Station
 
 MOST = 5000  # events of the written program that are looked at together
 
@@ -33,10 +34,11 @@ def run_again(
     insertions: Sequence[Insertion],
     events: Sequence[MotionEvent],
     options: Options,
+    station: Station | None = None,
 ) -> tuple[list[MotionEvent], list[int] | None]:
     """Events of the written program, and the original event of each (see ``owners_of``)."""
     written = read_program([replace(s, data=drafts[s.path]) for s in program.sources], program.constants)
-    ran = seen_from_base(walk(written, options.entry), options.base)
+    ran = place_events(walk(written, options.entry), station or Station())
     return ran, owners_of(program, written, insertions, events, ran)
 
 

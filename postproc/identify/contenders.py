@@ -48,7 +48,7 @@ def contenders(ranking: Sequence[Candidate], chosen: Candidate, before: Fit) -> 
     poses, random = np.unique(groups), np.random.default_rng(0)
     parts = [random.choice(poses, round(SHARE * len(poses)), replace=False) for _ in range(PARTS)]
     worth = np.array([gains(np.isin(groups, some)) - paid for some in parts])
-    won = (worth[:, 1:] > worth[:, :1]).any(axis=0)
+    won = np.asarray((worth[:, 1:] > worth[:, :1]).any(axis=0))
     return [c.key for c, wins in zip(rivals, won, strict=True) if wins]
 
 

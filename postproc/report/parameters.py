@@ -18,4 +18,4 @@ def parameter_table(fit: Fit, keys: Iterable[str]) -> str:
             rows.append((key, f"{len(values)} numbers, in the model file", "", ""))
         else:
             rows += [(key, name, with_sigma(value, sigma), unit) for name, value, sigma, unit in values]
-    return table(("effect", "parameter", "value ± 1 σ", "unit"), rows)
+    return table("parameters", ("effect", "parameter", "value ± 1 σ", "unit"), rows)

@@ -298,7 +298,8 @@ def test_an_effect_that_hardly_helps_is_said_so():
         )
 
     def said(held_out: float, share: float) -> list[str]:
-        steps = Step("base", fit(143e-6), None), Step("+ own", fit(held_out), share)
+        arm = Model(load_robot("irb4600_60_205"))
+        steps = Step("base", fit(143e-6), arm), Step("+ own", fit(held_out), arm, share)
         return Addition(steps, {}, 2.5e-5).text().split("\n")[:2]
 
     first, then = said(142e-6, 0.008)

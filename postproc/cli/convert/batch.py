@@ -79,7 +79,8 @@ def run(
         say(unmeasured())
     document = plain(batch.as_json(part))
     if report is not None:
-        write(report, batch_page(folder_or_jobs.name, document, told(own)))
+        pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
+        write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
     if (form := "json" if json else format) is not None:
         print_document(document, form)
     return int(batch.failed)
