@@ -30,10 +30,13 @@ class Choices(BaseModel):
     tolerance_mm: Positive | None = None
     air_tolerance_mm: Positive | None = None
     scope: Literal["all", "welds"] | None = None
+    run_time: Literal["off", "where-needed", "all"] | None = None
+    run_time_module: str | None = None
     allow_partial: bool | None = None
     template: str | None = None
     constant: list[str] | None = None
     channel: dict[str, FiniteFloat] | None = None
+    cell: str | None = None
     free_axes: Annotated[str, Field(pattern="^[a-f]*$")] | None = None
 
 
@@ -66,13 +69,15 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
     Args:
         root: where the layer's paths start. origin: its name for people; empty for the command line.
     """
-    named = {name: getattr(choices, name) for name in ("force", "moment", "force_on", "inertia", "scope", "free_axes")}
+    same = ("force", "moment", "force_on", "inertia", "scope", "run_time", "free_axes")
+    named = {name: getattr(choices, name) for name in same}
     given: dict[str, Any] = {
         **named,
         "tolerance_m": None if choices.tolerance_mm is None else choices.tolerance_mm * 1e-3,
         "air_tolerance_m": None if choices.air_tolerance_mm is None else choices.air_tolerance_mm * 1e-3,
         "allow_partial": choices.allow_partial,
         "template_dir": None if choices.template is None else root / choices.template,
+        "run_time_module": None if choices.run_time_module is None else root / choices.run_time_module,
         "constants": None if choices.constant is None else tuple(choices.constant),
         "channels": None if choices.channel is None else tuple(choices.channel.items()),
     }
@@ -85,6 +90,8 @@ def with_choices(settings: Settings, choices: Choices, root: Path, origin: str =
             robot=None if choices.robot is None else in_folder(root, choices.robot),
             robot_from=origin or ("--model" if choices.robot is None else "--robot"),
         )
+    if choices.cell is not None:
+        chosen = replace(chosen, cell=root / choices.cell)
     if choices.side_files is not None:
         chosen = replace(chosen, side_files=tuple(root / path for path in choices.side_files))
     return chosen

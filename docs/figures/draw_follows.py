@@ -11,7 +11,7 @@ from pathlib import Path
 from postproc.diagnostics import Source
 from postproc.effects.registry import effect_library
 from postproc.fit.least_squares import fit_model
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.report.charts import SIZE
 from postproc.report.page import asset

@@ -73,7 +73,7 @@ def _version(name: str) -> str:
 def _stated(model: Model) -> tuple[Any, ...]:
     """What a model computes with; how it was fitted does not matter."""
     effects = [(type(e).__qualname__, e.key, e.to_file()) for e in model.effects]
-    return model.robot, effects, model.R_world_base, model.T_flange_tcp
+    return model.robot, effects, model.R_world_base, model.T_flange_tcp, model.station
 
 
 def read_job(root: Path, task: Task, converter: Converter) -> Job:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
-from pathlib import Path
-from typing import Any, Literal
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any, Literal
 
 from postproc import __version__
 from postproc.compensate.options import Options
 from postproc.diagnostics import Diagnostic, Source
-from postproc.rapid.data.records import Pose
 from postproc.settings import Settings
+
+if TYPE_CHECKING:
+    from postproc.robot.station import Station
 
 PAGES = "report"
 """Folder of the output tree with a page for each program."""
@@ -30,7 +32,7 @@ class Task:
         beside: those of its controller's other tasks, with which it shares PERS data.
         robot: library name of the arm it drives, where the controller's configuration says so.
         unknown: why that arm is not known: an error where the settings name neither an arm nor a model.
-        base: the base frame of that arm in the world.
+        station: that arm in its cell.
         findings: what is wrong with it as it was found; an error keeps it from being converted.
     """
 
@@ -40,7 +42,7 @@ class Task:
     beside: tuple[str, ...] = ()
     robot: str | None = None
     unknown: Diagnostic | None = None
-    base: Pose = Pose()
+    station: Station | None = None
     findings: tuple[Diagnostic, ...] = ()
 
 
@@ -104,6 +106,22 @@ class Result:
     figures: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Mapping[str, Any], ...] = ()
     final: bool = True
+
+
+def module_place(name: str, files: Sequence[str], stated: Path | None) -> str:
+    """Where a task gets its module for run time, relative to the root: among its system modules, else beside its first
+    file, named after the program where that is no folder of its own.
+
+    Args:
+        name: of the task. files: its program files. stated: a file whose name the module has.
+    """
+    file = "ppModel.sys" if stated is None else stated.name
+    system = next((PurePosixPath(f).parent for f in files if PurePosixPath(f).parent.name.lower() == "sysmod"), None)
+    if system is not None:
+        return str(system / file)
+    first = PurePosixPath(files[0])
+    alone = first.is_relative_to(name)  # else the task is a file, or a list of files, among others
+    return str(first.parent / (file if alone and str(first) != name else f"{PurePosixPath(name).stem}_{file}"))
 
 
 def failed(name: str, key: str, *findings: Diagnostic, final: bool = True) -> Result:

@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from postproc.batch.threads import COLLECT, THREADS
-from postproc.batch.values import Job, Result, failed
+from postproc.batch.values import Job, Result, failed, module_place
 from postproc.diagnostics import Diagnostic, PostprocError
 
 if TYPE_CHECKING:
@@ -57,13 +57,16 @@ def convert(job: Job) -> Result:
         return failed(job.name, job.key, _internal(error), final=False)
     # Data or a background task: nothing in it moves the arm, and in a folder that is nothing to be told.
     findings = tuple(d.as_json() for d in done.diagnostics if d.code != "CMP002")
-    if done.plan is None:
+    if done.plan is None and done.module is None:
         return Result(job.name, job.key, "unchanged" if done.outputs else "failed", done.outputs, findings=findings)
+    outputs = dict(done.outputs)
+    if done.module is not None:
+        outputs[module_place(job.name, tuple(done.outputs), job.options.run_time_module)] = done.module
     names = (*MEASURED, *FIGURES) if done.report["measured_statements"] else FIGURES
     figures = {name: done.report[name] for name in names}
     statements = [row["status"] for row in done.report["statements"]]
-    figures["statements"] = {s: statements.count(s) for s in ("compensated", "unchanged", "skipped")}
-    return Result(job.name, job.key, "compensated", {**done.outputs, **page}, figures, findings)
+    figures["statements"] = {s: statements.count(s) for s in ("compensated", "run_time", "unchanged", "skipped")}
+    return Result(job.name, job.key, "compensated", {**outputs, **page}, figures, findings)
 
 
 def _page(job: Job, done: Conversion) -> bytes:

@@ -72,6 +72,7 @@ CertificateFile = Annotated[
 ]
 Tables = Annotated[str, Parameter(required=True, help="tables of measured poses (CSV); - reads stdin.")]
 DataFiles = Annotated[tuple[str, ...], Parameter(name="--data", n_tokens=1)]
+CellFile = Annotated[Path | None, Parameter(name="--cell")]
 ModelFile = Annotated[Path | None, Parameter(name=["--model", "-m"])]
 
 
@@ -120,8 +121,8 @@ class TableOptions:
         Raises:
             PostprocError: what is wrong with one of the files.
         """
-        from postproc.measure.terms import ACCEPTABLE, Reading
-        from postproc.measure.together import read_tables
+        from postproc.measure.read.terms import ACCEPTABLE, Reading
+        from postproc.measure.read.together import read_tables
 
         unknown = [code for code in self.accept if code not in ACCEPTABLE]
         if unknown:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,6 +56,27 @@ def write(path: Path | None, data: bytes | str) -> None:
     except OSError as error:
         reason, help_ = why(error)
         raise PostprocError.of("CLI008", f"cannot write `{path}`: {reason}", help=help_) from None
+
+
+def write_together(files: Sequence[tuple[Path | None, bytes]]) -> None:
+    """Write several files, or none of them: where one cannot be written, those before are as they were.
+
+    Raises:
+        PostprocError: as ``write``.
+    """
+    done: list[tuple[Path, bytes | None]] = []
+    try:
+        for path, data in files:
+            was = path.read_bytes() if path is not None and path.is_file() else None
+            write(path, data)
+            done += [(path, was)] if path is not None else []
+    except PostprocError:
+        for path, was in done:
+            if was is None:
+                path.unlink()
+            else:
+                write(path, was)
+        raise
 
 
 def write_model(target: Path | None, model: Model, like: Path | None = None, silent: bool = False) -> None:

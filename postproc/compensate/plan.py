@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -35,6 +35,19 @@ from postproc.rapid.program.program import Program
 
 SEARCHED = "a search begins here: with one end of its line corrected it would find another place"
 OUT_OF_SCOPE = "it does not weld, and the scope is `welds`"
+ON_CONTROLLER = "all that can be is corrected on the controller"
+
+
+@dataclass(frozen=True, slots=True)
+class OnController:
+    """What a function beside the program corrects while it runs.
+
+    Args:
+        takes: whether it can correct a statement. everything: it corrects all that it can, not only what is left.
+    """
+
+    takes: Callable[[StatementKey], bool] = lambda _: False
+    everything: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +60,7 @@ class Plan:
         relaxed: moves whose statement gets one correction for
             runs that ask for different ones.
         indivisible: moves before which nothing can be added, and why.
+        on_controller: statements among those that are left whose targets a function corrects while the program runs.
         path_tolerance: (m,) largest deviation along each move [m].
         curve: (n, 4, 4) commanded poses at the samples.
     """
@@ -57,6 +71,7 @@ class Plan:
     places: Mapping[StatementKey, Place]
     left: Mapping[StatementKey, str]
     unasked: frozenset[StatementKey]
+    on_controller: frozenset[StatementKey]
     relaxed: frozenset[int]
     insertions: tuple[Insertion, ...]
     pieces: tuple[Pieces, ...]
@@ -94,7 +109,15 @@ class Planner:
         events: all of the program.
     """
 
-    def __init__(self, model: Model, motion: Motion, events: Sequence[MotionEvent], program: Program) -> None:
+    def __init__(
+        self,
+        model: Model,
+        motion: Motion,
+        events: Sequence[MotionEvent],
+        program: Program,
+        on_controller: OnController = OnController(),
+    ) -> None:
+        self.on_controller = on_controller
         self.model, self.motion, self.program = model, motion, program
         self.samples, self.moves = motion.samples, motion.moves
         self.time = motion.timeline.at(motion.timeline.t, motion.place)
@@ -118,6 +141,8 @@ class Planner:
         self.unasked = {key: why for key, why in outside.items() if key not in within}
         left = {**self.unasked, **search_starts(self.events)}
         left |= behind_the_unknown(self.motion)
+        if self.on_controller.everything:
+            left |= {key: ON_CONTROLLER for key in within if key not in left and self.on_controller.takes(key)}
         now = _Round(left, self._indivisible())
         while True:
             found = self._round(now)
@@ -161,6 +186,7 @@ class Planner:
             places,
             left,
             frozenset(self.unasked),
+            frozenset(key for key in left if self._taken(key)),
             frozenset(i for i, move in enumerate(self.moves) if move.event.statement.key in relaxed),
             tuple(added.insertions),
             tuple(pieces),
@@ -178,7 +204,12 @@ class Planner:
     def _placed(self, left: Mapping[StatementKey, str], goals: Assigned) -> dict[int, Array]:
         """Moves whose targets are not where the correction wants them, with the shift (6,) that they get, work axes."""
         placed = self.writer.placed(goals, self.exact)
-        return placed | {i: np.zeros(6) for i, m in enumerate(self.moves) if m.event.statement.key in left}
+        stays = {key for key in left if not self._taken(key)}
+        return placed | {i: np.zeros(6) for i, m in enumerate(self.moves) if m.event.statement.key in stays}
+
+    def _taken(self, key: StatementKey) -> bool:
+        """Whether the function corrects a statement that is left."""
+        return key not in self.unasked and self.on_controller.takes(key)
 
     def _indivisible(self) -> dict[int, str]:
         """Moves before which nothing can be added, whatever they need, and why."""
@@ -189,10 +220,16 @@ class Planner:
         return found | {i: ASTRAY for i, move in enumerate(self.moves) if move.event.statement.key in astray}
 
 
-def plan_changes(model: Model, motion: Motion, events: Sequence[MotionEvent], program: Program) -> Plan:
+def plan_changes(
+    model: Model,
+    motion: Motion,
+    events: Sequence[MotionEvent],
+    program: Program,
+    on_controller: OnController = OnController(),
+) -> Plan:
     """Decide what to change so that the real arm follows the programmed curves.
 
     Args:
         events: all of the program.
     """
-    return Planner(model, motion, events, program).plan()
+    return Planner(model, motion, events, program, on_controller).plan()

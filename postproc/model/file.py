@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from postproc.diagnostics import Diagnostic, PostprocError, Source, did_you_mean
 from postproc.effects.base import Effect
-from postproc.effects.joint_compliance import JointCompliance
+from postproc.effects.library.joint_compliance import JointCompliance
 from postproc.effects.registry import effect_library, installed_effects
 from postproc.model.arm import Model
 from postproc.model.doubts import doubts
@@ -22,6 +22,7 @@ from postproc.robot.arm import Robot
 from postproc.robot.catalogue import list_robots, load_robot
 from postproc.robot.cell_file import ExternalAxis, Mounting, stated_cell
 from postproc.robot.pose import rpy, transform
+from postproc.robot.station import station_of
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
 DEFAULT_ROBOT = "irb4600_60_205"
@@ -144,8 +145,9 @@ def parse_model(source: Source, library: Mapping[str, type[Effect]] | None = Non
     tool = transform(np.array(file.tool.xyz_mm) * 1e-3, rpy(np.radians(file.tool.rpy_deg)))
     mounting = rpy(np.radians(file.mounting.rpy_deg))
     stated, noted = file.stiffness_source or "", content.get("fit", {})
-    cell = stated_cell(file.external_axes, file.mounting, source) if file.external_axes else None
-    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, cell)
+    axes = file.external_axes
+    station = station_of(stated_cell(axes, file.mounting, source)) if axes else None
+    model = Model(_robot(file.robot, source), effects, mounting, tool, file.robot, noted, stated, station)
     if not model.fit:
         _check_signs(model, source)
     return model

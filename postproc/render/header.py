@@ -29,6 +29,7 @@ def header_values(model: Model, options: Options, document: Mapping[str, Any]) -
         "stiffness": estimated_stiffness(document),
         "added": document["added_targets"],
         "left": sum(d["code"] == "CMP005" for d in document["diagnostics"]),
+        "run_time": document["run_time"],
         "measured": document["measured_statements"],
         "unmeasured": document["unmeasured_statements"],
         "unproved": document["unproved_statements"],

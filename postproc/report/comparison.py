@@ -6,7 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from postproc.fit.wording import FREE
+from postproc.fit.words.wording import FREE
 from postproc.identify.compare import Comparison
 from postproc.measure.observations import Observation
 from postproc.report.charts import bars

@@ -6,10 +6,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from postproc.fit.wording import FREE, p_text, place
+from postproc.fit.words.wording import FREE, p_text, place
 from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.report import UNNAMED, diagnosis_json
-from postproc.identify.sentences import NAMED, doubts, headline
+from postproc.identify.words.sentences import NAMED, doubts, headline
+from postproc.identify.words.text import UNNAMED, diagnosis_json
 from postproc.measure.observations import Observation
 from postproc.report.addition import BAR, BASE
 from postproc.report.charts import bars

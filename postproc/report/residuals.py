@@ -9,10 +9,11 @@ import numpy as np
 
 from postproc.arrays import Array
 from postproc.fit.channels import fit_channels, unit_of
-from postproc.fit.fitted import Fit, distances
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
 from postproc.identify.compare import WORST
-from postproc.identify.sentences import suspect_size
 from postproc.identify.trends import DAMPING, Trend, joint_inverse, residual_trends
+from postproc.identify.words.sentences import suspect_size
 from postproc.patterns.suspects import Suspect
 from postproc.report.charts import Bins, scatter
 from postproc.report.page import Section, grid

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from postproc.arrays import Array
 from postproc.diagnostics import Diagnostic, PostprocError, Severity, Source, did_you_mean
-from postproc.robot.arm import Robot
+from postproc.robot.arm import ACCELERATION, Robot
 from postproc.robot.kinematics import body_poses
 from postproc.robot.opw import derive
 from postproc.robot.pose import rpy, transform
@@ -21,8 +21,6 @@ from postproc.tomlfile import check, locate, parse_toml, read_source, span_of
 
 SHORTEST, LONGEST = 0.1, 20.0
 """Sum of the links' lengths [m] of arms that exist, with a margin."""
-ACCELERATION = [8.0, 8.0, 8.0, 20.0, 20.0, 25.0]
-"""Estimates [rad/s^2] where nobody states them; jerks are ten times as many [rad/s^3]."""
 Vec3 = tuple[float, float, float]
 Six = Annotated[list[float], Field(min_length=6, max_length=6)]
 Positive = Annotated[float, Field(gt=0)]

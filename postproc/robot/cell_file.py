@@ -22,10 +22,9 @@ from postproc.robot.cell import Cell, CellArm, Joint, Unit
 from postproc.robot.controller import Backup, read_backup, read_entries
 from postproc.robot.mechanical_units import GRAVITY, read_cell
 from postproc.robot.pose import rpy, transform
+from postproc.robot.station import ROBOT
 from postproc.tomlfile import check, parse_toml, read_source, span_of
 
-ROBOT = "robot"
-"""What the arm is called in a cell that a TOML file states: there is one."""
 Letter = Literal["a", "b", "c", "d", "e", "f"]
 Vec3 = tuple[float, float, float]
 

@@ -19,11 +19,12 @@ from postproc.rapid.syntax.trees import (
     Star,
     Unary,
 )
+from postproc.rapid.unknown import Unknown
+from postproc.runtime.from_the_arm import POSITIONS
 
 CORRECTED, CORRECTED_CIRCLE = "ppCorrected", "ppCorrectedCirc"
-READ_FROM_THE_ARM = frozenset({"crobt", "cpos", "calcrobt", "cjointt"})
-"""Functions that give where the arm stands: to command that place again, nothing may be added."""
-WELDING = ("weld", "end")
+WELDING = ("start", "weld", "end")
+"""Phases with the force of the process: where a seam starts, the target is that of what follows."""
 
 
 class LeftAlone(Exception):
@@ -47,8 +48,8 @@ def run_time_edits(motion: MotionStatement) -> tuple[Edit, ...]:
     to, tool = motion.argument("to"), motion.argument("tool")
     if signature.why_not or signature.jointed or to is None or tool is None:
         raise LeftAlone(signature.why_not or "its target is not a place in a work object")
-    if motion.argument("\\id") is not None:
-        raise LeftAlone("it is coordinated with a motion of another task")
+    if not isinstance(_tree(motion, tool), (Name, Index, Component)):
+        raise LeftAlone("its tool is no name of data")
     end = _tree(motion, to)
     if isinstance(end, Call) and end.name in (CORRECTED.lower(), CORRECTED_CIRCLE.lower()):
         return ()
@@ -88,13 +89,16 @@ def _option(motion: MotionStatement, role: str, name: str) -> str:
 
 
 def _tree(motion: MotionStatement, argument: Argument) -> Expression:
-    return read_whole_expression(motion.source.data, *argument.span, what="the target")
+    try:
+        return read_whole_expression(motion.source.data, *argument.span, what="the target")
+    except Unknown:
+        raise LeftAlone("its target is no expression that this reader knows") from None
 
 
 def _refuse(tree: Expression) -> None:
     if isinstance(tree, Star):
         raise LeftAlone("the position is stored without a name (`*`)")
-    if names_in(tree) & READ_FROM_THE_ARM:
+    if names_in(tree) & POSITIONS:
         raise LeftAlone("its target is where the arm stands, and that needs no correction")
 
 

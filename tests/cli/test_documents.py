@@ -86,6 +86,8 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
     strange = tmp_path / "strange.mod"
     strange.write_text(PROGRAM)
     (tmp_path / "turned.mod").write_text(PROGRAM.replace("[0,-1,0,0]", "[0,-1,0,1]").replace("z10", "z1"))
+    camera = tmp_path / "camera.mod"
+    camera.write_text(PROGRAM.replace("MODULE strange", "MODULE camera").replace("[9000,0,1200]", "[cx,cy,1200]"))
     table = samples / "measurements" / "simulated_backlash.csv"
     step = samples / "measurements" / "simulated_step.csv"
     lines = table.read_text("utf-8").splitlines(keepends=True)
@@ -101,6 +103,8 @@ def documents(call: Call, samples: Path, tmp_path: Path) -> list[dict[str, Any]]
         ("inspect", strange),
         ("compensate", programs / "a.mod"),
         ("compensate", programs / "broken.mod"),
+        ("compensate", programs / "a.mod", "--run-time", "all"),
+        ("compensate", camera, "--robot", "irb4600_60_205", "--run-time", "where-needed"),
         ("diff", programs / "a.mod", strange),
         ("diff", strange, tmp_path / "turned.mod"),
         ("batch", programs, "-o", tmp_path / "out"),

@@ -29,14 +29,14 @@ def misses(real: Real, text: bytes, count: int, routine: str, given: A.Load, see
     for _ in range(count):
         q = g.uniform(*limits)
         q[4] += np.copysign(0.05, q[4])
-        target, task.near = task.target(q, TOOL, FRAME), q
+        target, task.kinematics.near = task.target(q, TOOL, FRAME), q
         answer = task.ask(target, routine)
         if answer[:3] == target[:3]:
             returned += 1
             continue
         flange = mm @ pose_matrix(answer)
         flange[:3, 3] *= 1e-3
-        commanded = task._solved(flange @ np.linalg.inv(TOOL), answer[2])
+        commanded = task.kinematics.solved(flange @ np.linalg.inv(TOOL), answer[2])
         wanted = mm @ pose_matrix(target)
         found.append(np.linalg.norm(1e3 * real.place(commanded, given)[:3, 3] - wanted[:3, 3]))
     assert int(task.get("ppReturnedCount")) == returned
@@ -64,7 +64,7 @@ def test_goals_of_seams(of_springs: bytes, seed: int) -> None:
         welding = event.name in ("arcl", "arclend", "arcc", "arccend")
         answer = task.ask(target, "weld" if welding else "plain")
         T_tool, given = metres(pose_matrix(tool[1])), FORCE if welding else np.zeros(3)
-        commanded = task._solved(metres(pose_matrix(answer)) @ np.linalg.inv(T_tool), answer[2])
+        commanded = task.kinematics.solved(metres(pose_matrix(answer)) @ np.linalg.inv(T_tool), answer[2])
         weight = A.Load(tool[2][0], 1e-3 * np.array(tool[2][1]), given)
         real = A.equilibrium(arm, commanded, T_tool, weight, A.joint_springs(A.TABLE_2)).frames.tcp[0]
         found.append(np.linalg.norm(1e3 * real[:3, 3] - event.values["goal"][:3, 3]))
@@ -94,7 +94,7 @@ def test_another_tool_load_is_read_from_the_call(of_springs: bytes) -> None:
     task.set("lUsed", load(heavy.mass, heavy.center))
     q = np.radians([20.0, 30, -20, 40, 60, 10])
     target = task.target(q, TOOL)
-    commanded = task._solved(metres(pose_matrix(task.ask(target, "loaded"))) @ np.linalg.inv(TOOL), target[2])
+    commanded = task.kinematics.solved(metres(pose_matrix(task.ask(target, "loaded"))) @ np.linalg.inv(TOOL), target[2])
     assert np.linalg.norm(real.place(commanded, heavy)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
     light = real.place(commanded, A.Load(30.0, CENTER))
     assert np.linalg.norm(light[:3, 3] - 1e-3 * np.array(target[0])) > 1e-4
@@ -109,7 +109,7 @@ def test_a_gripped_part_weighs_where_the_tool_holds_it(of_springs: bytes) -> Non
     both = A.Load(30.0 + part, (30.0 * CENTER + part * inside) / (30.0 + part))
     q = np.radians([-60.0, 10, 10, -70, 70, 100])
     target = task.target(q, TOOL)
-    commanded = task._solved(metres(pose_matrix(task.ask(target))) @ np.linalg.inv(TOOL), target[2])
+    commanded = task.kinematics.solved(metres(pose_matrix(task.ask(target))) @ np.linalg.inv(TOOL), target[2])
     assert np.linalg.norm(real.place(commanded, both)[:3, 3] - 1e-3 * np.array(target[0])) < 5e-6
 
 

@@ -13,7 +13,8 @@ from postproc.runtime.module import runtime_module
 from postproc.runtime.written import RunTimeModule
 from tests.independent import arm as A
 from tests.runtime.arms import CENTER, FORCE, TOOL, load, mapped, pose, soft_bodies, springs
-from tests.runtime.controller import ERR_OUTSIDE_REACH, ERR_ROBLIMIT, Controller
+from tests.runtime.controller import Controller
+from tests.worlds.arm_functions import ERR_OUTSIDE_REACH, ERR_ROBLIMIT
 from tests.worlds.parser import parse
 
 Q = np.radians([20.0, 30, -20, 40, 60, 10])
@@ -57,14 +58,14 @@ def test_out_of_reach(task: Controller) -> None:
     target = task.target(Q, TOOL)
     target[0] = [4000.0, 0.0, 1000.0]
     assert returned(task, target) == 1
-    assert task.raised == [ERR_OUTSIDE_REACH]
+    assert task.kinematics.raised == [ERR_OUTSIDE_REACH]
 
 
 def test_a_configuration_that_does_not_exist(task: Controller) -> None:
     target = task.target(Q, TOOL)
     target[2] = [0.0, 3.0, -3.0, 6.0]
     assert returned(task, target) == 1
-    assert task.raised == [ERR_ROBLIMIT]
+    assert task.kinematics.raised == [ERR_ROBLIMIT]
 
 
 @pytest.mark.parametrize("part", [0, 1])
@@ -178,7 +179,7 @@ def test_a_tool_without_tcp_is_corrected_too(task: Controller) -> None:
     task.set("tUsed", [True, pose(np.eye(4)), load(0.001, [0, 0, 0])])
     target = task.target(Q, np.eye(4))
     answer = task.ask(target)
-    commanded = task._solved(_metres(answer), answer[2])
+    commanded = task.kinematics.solved(_metres(answer), answer[2])
     real = A.equilibrium(A.irb4600(), commanded, np.eye(4), A.Load(0.001), A.joint_springs(A.TABLE_2)).frames.tcp[0]
     assert np.linalg.norm(1e3 * real[:3, 3] - np.array(target[0])) < 0.005
 

@@ -48,7 +48,7 @@ def corrected(statement: str) -> str:
         ),
         (
             "ArcLStart Welds1{1}.position,v100,seam1,wd1,fine,tWeld1\\WObj:=wobjWeldLine1;",
-            "ArcLStart ppCorrected(Welds1{1}.position,tWeld1\\WObj:=wobjWeldLine1),"
+            "ArcLStart ppCorrected(Welds1{1}.position,tWeld1\\WObj:=wobjWeldLine1\\Weld),"
             "v100,seam1,wd1,fine,tWeld1\\WObj:=wobjWeldLine1;",
         ),
         (
@@ -66,6 +66,7 @@ def corrected(statement: str) -> str:
             "v10,sm,wd,z1,tWeld1\\WObj:=wobjWeldLine1;",
         ),
         ("MoveL FromSocket(),v50,fine,tWeld1;", "MoveL ppCorrected(FromSocket(),tWeld1),v50,fine,tWeld1;"),
+        ("MoveL p\\ID:=10,v50,fine,tWeld1;", "MoveL ppCorrected(p,tWeld1)\\ID:=10,v50,fine,tWeld1;"),
     ],
 )
 def test_the_target_goes_through_the_function(statement: str, wanted: str) -> None:
@@ -80,7 +81,7 @@ def test_the_target_goes_through_the_function(statement: str, wanted: str) -> No
         ("SearchL\\Stop,diFound,pFound,pTo,v10,tWeld1;", "known only at run time"),
         ("MoveL Offs(CRobT(\\Tool:=tWeld1),0,0,10),v50,fine,tWeld1;", "where the arm stands"),
         ("MoveL *,v50,fine,tWeld1;", "without a name"),
-        ("MoveL p\\ID:=10,v50,fine,tWeld1;", "another task"),
+        ("MoveL p,v50,fine,[TRUE,t.tframe,t.tload];", "no name of data"),
         ("MoveC pVia,Next(),v50,fine,tWeld1;", "worked out twice"),
         ("EGMMoveL id,p,v50,fine,tWeld1;", "sensor"),
     ],
@@ -138,6 +139,6 @@ def test_a_program_whose_targets_another_task_writes_runs_with_the_module() -> N
     for a, b in zip(before, after, strict=True):
         flange = b.values["goal"].copy()
         flange[:3, 3] *= 1e-3
-        commanded = task._solved(flange @ np.linalg.inv(TOOL), b.values["conf"])
+        commanded = task.kinematics.solved(flange @ np.linalg.inv(TOOL), b.values["conf"])
         assert np.linalg.norm(1e3 * real.place(commanded, load)[:3, 3] - a.values["goal"][:3, 3]) < 0.005
         assert np.linalg.norm(b.values["goal"][:3, 3] - a.values["goal"][:3, 3]) > 0.05

@@ -186,8 +186,11 @@ def identities(original: list[Module], corrected: list[Module]) -> dict[Statemen
 
 def _matched(original: list[Module], corrected: list[Module]) -> dict[Statement, tuple[Identity, bool]]:
     old, out = _routines(original), {}
+    modules = {m.name for m in original}
     places = {**_declared(corrected), **_declared(original)}
     for key, routine in _routines(corrected).items():
+        if key[0] not in modules:
+            continue
         before = old.get(key)
         matched = _align(before.flat, routine.flat, places) if before else [None] * len(routine.flat)
         following = len(before.flat) if before else 0

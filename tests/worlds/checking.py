@@ -9,7 +9,8 @@ from tests.worlds.alignment import identities, name_kept
 from tests.worlds.compare import Outcome, compare_worlds
 from tests.worlds.interpreter import load
 from tests.worlds.motions import ROLES
-from tests.worlds.product import Converted, convert
+from tests.worlds.product import Converted, RunTime, convert
+from tests.worlds.real_arm import RealArm
 from tests.worlds.syntax import Module, annotations
 from tests.worlds.world import five
 
@@ -18,7 +19,10 @@ PROGRAMS = Path(__file__).parent / "programs"
 
 @dataclass
 class Check:
-    """What became of a program: outcomes by world, statements, corrected ones, those that keep their names."""
+    """What became of a program: outcomes by world, statements, corrected ones, those that keep their names.
+
+    Where targets go through the function: how far from them the real TCP is [mm], and how many came back as they were.
+    """
 
     name: str
     outcomes: list[Outcome] = field(default_factory=list)
@@ -26,6 +30,8 @@ class Check:
     corrected: int = 0
     kept: int = 0
     refused: str = ""
+    reached_mm: list[float] = field(default_factory=list)
+    came_back: int = 0
 
     @property
     def faults(self) -> list[tuple[str, str]]:
@@ -55,24 +61,26 @@ def seed_of(name: str) -> int:
     return 1000 + 10 * (sum(i * ord(c) for i, c in enumerate(name, 1)) % 9973)
 
 
-def check(paths: list[Path], converted: Converted | None = None) -> Check:
+def check(paths: list[Path], converted: Converted | None = None, run_time: RunTime = "off") -> Check:
     """Corrects the files of a task and compares them with the originals in five worlds."""
     texts = {p.name: p.read_text("latin-1") for p in paths}
     out = Check(paths[0].stem)
     says: dict[str, list[str]] = {}
     for text in texts.values():
         says |= annotations(text)
-    result = converted or convert(texts, float(says.get("tolerance", ["0.01"])[0]))
+    result = converted or convert(texts, float(says.get("tolerance", ["0.01"])[0]), run_time)
     if not result.texts:
         out.refused = result.said
         return out
-    original, corrected = load(texts.values()), load({**texts, **result.texts}.values())
+    original, corrected = load(texts.values()), load([*{**texts, **result.texts}.values(), result.module])
     _count(out, original, corrected, result)
     # Statements are known by their lines; those of several files may share one, the larger correction holds.
     bounds: dict[int, float] = {}
     for (_, line), mm in result.corrections.items():
         bounds[line] = max(bounds.get(line, 0.0), mm)
-    out.outcomes = [compare_worlds(original, corrected, bounds, w) for w in five(seed_of(out.name), says)]
+    real = RealArm(result.through)
+    out.outcomes = [compare_worlds(original, corrected, bounds, w, real) for w in five(seed_of(out.name), says)]
+    out.reached_mm, out.came_back = real.distances, real.came_back
     return out
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from tests.worlds.alignment import identities
 from tests.worlds.geometry import angle_between, distance_to_arc, distance_to_segment
 from tests.worlds.interpreter import Interpreter
+from tests.worlds.real_arm import RealArm
 from tests.worlds.syntax import Module
 from tests.worlds.task import Event
 from tests.worlds.world import World
@@ -21,6 +22,8 @@ TURN = math.radians(0.5)
 """Corrections turn a target by at most this."""
 
 
+LARGEST = 5.0
+"""mm: what the function for run time may correct by."""
 FOLLOWING = 0.1
 """A correction that follows a run-time value may grow by this share of the largest one: the deflection of the arm changes
 by less than a tenth over the displacements that a world draws."""
@@ -44,20 +47,26 @@ class Outcome:
 
 
 def compare_worlds(
-    original: list[Module], corrected: list[Module], bound_mm: dict[int, float] | float, world: World
+    original: list[Module],
+    corrected: list[Module],
+    bound_mm: dict[int, float] | float,
+    world: World,
+    real: RealArm | None = None,
 ) -> Outcome:
     """Runs both programs in one world and compares motions and effects.
 
     Args:
         bound_mm: the largest correction [mm], of the program or by line of the original.
+        real: the arm that comes to the targets that a function of the corrected program gives.
     """
     first = Interpreter(original, world)
     before = first.run()
-    second = Interpreter(corrected, world, identities(original, corrected))
+    real = real or RealArm()
+    second = Interpreter(corrected, world, identities(original, corrected), real.kinematics.functions)
     after = second.run()
     out = Outcome(world.name, stopped=first.stopped)
     largest = bound_mm if isinstance(bound_mm, float) else max([0.0, *bound_mm.values()])
-    _events(out, before, after, bound_mm, largest)
+    _events(out, before, after, bound_mm, largest, real)
     if first.stopped != second.stopped:
         out.fault("stop", None, f"the original ends `{first.stopped}`, the corrected program `{second.stopped}`")
     _values(out, first, second, largest)
@@ -65,7 +74,12 @@ def compare_worlds(
 
 
 def _events(
-    out: Outcome, before: list[Event], after: list[Event], bounds: dict[int, float] | float, largest: float
+    out: Outcome,
+    before: list[Event],
+    after: list[Event],
+    bounds: dict[int, float] | float,
+    largest: float,
+    real: RealArm,
 ) -> None:
     k, waiting = 0, []
     for e in after:
@@ -89,7 +103,12 @@ def _events(
             own = 0.0 if isinstance(bounds, float) else bounds.get(o.line, 0.0)
             # a motion that is left alone may stand on data that are corrected for others
             _time(out, o, [*waiting, e])
-            _motion(out, o, e, own + FOLLOWING * largest if own else largest)
+            bound = own + FOLLOWING * largest if own else largest
+            if o.line in real.through:
+                bound = LARGEST
+                if text := real.compare(o, e):
+                    out.fault("goal", o, text)
+            _motion(out, o, e, bound)
             waiting = []
         elif not close(o.values, e.values, largest + ROUNDING):
             out.fault("effect", o, f"{o.values} in the original, {e.values} here")

@@ -44,7 +44,7 @@ class Interpreter(Task):
     def call_function(self, name: str, arguments: tuple[Arg, ...], want: str | None) -> Any:
         routine = self.find_routine(name)
         if routine is None:
-            known = functions.FUNCTIONS.get(name)
+            known = self.functions.get(name) or functions.FUNCTIONS.get(name)
             if known is not None:
                 return known(self, arguments)
             return outside.unknown_function(self, name, arguments, want)
@@ -128,7 +128,7 @@ class Interpreter(Task):
     def statement(self, s: Statement) -> None:
         frame = self.frames[-1]
         while True:
-            self.steps += 1
+            self.steps += frame.routine.module not in self.beside
             if self.steps > STEPS:
                 raise Ended("endless")
             try:
@@ -165,6 +165,8 @@ class Interpreter(Task):
 
     def _begun(self, s: Statement, frame: Frame) -> None:
         """Where the statement stands in the original; what waits for this moment happens before it."""
+        if frame.routine.module in self.beside:
+            return self._execute(s, frame)  # part of the statement that calls it
         if self.identities is None:
             identity, inserted = (frame.routine.module, frame.routine.name, s.index), False
         else:

@@ -90,7 +90,12 @@ def unknown_procedure(task: Interpreter, name: str, arguments: tuple[Arg, ...], 
         return
     named = task.world.says.get(f"writes {name}")
     for data, ref in sorted(task.shared.items()):
-        if ref.storage == "const" or ref.name != data or (named is not None and data not in [n.lower() for n in named]):
+        if (
+            data in task.beside_data
+            or ref.storage == "const"
+            or ref.name != data
+            or (named is not None and data not in [n.lower() for n in named])
+        ):
             continue
         if named is None and not (
             ref.type.lstrip("*") in ("num", "pos", "pose", "robtarget", "bool")

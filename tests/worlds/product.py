@@ -4,27 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
+RunTime = Literal["off", "where-needed", "all"]
 ARM, FORCE = "irb4600_60_205", (200.0, -200.0, -200.0)
 
 
 @dataclass(frozen=True)
 class Converted:
-    """Texts by path, empty where nothing was written; correction [mm] by line of the file; what it said."""
+    """Texts by path, empty where nothing was written; correction [mm] by line of the file; what it said; the module for
+    run time, and the lines whose targets go through its function.
+    """
 
     texts: dict[str, str]
     corrections: dict[tuple[str, int], float] = field(default_factory=dict)
     said: str = ""
+    module: str = ""
+    through: frozenset[int] = frozenset()
 
 
-def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
+def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01, run_time: RunTime = "off") -> Converted:
     """Corrects the files of one task for the IRB 4600-60/2.05 under a constant force, inertia off."""
     from postproc.compensate.options import Options
     from postproc.convert import compensate_program
     from postproc.diagnostics import Source
     from postproc.model.file import default_model
 
-    options = Options(tolerance_m=1e-3 * tolerance_mm, force=FORCE, inertia=False)
+    options = Options(tolerance_m=1e-3 * tolerance_mm, force=FORCE, inertia=False, run_time=run_time)
     sources = [Source(path, text.encode("latin-1")) for path, text in texts.items()]
     result = compensate_program(sources, default_model(ARM), options)
     said = "; ".join(f"{d.code} {d.message}" for d in result.diagnostics if d.severity == "error")
@@ -32,4 +38,6 @@ def convert(texts: Mapping[str, str], tolerance_mm: float = 0.01) -> Converted:
     for s in result.report.get("statements", []):
         key = (s["path"], s["line"])
         shifts[key] = max(shifts.get(key, 0.0), float(s["shift_mm"] or 0.0))
-    return Converted({path: data.decode("latin-1") for path, data in result.outputs.items()}, shifts, said)
+    through = frozenset(s["line"] for s in result.report.get("statements", []) if s["status"] == "run_time")
+    texts = {path: data.decode("latin-1") for path, data in result.outputs.items()}
+    return Converted(texts, shifts, said, (result.module or b"").decode("latin-1"), through)

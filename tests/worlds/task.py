@@ -71,13 +71,25 @@ class Event:
 
 
 class Task:
-    """A task in a world. ``identities`` maps statements of a corrected program to those of the original, see `alignment`."""
+    """A task in a world.
+
+    Args:
+        identities: of statements of a corrected program, see `alignment`. functions: of the controller, beside RAPID's.
+    """
 
     def __init__(
-        self, modules: list[Module], world: World, identities: dict[Statement, tuple[Identity, bool]] | None = None
+        self,
+        modules: list[Module],
+        world: World,
+        identities: dict[Statement, tuple[Identity, bool]] | None = None,
+        functions: dict[str, Any] | None = None,
     ) -> None:
         self.modules, self.world = modules, world
         self.identities = identities
+        self.functions = functions or {}
+        # Modules that the original lacks: nothing from outside touches their data.
+        known = {identity[0] for identity, _ in identities.values()} if identities is not None else set()
+        self.beside = {m.name for m in modules if identities is not None and m.routines and m.name not in known}
         self.records = dict(RECORDS)
         self.aliases = dict(ALIASES)
         self.events: list[Event] = []
@@ -113,6 +125,7 @@ class Task:
             for r in m.routines:
                 (self.local_routines[m.name] if r.local else self.routines)[r.name] = r
             waiting += [(m.name, d) for d in m.data]
+        self.beside_data = {d.name for m in self.modules if m.name in self.beside for d in m.data}
         while waiting:
             left = []
             for module, d in waiting:
@@ -138,7 +151,8 @@ class Task:
         else:
             array = "*" * len(sizes) + type_
             value = convert(self.evaluate(d.value, array), array, self.records)
-        value = self._varied(value, type_, len(sizes), d, f"{prefix}{d.name}")
+        if module not in self.beside:
+            value = self._varied(value, type_, len(sizes), d, f"{prefix}{d.name}")
         return Ref([value], 0, "*" * len(sizes) + type_, d.storage, d.name)
 
     def _varied(self, value: Any, type_: str, dims: int, d: Data, name: str) -> Any:

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
-from postproc.cli.conversion import ConvertOptions
+from postproc.cli.conversion import TaskOptions
 from postproc.cli.options import AS_WRITTEN, Flag, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
@@ -30,7 +30,7 @@ def run(
     workers: Workers = None,
     scheduler: str | None = None,
     shard: str = "1/1",
-    convert: ConvertOptions = ConvertOptions(),
+    convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
     json: Flag = False,
 ) -> int:

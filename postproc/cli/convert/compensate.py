@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from postproc.cli.conversion import ConvertOptions
-from postproc.cli.convert.finish import finish
+from postproc.cli.conversion import TaskOptions
+from postproc.cli.convert.finish import finish, module_file
 from postproc.cli.options import CertificateFile, Flag, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
@@ -19,7 +19,7 @@ def run(
     /,
     *,
     output: Output = None,
-    convert: ConvertOptions = ConvertOptions(),
+    convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
     certificate: CertificateFile = None,
     in_place: Flag = False,
@@ -50,8 +50,9 @@ def run(
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
     settings = convert.settings_at(Path(program).parent)
-    check_outputs((program, *settings.inputs), output, report, certificate)
     target = Path(program) if in_place else output
+    beside = module_file(settings.options, target, nothing=check or diff or json)
+    check_outputs((program, *settings.inputs), output, report, certificate, beside)
     settings, arm = settled(settings, program)
     sources = [source, *read_lent(settings.side_files, program)]
     with working(f"correcting `{source.path}`"):
@@ -69,7 +70,8 @@ def run(
         names = (source.path, str(target or "compensated"))
         if in_place and not (check or diff):
             still_there(source)
-        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json)
+        module = None if result.module is None or beside is None else (beside, result.module)
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json, module=module)
     else:
         say("no program was written")
     if json:  # files first: who reads stdout may go away

@@ -5,12 +5,48 @@ from __future__ import annotations
 import difflib
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from postproc.cli.output import write
+from postproc.cli.output import write, write_together
+from postproc.diagnostics import PostprocError
+
+if TYPE_CHECKING:
+    from postproc.compensate.options import Options
+
+
+def module_file(options: Options, target: Path | None, nothing: bool) -> Path | None:
+    """Where the module with the function for run time goes, None where there is none, or ``nothing`` is written.
+
+    Args:
+        target: where the program goes, None for stdout.
+
+    Raises:
+        PostprocError: CLI007, nothing says where, or what stands there is another file.
+    """
+    from postproc.runtime.module import MARKER, NAME
+
+    if options.run_time == "off":
+        return None
+    path = options.run_time_module or (target.parent / f"{NAME}.sys" if target is not None else None)
+    if path is None and not nothing:
+        text = "`--run-time` writes a module beside the output, and the output goes to stdout"
+        raise PostprocError.of("CLI007", text, help="name the output with `-o`, or the module with `--run-time-module`")
+    if path is not None and path.is_file() and MARKER.encode() not in path.read_bytes():
+        text = f"`{path}` is there, and no module that postproc wrote"
+        raise PostprocError.of("CLI007", text, help="name another file with `--run-time-module`")
+    return path
 
 
 def finish(
-    before: bytes, after: bytes, names: tuple[str, str], target: Path | None, *, check: bool, diff: bool, silent: bool
+    before: bytes,
+    after: bytes,
+    names: tuple[str, str],
+    target: Path | None,
+    *,
+    check: bool,
+    diff: bool,
+    silent: bool,
+    module: tuple[Path, bytes] | None = None,
 ) -> int:
     """What ``--check``, ``--diff`` and ``-o`` do with a result: write it, or say whether something would change.
 
@@ -20,17 +56,26 @@ def finish(
         target: where the output goes, None for stdout.
         check: write nothing; exit code 1 if the output file (the input, without one) would change.
         diff: write nothing; print the difference, exit code 1 if there is one.
+        module: a second file, written with the output or not at all.
         silent: stdout is taken (``--json``): neither the output nor the difference goes there.
     """
     if diff and not silent:
         write(None, unified_diff(before, after, *names))
     if check and target is not None:
-        return int(not target.is_file() or target.read_bytes() != after)
+        return int(any(_differs(*file) for file in _files(target, after, module)))
     if check or diff:
         return int(before != after)
     if target is not None or not silent:
-        write(target, after)
+        write_together(_files(target, after, module))
     return 0
+
+
+def _differs(path: Path | None, data: bytes) -> bool:
+    return path is not None and not (path.is_file() and path.read_bytes() == data)
+
+
+def _files(target: Path | None, after: bytes, module: tuple[Path, bytes] | None) -> list[tuple[Path | None, bytes]]:
+    return [*([module] if module is not None else []), (target, after)]
 
 
 def unified_diff(before: bytes, after: bytes, name_before: str, name_after: str) -> bytes:

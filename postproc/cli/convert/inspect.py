@@ -46,7 +46,7 @@ def run(program: str, /, *, given: ProgramOptions = ProgramOptions(), json: Flag
     settings, arm = settled(given.settings_at(Path(program).parent), program, bare=True)
     sources, options = [own, *read_lent(settings.side_files, program)], settings.options
     with working(f"reading `{own.path}`"):
-        found = inspect_program(sources, arm.robot, options)
+        found = inspect_program(sources, arm.robot, options, arm.station)
         if not has_errors(found.diagnostics):
             found = found.decided(compensate_program(sources, arm, options).outcomes)
     show(named_files(found.diagnostics))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from postproc import __version__
+from postproc.compensate.options import Options
 from postproc.compensate.plan import Plan
 from postproc.compensate.results.accuracy import Accuracy
 from postproc.compensate.results.figures import Figures
@@ -59,6 +61,36 @@ def document(
     }
 
 
+def unmeasured_document(
+    robot: str, outcomes: Sequence[Outcome], options: Options, findings: Sequence[Diagnostic]
+) -> dict[str, Any]:
+    """The same for a program none of whose targets is known before it runs: nothing is measured."""
+    lengths = ("max_error_before", "max_error_after", "max_transition", "max_transient", "max_joint_move")
+    return {
+        "schema": SCHEMA,
+        "tool": __version__,
+        "robot": robot,
+        "statements": [o.as_json() for o in outcomes],
+        **{f"{name}_mm": 0.0 for name in lengths},
+        "max_arc_error_before_mm": None,
+        "max_arc_error_after_mm": None,
+        "tolerance_mm": _mm(options.tolerance_m),
+        "air_tolerance_mm": _mm(options.air_tolerance_m),
+        "scope": options.scope,
+        "welds": [],
+        "expected_accuracy": None,
+        "unproved_statements": 0,
+        "unmeasured_statements": sum(o.statement.interpolation in ("line", "arc") for o in outcomes),
+        "measured_statements": 0,
+        "added_targets": 0,
+        "cycle_time_s": None,
+        "cycle_time_before_s": None,
+        "diagnostics": [d.as_json() for d in findings],
+        "worlds": {"count": 0, "differing": 0},
+        "expected_remaining_fraction": None,
+    }
+
+
 def refused(findings: Sequence[Diagnostic]) -> dict[str, Any]:
     """The document of a program that is not safe to compensate."""
     return {"schema": SCHEMA, "statements": [], "diagnostics": [d.as_json() for d in findings]}
@@ -80,13 +112,14 @@ def summary(r: Mapping[str, Any]) -> str:
     fall = "no line or arc could be measured"
     if r["measured_statements"]:
         fall = f"{_fall(r)}{passing}"
-    count = {s: sum(o["status"] == s for o in r["statements"]) for s in ("compensated", "unchanged", "skipped")}
+    count = Counter(o["status"] for o in r["statements"])
     statements = "statement" if count["compensated"] == 1 else "statements"
+    through = f" {count['run_time']} corrected on the controller," if r["run_time"] else ""
+    time = "" if r["cycle_time_s"] is None else f"; cycle time {r['cycle_time_s']:.1f} s"
     return (
-        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},"
-        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are;"
-        f" cycle time {r['cycle_time_s']:.1f} s{expected}{'; ' if r['expected_remaining_fraction'] else ''}"
-        f"{estimated_stiffness(r)}"
+        f"{fall}{unseen}; {count['compensated']} {statements} compensated{doubt},{through}"
+        f" {r['added_targets']} added, {count['unchanged']} unchanged, {count['skipped']} left as they are"
+        f"{time}{expected}{'; ' if r['expected_remaining_fraction'] else ''}{estimated_stiffness(r)}"
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from dataclasses import replace
 
 import numpy as np
 
@@ -43,12 +44,20 @@ BESIDE = "what is corrected beside it begins or ends here: check the path around
 FOLLOWS = "it follows the target that it is derived from"
 JOINT_TARGET = "a joint target states joint angles, not a place: it is left as it is"
 BESIDE_ARM = "it does not move the arm"
+ENDS = "its ends are corrected on the controller, and the way between them follows those"
 
 
 def judge_statements(
-    program: Program, events: Sequence[MotionEvent], plan: Plan, after: Deviation
+    program: Program,
+    events: Sequence[MotionEvent],
+    plan: Plan,
+    after: Deviation,
+    on_controller: Set[StatementKey] = frozenset(),
 ) -> tuple[list[Outcome], list[Diagnostic]]:
     """One outcome per motion statement of the text, in text order, and findings about those that are not as asked.
+
+    Args:
+        on_controller: statements whose targets go through the function for run time.
 
     Statements of lent files have no outcome, being left as they are; what stays off on the program's targets is told.
     """
@@ -65,6 +74,8 @@ def judge_statements(
         rows = [moves[i] for i in indices if i in moves and own[moves[i]]]
         if not statement.source.lent:
             outcome = _outcome(statement, indices, events, moves, plan, after, shifts)
+            if outcome.status == "skipped" and statement.key in on_controller:
+                outcome = replace(outcome, status="run_time", shift_mm=None, edited="function")
             outcomes.append(outcome)
             if outcome.status == "skipped":
                 if statement.interpolation not in ("absjoint", "none"):
@@ -95,6 +106,8 @@ def _why(plan: Plan, rows: Sequence[int], farthest: int, on_the_way: bool) -> st
         rows: the moves that it makes; farthest: the one that is farthest off.
     """
     moves = plan.motion.moves
+    if moves[farthest].event.statement.key in plan.on_controller:
+        return ENDS
     start = moves[farthest - 1] if farthest and not moves[farthest].first else moves[farthest]
     if plan.places.get(moves[farthest].event.statement.key) == "derived":
         return FOLLOWS
@@ -145,6 +158,25 @@ def _outcome(
     return Outcome(statement, "compensated", reason, round(shift, 4), round(residual, 5), edited)
 
 
+def unknown_outcomes(
+    program: Program, events: Sequence[MotionEvent], on_controller: Set[StatementKey]
+) -> tuple[list[Outcome], list[Diagnostic]]:
+    """As ``judge_statements`` for a program none of whose targets is known before it runs."""
+    runs = executions_of(events)
+    outcomes, findings = [], []
+    for statement in (s for s in program.statements if not s.source.lent):
+        indices = runs.get(statement.key, [])
+        reason = next((events[i].reason for i in indices if events[i].reason), None)
+        if statement.key in on_controller:
+            outcomes.append(Outcome(statement, "run_time", reason, edited="function"))
+            continue
+        jointed = {"none": BESIDE_ARM, "absjoint": JOINT_TARGET}.get(statement.interpolation)
+        outcomes.append(Outcome(statement, "skipped", jointed or reason or "the program never gets here"))
+        if jointed is None:
+            findings.append(finding("CMP005", "warning", statement, f"left as it is: {outcomes[-1].reason}", BESIDE))
+    return outcomes, findings
+
+
 def unproved(outcomes: Sequence[Outcome], events: Sequence[MotionEvent], plan: Plan) -> int:
     """Corrected statements that also run where they or the arm cannot follow: what remains there is in no figure."""
     moves = plan.motion.moves
@@ -183,13 +215,15 @@ def largest_shifts(outcomes: Sequence[Outcome], plan: Plan) -> dict[StatementKey
     along = np.linalg.norm(plan.curve[:, :3, 3] - plan.motion.samples.T_work_tcp[:, :3, 3], axis=1)
     largest = max(MM * float(along.max(initial=0.0)), *(o.shift_mm or 0.0 for o in outcomes))
     shifts = {o.statement.key: o.shift_mm for o in outcomes}
+    through = {o.statement.key for o in outcomes if o.status == "run_time"}  # their targets stay as they are
     goal = goal_tolerances(plan.motion.moves, plan.motion.options)
     slack: dict[StatementKey, float] = {}
     for move, tolerance in zip(plan.motion.moves, goal, strict=True):
         key = move.event.statement.key
         slack[key] = max(slack.get(key, 0.0), MM * float(tolerance))
     moved = {move.event.statement.key for move in plan.motion.moves}
-    return {key: (shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest for key in shifts.keys() | moved}
+    bound = (shifts.keys() | moved) - through
+    return {key: (shifts.get(key) or largest) + slack.get(key, 0.0) + ALIKE * largest for key in bound}
 
 
 def _shifts(plan: Plan) -> Array:

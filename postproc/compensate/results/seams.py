@@ -84,7 +84,7 @@ def partial_seams(seams: Sequence[Seam], allowed: bool) -> list[Diagnostic]:
     severity: Severity = "warning" if allowed else "error"
     findings = []
     for seam in seams:
-        if any(o.status == "compensated" for o in seam.outcomes):
+        if any(o.status in ("compensated", "run_time") for o in seam.outcomes):
             for outcome in seam.left:
                 text = f"this weld statement would stay uncorrected in a corrected seam: {outcome.reason}"
                 help_ = "mend what is said, or take the step at both its ends: `--allow-partial`"

@@ -12,11 +12,12 @@ from postproc.rapid.data.events import MotionEvent, MotionStatement, Origin
 from postproc.rapid.data.pose import subtract
 from postproc.rapid.data.records import Ax6, Pose, RobTarget, Vec3
 
-Status = Literal["compensated", "unchanged", "skipped"]
-Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived"]
+Status = Literal["compensated", "run_time", "unchanged", "skipped"]
+"""``run_time``: its targets go through the function that corrects them on the controller."""
+Place = Literal["declaration", "element", "aggregate", "argument", "call", "derived", "function"]
 """Where the correction of a statement is written: in the numbers of a declaration, of an array element, of the
-aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine; or
-nowhere, because it moves with the target that it is derived from."""
+aggregate that is the argument; in an offset of the argument; in the argument of the call that hands it to a routine;
+nowhere, because it moves with the target that it is derived from; or in a function around the argument."""
 
 OUT_OF_REACH = "the arm cannot run it as it is programmed: see the finding at this place"
 Conf = tuple[int, int, int, int]

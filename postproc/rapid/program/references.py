@@ -69,7 +69,7 @@ def declaration_uses(program: Program) -> Mapping[str, tuple[Use, ...]]:
     for declaration in program.declarations:
         for span in (*declaration.dims, *((declaration.init,) if declaration.init else ())):
             if not _numbers_only(declaration.source, span):
-                for name, at in _names(declaration.source, span):
+                for name, at in names_at(declaration.source, span):
                     used = program.declaration(name, declaration.module, declaration.routine)
                     _add(found, used, Use("declaration", declaration.source, at, declaration.routine), records)
     for routine in program.all_routines():
@@ -125,7 +125,7 @@ def _of_statement(
                 if name in declared or name in own:
                     yield name, Use("motion", source, argument.span, routine.name, motion, argument.role)
                 continue
-            for at, (name, span) in enumerate(_names(source, argument.span)):
+            for at, (name, span) in enumerate(names_at(source, argument.span)):
                 kind: UseKind = "motion" if at == 0 and _is_plain(argument.text) else "expression"
                 kind = "write" if argument.role == "found" and at == 0 else kind
                 yield name, Use(kind, source, span, routine.name, motion, argument.role)
@@ -139,7 +139,7 @@ def _of_statement(
     written = changes.of([statement], routine) if statement.kind in ("call", "opaque") else set()
     handed = _handed_over(program, routine, statement) if statement.kind == "call" else {}
     for number, span in enumerate(spans):
-        for at, (name, where) in enumerate(_names(source, span)):
+        for at, (name, where) in enumerate(names_at(source, span)):
             declaration = None if name in own else program.declaration(name, routine.module, routine.name)
             key = "%" + name if declaration is None else declaration.key
             if key in written or (statement.kind == "assign" and number == 0 and at == 0):
@@ -173,7 +173,7 @@ def _numbers_only(source: Source, span: Span) -> bool:
     )
 
 
-def _names(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
+def names_at(source: Source, span: Span) -> Iterator[tuple[str, Span]]:
     """Names of data and routines in a piece of text: no components, no option names, nothing in strings."""
     for found in _WORDS.finditer(source.data, *span):
         if found[2] and not found[1]:

@@ -1,0 +1,129 @@
+"""Data that may hold where the arm has stood: what `CRobT` gives and what a search finds, wherever it is handed on.
+
+Such a position holds the error of the arm already: the arm that is sent there comes there again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+from postproc.diagnostics import Source, Span
+from postproc.rapid.program.arguments import read_arguments
+from postproc.rapid.program.function_effects import BY_REFERENCE
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.references import names_at
+from postproc.rapid.program.write_effects import argument_name, named_by_text, paired
+from postproc.rapid.syntax.nodes import Routine, Statement
+
+ARM = "@arm"
+POSITIONS = frozenset({"crobt", "cpos", "calcrobt", "cjointt"})
+"""Functions that give where the arm stands, or stands with some joint angles."""
+CORRECTING = frozenset({"ppcorrected", "ppcorrectedcirc"})
+"""Functions that have corrected what they give."""
+FROM_THE_ARM = POSITIONS | CORRECTING
+UNPLACED = frozenset({"bool", "string", "clock", "intnum", "signaldi", "signaldo", "switch"})
+"""Types that hold no position and no part of one."""
+Flow = tuple[str, str]
+
+
+class FromTheArm:
+    """The data, parameters and functions of a program that may hold where the arm has stood."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        into: dict[str, set[str]] = {}
+        for routine in program.all_routines():
+            for source, target in self._flows(routine):
+                into.setdefault(source, set()).add(target)
+        self.keys, pending = {ARM}, [ARM]
+        while pending:
+            more = into.get(pending.pop(), set()) - self.keys
+            self.keys |= more
+            pending += more
+
+    def holds(self, source: Source, span: Span, module: str, routine: str) -> bool:
+        """Whether a piece of text inside a routine names such data."""
+        own = self.program.routine(routine, module)
+        return bool(own and self._keys(own, source, span) & self.keys)
+
+    def _keys(self, routine: Routine, source: Source, span: Span) -> set[str]:
+        found = (self._key(routine, name) for name, _ in names_at(source, span))
+        return {key for key in found if key is not None}
+
+    def _key(self, routine: Routine, name: str) -> str | None:
+        """What a name in a routine stands for; None for what can hold no position."""
+        parameter = next((p for p in routine.parameters if p.name == name), None)
+        if parameter is not None:
+            return None if parameter.type.lower() in UNPLACED else routine.parameter_key(name)
+        declared = self.program.declaration(name, routine.module, routine.name)
+        if declared is not None:
+            return None if declared.type.lower() in UNPLACED else declared.key
+        called = self.program.routine(name, routine.module)
+        if called is not None:
+            return None if called.type.lower() in UNPLACED else f"{called.key}()"
+        return ARM if name in FROM_THE_ARM else None
+
+    def _flows(self, routine: Routine) -> Iterator[Flow]:
+        source = routine.source
+        for declaration in routine.declarations:
+            if declaration.init is not None:
+                yield from product(self._keys(routine, source, declaration.init), [declaration.key])
+        for statement in statements_of(routine):
+            yield from self._of_statement(routine, statement)
+
+    def _of_statement(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
+        source = routine.source
+        motion = self.program.motion(source, statement)
+        if motion is not None:
+            found = motion.argument("found")
+            if found is not None:
+                yield from product([ARM], self._keys(routine, source, found.span))
+            spans = [argument.span for argument in motion.arguments]
+        elif statement.kind == "assign":
+            target, value = statement.parts
+            name = argument_name(source.data, target)
+            key = self._key(routine, name) if name else None
+            yield from product(self._keys(routine, source, value), [key] if key else [])
+            spans = [value]
+        elif statement.kind == "return":
+            spans = [span for span in statement.parts if span[0] < span[1]]
+            for span in spans:
+                yield from product(self._keys(routine, source, span), [f"{routine.key}()"])
+        else:
+            spans = [*statement.parts, *(c for branch in statement.branches for c in branch.conditions)]
+        if statement.kind == "call" and motion is None:
+            yield from self._of_call(routine, statement)
+        for span in spans:
+            yield from self._of_functions(routine, source, span)
+
+    def _of_call(self, routine: Routine, statement: Statement) -> Iterator[Flow]:
+        """What a call hands over and gets back; what data whose name is put together gets and gives."""
+        source, word = routine.source, statement.word
+        pieces = read_arguments(source.data, statement.span[0] + len(word), statement.span[1])
+        called = self.program.routine(word, routine.module)
+        for parameter, span in paired(called.parameters, pieces) if called is not None else ():
+            handed, key = self._keys(routine, source, span), called.parameter_key(parameter.name) if called else ""
+            yield from product(handed, [key])
+            if parameter.mode.upper() in BY_REFERENCE:
+                yield from product([key], handed)
+        named = [d.key for d in named_by_text(statement, routine, self.program)]
+        if named and len(pieces) > 1:
+            other = self._keys(routine, source, pieces[1][1])
+            yield from product(named, other) if word == "getdataval" else product(other, named)
+        for _, span, _ in pieces:
+            yield from self._of_functions(routine, source, span)
+
+    def _of_functions(self, routine: Routine, source: Source, span: Span) -> Iterator[Flow]:
+        """Functions of the program in an expression: all that is named in it may be handed over, and come back."""
+        names = dict(names_at(source, span))
+        functions = [f for name in names if (f := self.program.routine(name, routine.module)) is not None]
+        if not functions:
+            return
+        handed = self._keys(routine, source, span)
+        for function in functions:
+            for parameter in function.parameters:
+                key = function.parameter_key(parameter.name)
+                yield from product(handed, [key])
+                if parameter.mode.upper() in BY_REFERENCE:
+                    yield from product([key], handed - {f"{function.key}()"})

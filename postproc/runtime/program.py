@@ -1,0 +1,251 @@
+"""A program with the function in it: the module, the statements that call it, and the payload that it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from postproc.arrays import Array
+from postproc.compensate.options import Options
+from postproc.compensate.path.deviation import Deviation
+from postproc.compensate.plan import Plan
+from postproc.diagnostics import Diagnostic, Source
+from postproc.model.arm import Model
+from postproc.rapid.data.events import MotionEvent, StatementKey
+from postproc.rapid.motions.units import MM, tool_matrix
+from postproc.rapid.program.arguments import read_arguments
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.references import names_at
+from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.syntax.modules import parse
+from postproc.rapid.syntax.nodes import Routine, Statement
+from postproc.rapid.syntax.trees import Call
+from postproc.rapid.unknown import Unknown
+from postproc.render.module import line_style
+from postproc.runtime.applied import Applied, apply_module
+from postproc.runtime.chord import LINE_M
+from postproc.runtime.conditions import Conditions
+from postproc.runtime.from_the_arm import CORRECTING
+from postproc.runtime.module import MARKER, NAME, cost
+from postproc.runtime.reach import Reach
+from postproc.runtime.written import RunTimeModule, write_module
+
+PAYLOAD = "ppPayload"
+MM_PER_M = 1e3
+
+
+@dataclass(frozen=True)
+class OnTheController:
+    """What of a program is corrected while it runs.
+
+    Args:
+        name: of the module. keys: statements whose targets go through its function.
+        edits: that put the function there and tell it the payload. loads: number of `GripLoad` that do so.
+    """
+
+    name: str
+    module: RunTimeModule
+    keys: frozenset[StatementKey]
+    edits: tuple[tuple[Source, Edit], ...]
+    loads: int
+    findings: tuple[Diagnostic, ...]
+
+    def apply(self, model: Model, events: Sequence[MotionEvent], chosen: Set[int]) -> Applied:
+        """What the function makes of the targets of chosen events."""
+        return apply_module(Source(f"{self.name}.sys", self.module.text), model, events, chosen)
+
+    def as_json(self, mode: str, after: Deviation | None = None, plan: Plan | None = None) -> dict[str, Any]:
+        """The key ``run_time`` of the ``postproc/compensate/1`` document.
+
+        Args:
+            after, plan: how far off the targets are that are known, None where none is.
+        """
+        known = [i for i, m in enumerate(plan.motion.moves) if m.event.statement.key in self.keys] if plan else []
+        checks = [check for _, check in self.module.checks]
+        return {
+            "mode": mode,
+            "module": self.name,
+            "statements": len(self.keys),
+            "loads": self.loads,
+            "known_targets": len(known),
+            "max_known_error_mm": MM_PER_M * max(float(after.goal_distance[i]) for i in known)
+            if known and after
+            else None,
+            "region_targets": sum(check.corrected for check in checks),
+            "max_region_error_mm": MM_PER_M * max(check.largest_m for check in checks),
+            "max_chord_error_mm": MM_PER_M * self.module.chord.largest_m,
+            "chord_length_mm": MM_PER_M * LINE_M,
+            "max_chord_error_mm_per_m2": MM_PER_M * self.module.chord.largest_m / LINE_M**2,
+            "cost": cost(self.module.correction),
+        }
+
+
+def corrected_before(sources: Iterable[Source]) -> Iterator[tuple[Source, tuple[int, int]]]:
+    """Files that call the function, or hold it, with the place."""
+    for source in sources:
+        at = source.data.find(MARKER.encode())
+        if at >= 0:
+            yield source, (at, at + len(MARKER))
+            continue
+        if b"ppcorrected" in source.data.lower():
+            named = (span for name, span in names_at(source, (0, len(source.data))) if name in CORRECTING)
+            yield from ((source, span) for span in [next(named, None)] if span is not None)
+
+
+def put_on_controller(
+    program: Program,
+    model: Model,
+    events: Sequence[MotionEvent],
+    reach: Reach,
+    keys: Set[StatementKey],
+    options: Options,
+) -> OnTheController:
+    """The module for a program, and the edits that use it.
+
+    Args:
+        keys: statements whose targets go through the function; at least one.
+
+    Raises:
+        PostprocError: as ``write_module``.
+    """
+    name = NAME if options.run_time_module is None else options.run_time_module.stem
+    module = write_module(model, conditions_of(model, events, keys, options), name, options.template_dir)
+    edits = [(s.source, e) for s in program.statements if s.key in keys for e in reach.edits(s.key)]
+    loads = [*_payload_edits(program)]
+    findings = [*module.diagnostics, *_name_findings(program, module.text, name), *_lent_loads(program)]
+    told = tuple(edit for part in loads for edit in part)
+    return OnTheController(name, module, frozenset(keys), (*edits, *told), len(loads), tuple(findings))
+
+
+def conditions_of(model: Model, events: Sequence[MotionEvent], keys: Set[StatementKey], options: Options) -> Conditions:
+    """What the module is made for: a tool of the statements that use it, forces and channels as stated."""
+    robot = model.robot
+    tool = next((e.tool for e in events if e.statement.key in keys and e.tool.name != "tool0" and e.tool.robhold), None)
+    frame = model.T_flange_tcp if tool is None else tool_matrix(tool)
+    mass: float = 0.5 * (robot.payload or 0.0)
+    center: Array = 0.5 * frame[:3, 3]
+    if tool is not None and tool.tload.mass > 0:
+        mass, center = tool.tload.mass, MM * np.array(tool.tload.cog)
+    return Conditions(
+        robot.lower, robot.upper, frame, mass, center, np.array(options.force), np.array(options.moment),
+        options.force_on, dict(options.channels),
+    )  # fmt: skip
+
+
+def reads_back(drafts: Program, written: Program, count: int) -> bool:
+    """Whether a text holds the motion statements of its draft, with the function around the targets of ``count``."""
+    pairs = [[s for s in program.statements if not s.source.lent] for program in (drafts, written)]
+    if len(pairs[0]) != len(pairs[1]):
+        return False
+    changed = 0
+    for old, new in zip(*pairs, strict=True):
+        texts = [[a.text for a in statement.arguments] for statement in (old, new)]
+        if (old.instruction, old.roles) != (new.instruction, new.roles):
+            return False
+        if not all(a == b or _calls(b, a) for a, b in zip(*texts, strict=True)):
+            return False
+        changed += texts[0] != texts[1]
+    return changed == count
+
+
+def _calls(text: str, argument: str) -> bool:
+    """Whether a text is a call of the function with an argument first."""
+    data = text.encode("latin-1")
+    try:
+        tree = read_whole_expression(data, 0, len(data))
+    except Unknown:
+        return False
+    if not isinstance(tree, Call) or tree.name not in CORRECTING:
+        return False
+    return data[slice(*tree.arguments[0].span)].decode("latin-1") == argument
+
+
+def _payload_edits(program: Program) -> Iterator[tuple[tuple[Source, Edit], ...]]:
+    """Edits that tell the function what `GripLoad` takes up, for each in the files that may change."""
+    for routine in program.all_routines():
+        for body in (routine.body, *routine.handlers):
+            if not routine.source.lent:
+                yield from _in_body(program, routine, body, None)
+
+
+def _in_body(
+    program: Program, routine: Routine, body: Sequence[Statement], around: Statement | None
+) -> Iterator[tuple[tuple[Source, Edit], ...]]:
+    """The same in a list of statements.
+
+    Args:
+        around: the IF that it belongs to, if it is one without THEN and ENDIF.
+    """
+    source = routine.source
+    for statement in body:
+        if _grips(program, routine, statement):
+            told = f"{PAYLOAD}:={_loaded(source, statement)};"
+            start, end = statement.span
+            lead, newline = line_style(source.data, start)
+            if around is None:
+                yield ((source, Edit(end, end, newline + lead + told.encode("latin-1"))),)
+            else:
+                yield (
+                    (source, Edit(start, start, b"THEN ")),
+                    (source, Edit(end, end, b" " + told.encode("latin-1") + b" ENDIF")),
+                )
+        for branch in statement.branches:
+            alone = statement.kind == "if" and [s.span[1] for s in branch.body] == [statement.span[1]]
+            yield from _in_body(program, routine, branch.body, statement if alone else None)
+
+
+def _grips(program: Program, routine: Routine, statement: Statement) -> bool:
+    own = program.routine(statement.word, routine.module)
+    return statement.kind == "call" and statement.word == "gripload" and own is None
+
+
+def _loaded(source: Source, statement: Statement) -> str:
+    pieces = read_arguments(source.data, statement.span[0] + len(statement.word), statement.span[1])
+    return source.data[slice(*pieces[0][1])].decode("latin-1") if pieces else "load0"
+
+
+def _lent_loads(program: Program) -> Iterator[Diagnostic]:
+    """RUN010 where a file that stays as it is takes up loads."""
+    for routine in program.all_routines():
+        if not routine.source.lent:
+            continue
+        for statement in statements_of(routine):
+            if _grips(program, routine, statement):
+                text = "`GripLoad` stands in a file that is only read along: the function is not told what it takes up"
+                help_ = f"write `{PAYLOAD}:={_loaded(routine.source, statement)};` behind it"
+                yield Diagnostic("RUN010", "warning", text, routine.source, statement.span, help_)
+                return
+
+
+def _name_findings(program: Program, text: bytes, name: str) -> Iterator[Diagnostic]:
+    """RUN008 where the program gives another meaning to a name that the module or its calls use."""
+    source = Source(f"{name}.sys", text)
+    (made,), _ = parse(source)
+    own = {name.lower(), *(r.name.lower() for r in made.routines if not r.local)}
+    own |= {d.name.lower() for d in made.declarations if d.scope != "LOCAL"}
+    hiding = {d.name.lower() for d in made.declarations if d.scope == "LOCAL"}
+    hiding |= {r.name.lower() for r in made.routines if r.local}
+    hiding |= {d.name.lower() for r in made.routines for d in r.declarations}
+    hiding |= {p.name.lower() for r in made.routines for p in r.parameters}
+    used = {word for word, _ in names_at(source, (0, len(text)))} - hiding
+    for module in program.modules:
+        if module.name.lower() in own:
+            yield _clash(module.name, module.source, module.head)
+        for declared in module.declarations:
+            if declared.name.lower() in (own if declared.scope == "LOCAL" else used):
+                yield _clash(declared.name, declared.source, declared.span)
+        for routine in module.routines:
+            if routine.name.lower() in (own if routine.local else used):
+                yield _clash(routine.name, routine.source, routine.span)
+            inner = [(d.name, d.source, d.span) for d in routine.declarations]
+            inner += [(p.name, routine.source, routine.span) for p in routine.parameters]
+            yield from (_clash(*one) for one in inner if one[0].lower() in own)
+
+
+def _clash(name: str, source: Source, span: tuple[int, int]) -> Diagnostic:
+    text = f"`{name}` is a name that the module for run time uses, too"
+    return Diagnostic("RUN008", "error", text, source, span, "give it another name, or convert with `--run-time off`")

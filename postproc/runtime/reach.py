@@ -1,0 +1,208 @@
+"""Which motion statements of a program the function for run time can correct, and why it cannot correct the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from postproc.compensate.plan import search_starts
+from postproc.diagnostics import Diagnostic
+from postproc.rapid.data.events import MotionEvent, MotionStatement, StatementKey
+from postproc.rapid.evaluation.evaluate import names_in
+from postproc.rapid.program.program import Program, statements_of
+from postproc.rapid.program.signatures import SIGNATURES
+from postproc.rapid.syntax.edits import Edit
+from postproc.rapid.syntax.expressions import read_whole_expression
+from postproc.rapid.unknown import Kind, Unknown
+from postproc.runtime.from_the_arm import FromTheArm
+from postproc.runtime.statements import LeftAlone, run_time_edits
+
+HOLDS = (
+    "its target or work object follows where the arm stood or what a search found, and holds the arm's error already"
+)
+DISPLACED = "the displacement in force may come from a search or from where the arm stood, and holds the arm's error"
+OUTSIDE = "it does not weld, and the scope is `welds`"
+UNREACHABLE = "what stands in the files for its target cannot be run"
+ELSEWHERE = "the target is data that other tasks share: its value in the files is the one of the last run"
+_FOUND = (Kind.FOUND_BY_SEARCH, Kind.DISPLACED_FROM_HERE)
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What the function can correct in a program.
+
+    Args:
+        events: all of the program. scope: ``welds`` corrects what welds alone.
+    """
+
+    program: Program
+    events: Sequence[MotionEvent]
+    scope: str = "all"
+    _known: dict[StatementKey, tuple[Edit, ...] | str] = field(default_factory=dict)
+
+    def takes(self, key: StatementKey) -> bool:
+        """Whether the function can correct a statement."""
+        return not isinstance(self._asked(key), str)
+
+    def edits(self, key: StatementKey) -> tuple[Edit, ...]:
+        """The edits that send the targets of a statement through the function; none where it cannot correct it."""
+        found = self._asked(key)
+        return () if isinstance(found, str) else found
+
+    def why_not(self, key: StatementKey) -> str:
+        """Why the function cannot correct a statement; empty where it can."""
+        found = self._asked(key)
+        return found if isinstance(found, str) else ""
+
+    def _asked(self, key: StatementKey) -> tuple[Edit, ...] | str:
+        if key not in self._known:
+            self._known[key] = self._of(self._statements[key])
+        return self._known[key]
+
+    def _of(self, statement: MotionStatement) -> tuple[Edit, ...] | str:
+        if statement.source.lent:
+            return "it stands in a file that is only read along"
+        if statement.key in self._barred:
+            return self._barred[statement.key]
+        if self.scope == "welds" and self._welds and not SIGNATURES[statement.instruction.lower()].phase:
+            return OUTSIDE
+        try:
+            edits = run_time_edits(statement)
+        except LeftAlone as reason:
+            return str(reason)
+        spans = [a.span for role in ("to", "via", "\\wobj") if (a := statement.argument(role)) is not None]
+        held = any(self._held.holds(statement.source, s, statement.module, statement.routine) for s in spans)
+        if held or statement.key in self._found:
+            return HOLDS
+        return DISPLACED if self._moved and statement.key not in self._in_place else edits
+
+    @cached_property
+    def _statements(self) -> Mapping[StatementKey, MotionStatement]:
+        return {s.key: s for s in self.program.statements}
+
+    @cached_property
+    def _held(self) -> FromTheArm:
+        return FromTheArm(self.program)
+
+    @cached_property
+    def _barred(self) -> Mapping[StatementKey, str]:
+        return search_starts(self.events)
+
+    @cached_property
+    def _welds(self) -> bool:
+        return any(event.weld is not None for event in self.events)
+
+    @cached_property
+    def _found(self) -> frozenset[StatementKey]:
+        """Statements that go with what a search has found, as far as the program was followed."""
+        return frozenset(e.statement.key for e in self.events if any(u.root.kind in _FOUND for u in e.unknowns))
+
+    @cached_property
+    def _moved(self) -> bool:
+        """Whether the program sets a displacement from a search or from where the arm stands."""
+        for routine in self.program.all_routines():
+            for statement in statements_of(routine):
+                if statement.kind != "call" or self.program.routine(statement.word, routine.module) is not None:
+                    continue
+                here = (
+                    statement.word == "pdispon"
+                )  # displaces by where the arm stands, or where it was when it searched
+                if here or (
+                    statement.word == "pdispset"
+                    and self._held.holds(routine.source, statement.span, routine.module, routine.name)
+                ):
+                    return True
+        return False
+
+    @cached_property
+    def _in_place(self) -> frozenset[StatementKey]:
+        """Statements that are only run where the displacement is known."""
+        doubtful = {
+            e.statement.key
+            for e in self.events
+            if e.loose or e.elsewhere or any(u.kind is Kind.DISPLACEMENT for u in e.unknowns)
+        }
+        return frozenset({e.statement.key for e in self.events} - doubtful)
+
+
+def without_shared_values(program: Program, events: Sequence[MotionEvent], reach: Reach) -> list[MotionEvent]:
+    """Events whose target is named by data that this task declares without a value, as not known.
+
+    Such data is ``PERS`` data of several tasks: another one gives it its value, and what the files say is what was
+    there when they were saved.
+    """
+    names = {d.name.lower() for d in program.declarations if _open(d.storage, d.scope) and d.init is None}
+    return [
+        hidden(e, ELSEWHERE) if e.reason is None and _names(e) & names and reach.takes(e.statement.key) else e
+        for e in events
+    ] if names else list(events)  # fmt: skip
+
+
+def without_unreachable(
+    events: Sequence[MotionEvent], findings: Sequence[Diagnostic], reach: Reach, everything: bool
+) -> tuple[list[MotionEvent], list[Diagnostic]]:
+    """Events of statements that errors of the motion name, as not known; RUN009 says how many, if any are.
+
+    Args:
+        findings: of the motion. everything: all that can be goes through the function, not only ``PERS`` data, whose
+            value in the files may be that of no run.
+    """
+    wrong = {(d.source.path, d.span[0]) for d in findings if d.severity == "error" and d.source and d.span}
+    bad: dict[StatementKey, MotionEvent] = {}
+    for event in events:
+        statement = event.statement
+        path, (start, end) = statement.source.path, statement.span
+        if event.reason is not None or not any(p == path and start <= at < end for p, at in wrong):
+            continue
+        stored = event.target_origin.base.storage == "PERS"
+        if (everything or stored) and reach.takes(statement.key):
+            bad.setdefault(statement.key, event)
+    if not bad:
+        return list(events), []
+    first = next(iter(bad.values())).statement
+    text = f"what stands in the files for the targets of {counted(len(bad), 'motion statement')} cannot be run"
+    help_ = "they are corrected on the controller: targets that cannot be reached come back as they came"
+    said = Diagnostic("RUN009", "warning", text, first.source, first.span, help_)
+    return [hidden(e, UNREACHABLE) if e.statement.key in bad else e for e in events], [said]
+
+
+def would_reach(program: Program, keys: Set[StatementKey]) -> list[Diagnostic]:
+    """RUN007: how many statements a function on the controller would correct, where it is off."""
+    if not keys:
+        return []
+    statements = [s for s in program.statements if s.key in keys]
+    welds = sum(bool(SIGNATURES[s.instruction.lower()].phase) for s in statements)
+    burning = f" ({welds} of them weld)" if welds else ""
+    text = f"{counted(len(statements), 'motion statement')}{burning} could be corrected on the controller"
+    help_ = "numbers cannot correct them: `--run-time where-needed` writes a function beside the program that does"
+    return [Diagnostic("RUN007", "info", text, statements[0].source, statements[0].span, help_)]
+
+
+def counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"
+
+
+def hidden(event: MotionEvent, reason: str) -> MotionEvent:
+    """An event as one whose target is known at run time alone."""
+    return replace(event, target=None, via=None, reason=reason)
+
+
+def _open(storage: str, scope: str) -> bool:
+    return storage.upper() == "PERS" and not scope
+
+
+def _names(event: MotionEvent) -> set[str]:
+    """Names of the data that the target of an event comes from."""
+    statement, found = event.statement, set[str]()
+    for role, origin in (("to", event.target_origin), ("via", event.via_origin)):
+        argument = statement.argument(role)
+        if argument is None:
+            continue
+        try:
+            found |= names_in(read_whole_expression(statement.source.data, *argument.span))
+        except Unknown:
+            continue
+        if origin is not None and origin.base.declaration is not None:
+            found.add(origin.base.declaration.rpartition(".")[2])
+    return found
