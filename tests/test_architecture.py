@@ -31,6 +31,8 @@ ROOMS = (
     "choices",
     "report",
     "batch",
+    "schemas",
+    "api",
     "cli",
     "testing",
 )

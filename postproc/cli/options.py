@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter, Token
 
@@ -50,6 +50,10 @@ Tolerance = Annotated[float, AS_WRITTEN, Parameter(validator=_positive)]
 Distance = Annotated[float, AS_WRITTEN, Parameter(validator=_distance)]
 ArmFile = Annotated[Path, Parameter(help="TOML file of the arm.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Format = Annotated[
+    Literal["json", "sarif"] | None,
+    Parameter(name="--format", help="print this on stdout: the document (as --json), or the findings as SARIF 2.1.0."),
+]
 Flag = Annotated[bool, Parameter(show_default=False)]
 EffectFiles = Annotated[
     tuple[Path, ...],

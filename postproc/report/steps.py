@@ -12,8 +12,9 @@ from scipy import stats
 from postproc.arrays import Array
 from postproc.compensate.correction.inverse import command
 from postproc.effects.asking import displacement_of
-from postproc.fit.fitted import Fit, distances
-from postproc.fit.step import FRAMES
+from postproc.fit.errors import distances
+from postproc.fit.fitted import Fit
+from postproc.fit.solving.step import FRAMES
 from postproc.model.arm import Model
 from postproc.report.chain import chain_of
 from postproc.report.charts import shares

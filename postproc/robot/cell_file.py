@@ -34,7 +34,18 @@ class _Table(BaseModel):
 
 
 class ExternalAxis(_Table):
-    """One entry of ``[[external_axes]]``; mm and degrees."""
+    """One entry of ``[[external_axes]]``; mm and degrees.
+
+    Args:
+        axis: letter of the extax.
+        kind: along +x of its frame, or about its +z.
+        carries: what stands on it.
+        unit: mechanical unit; entries of one unit stand on one another, in their order.
+        parent: axis of another unit that this one stands on.
+        xyz_mm, quat: its frame in the world with all axes at zero.
+        limits: lowest and highest position.
+        speed: largest speed a second.
+    """
 
     axis: Letter
     kind: Literal["linear", "rotary"]
@@ -53,7 +64,11 @@ class ExternalAxis(_Table):
 
 
 class Mounting(_Table):
-    """How the base stands in the world with all axes at zero: roll, pitch, yaw about fixed axes."""
+    """How the base stands in the world with all axes at zero.
+
+    Args:
+        rpy_deg: roll, pitch, yaw about fixed axes.
+    """
 
     rpy_deg: Vec3 = (0.0, 0.0, 0.0)
 

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from postproc.diagnostics import Source
-from postproc.effects.backlash import Backlash
-from postproc.effects.instrument_frame import InstrumentFrame
-from postproc.effects.joint_offset import JointOffset
-from postproc.effects.tool_frame import ToolFrame
+from postproc.effects.library.backlash import Backlash
+from postproc.effects.library.instrument_frame import InstrumentFrame
+from postproc.effects.library.joint_offset import JointOffset
+from postproc.effects.library.tool_frame import ToolFrame
 from postproc.identify.add import add_effects
 from postproc.identify.compare import compare
 from postproc.identify.diagnose import diagnose
 from postproc.identify.diagnosis import Diagnosis
-from postproc.identify.report import diagnosis_json
+from postproc.identify.words.text import diagnosis_json
 from postproc.measure.measurements import Measurements
-from postproc.measure.table import read_measurements
+from postproc.measure.read.table import read_measurements
 from postproc.model.arm import Model
 from postproc.model.file import default_model
 from postproc.report.addition import addition_page

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from postproc.effects.backlash import Backlash
 from postproc.effects.base import Effect, Load, param
 from postproc.effects.contract import State
+from postproc.effects.library.backlash import Backlash
 from postproc.fit.fitted import Fit
 from postproc.fit.least_squares import fit_model
 from postproc.report.laws import Law, law_charts, laws_of

@@ -12,10 +12,10 @@ from cyclopts.validators import Number
 
 from postproc.batch.values import Shard
 from postproc.cli.conversion import TaskOptions
-from postproc.cli.options import AS_WRITTEN, Flag, ReportFile
+from postproc.cli.options import AS_WRITTEN, Flag, Format, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.progress import arm_lines, reporting
-from postproc.cli.report import print_json, say, unmeasured
+from postproc.cli.report import print_document, say, unmeasured
 from postproc.diagnostics import PostprocError
 from postproc.files import real
 
@@ -32,6 +32,7 @@ def run(
     shard: str = "1/1",
     convert: TaskOptions = TaskOptions(),
     report: ReportFile = None,
+    format: Format = None,
     json: Flag = False,
 ) -> int:
     """Convert a folder, a controller backup or the tasks of a jobs file; exit 1 if one of them failed.
@@ -80,8 +81,8 @@ def run(
     if report is not None:
         pages = {o.task.name: os.path.relpath(output / o.page, report.parent) for o in batch.outcomes if o.page}
         write(report, batch_page(folder_or_jobs.name, document, told(own), pages))
-    if json:
-        print_json(document)
+    if (form := "json" if json else format) is not None:
+        print_document(document, form)
     return int(batch.failed)
 
 

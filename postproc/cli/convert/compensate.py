@@ -6,11 +6,11 @@ from pathlib import Path
 
 from postproc.cli.conversion import TaskOptions
 from postproc.cli.convert.finish import finish, module_file
-from postproc.cli.options import CertificateFile, Flag, Output, ReportFile
+from postproc.cli.options import CertificateFile, Flag, Format, Output, ReportFile
 from postproc.cli.output import check_outputs, write
 from postproc.cli.programs import named_files, read_lent, read_program_file, settled, still_there
 from postproc.cli.progress import working
-from postproc.cli.report import STDIN, print_json, say, show, unmeasured
+from postproc.cli.report import STDIN, print_document, say, show, unmeasured
 from postproc.diagnostics import PostprocError
 
 
@@ -25,6 +25,7 @@ def run(
     in_place: Flag = False,
     check: Flag = False,
     diff: Flag = False,
+    format: Format = None,
     json: Flag = False,
 ) -> int:
     """Correct a program so that the real arm goes where the program says.
@@ -49,9 +50,10 @@ def run(
     if in_place and output is not None:
         text = "`--in-place` and `-o` exclude each other"
         raise PostprocError.of("CLI007", text, help="leave one of them out")
+    form = "json" if json else format
     settings = convert.settings_at(Path(program).parent)
     target = Path(program) if in_place else output
-    beside = module_file(settings.options, target, nothing=check or diff or json)
+    beside = module_file(settings.options, target, nothing=check or diff or form is not None)
     check_outputs((program, *settings.inputs), output, report, certificate, beside)
     settings, arm = settled(settings, program)
     sources = [source, *read_lent(settings.side_files, program)]
@@ -71,9 +73,10 @@ def run(
         if in_place and not (check or diff):
             still_there(source)
         module = None if result.module is None or beside is None else (beside, result.module)
-        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=json, module=module)
+        quiet = form is not None
+        code = finish(source.data, result.output, names, target, check=check, diff=diff, silent=quiet, module=module)
     else:
         say("no program was written")
-    if json:  # files first: who reads stdout may go away
-        print_json({**result.report, **settings.document(arm.robot.name)})
+    if form is not None:  # files first: who reads stdout may go away
+        print_document({**result.report, **settings.document(arm.robot.name)}, form)
     return code

@@ -58,10 +58,12 @@ class MappedColumn(BaseModel):
     factor: float = 1.0
     offset: float = 0.0
 
-    @model_validator(mode="before")
-    @classmethod
-    def _by_its_name(cls, value: object) -> object:
-        return {"name": value} if isinstance(value, str | int) else value
+
+def _by_its_name(value: object) -> object:
+    return {"name": value} if isinstance(value, str | int) else value
+
+
+Column = Annotated[MappedColumn, BeforeValidator(_by_its_name, json_schema_input_type=MappedColumn | str | int)]
 
 
 class MappedRotation(BaseModel):
@@ -105,7 +107,7 @@ class ColumnMap(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    columns: dict[str, MappedColumn] = {}
+    columns: dict[str, Column] = {}
     separator: Annotated[str, Field(pattern=r"^([^\n]|whitespace)$")] | None = None
     decimal: Literal[".", ","] | None = None
     comment: str = "#"
