@@ -25,7 +25,7 @@ from postproc.identify.compare import compare as compare_model
 from postproc.identify.diagnose import diagnose as find_missing
 from postproc.identify.diagnosis import Diagnosis
 from postproc.measure.measurements import Measurements
-from postproc.measure.table import read_measurements as read_table
+from postproc.measure.read.table import read_measurements as read_table
 from postproc.model import equilibrium
 from postproc.model import file as model_file
 from postproc.model.arm import Model

@@ -64,8 +64,8 @@ class Conversion:
         report: the ``postproc/compensate/1`` document.
         diagnostics: all findings; exit_code: 0, 1 not safe, 2 bad input.
         outcomes: of every motion statement; module: with the function for run time, None where nothing uses it;
-            plan, before, after: what was decided, and the deviation along the way;
-            model: of the real arm, as far as it holds here.
+            plan, before, after: what was decided, and the deviation along the way; model: of the real arm, as far as
+            it holds here.
     """
 
     outputs: Mapping[str, bytes]

@@ -16,7 +16,7 @@ from postproc.choices import SettingsFile
 from postproc.effects.base import Effect
 from postproc.effects.parameters import Parameter, Structure
 from postproc.effects.registry import effect_library
-from postproc.measure.layout import ColumnMap
+from postproc.measure.read.layout import ColumnMap
 from postproc.model.file import ModelFile
 from postproc.robot.catalogue import RobotFile
 

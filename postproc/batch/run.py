@@ -15,7 +15,18 @@ from postproc.batch.jobs import Converter, read_converter, read_job
 from postproc.batch.journal import EDITED, Journal, open_journal
 from postproc.batch.lines import STATE
 from postproc.batch.nearby import LACKING, help_nearby
-from postproc.batch.values import Batch, Job, Outcome, Plan, Result, Shard, Task, failed, module_place, page_of
+from postproc.batch.values import (
+    Batch,
+    Job,
+    Outcome,
+    Plan,
+    Result,
+    Shard,
+    Task,
+    failed,
+    module_place,
+    page_of,
+)
 from postproc.batch.work import convert
 from postproc.diagnostics import Diagnostic, PostprocError, has_errors
 from postproc.files import check_tree
@@ -74,12 +85,12 @@ def _check_paths(plan: Plan, shard: Shard, out: Path, report: Path | None) -> No
     """Refuse a batch that would write over one of its inputs, or outside its folder, before it writes anything."""
     part = shard.part
     mirrored = [*(f for task, _ in plan.tasks for f in task.files), *plan.copies]
-    pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
     mirrored += [
         module_place(task.name, task.files, settings.options.run_time_module)
         for task, settings in plan.tasks
         if settings.options.run_time != "off"
     ]
+    pages = [page_of(task.name) for task, _ in plan.tasks] if report is not None else []
     lent = [f for task, _ in plan.tasks for f in (*task.shared, *task.beside)]
     stated = [Path(name) for settings in {s for _, s in plan.tasks} for name in settings.inputs if name is not None]
     state = [f"{STATE}/{name}" for name in (f"{part}.lock", f"{part}.jsonl", f"{part}.unfinished/x", f"{EDITED}/x")]

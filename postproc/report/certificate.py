@@ -56,8 +56,8 @@ def program_certificate(name: str, found: Conversion, made: Mapping[str, str] | 
     columns = ("", "before [mm]", "after [mm]", "required [mm]", "result")
     parts = [Part("Path accuracy, after ISO 9283, in the model", columns, path)]
     if seams:
-        columns = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
-        parts.insert(0, Part("Seams, while the arc burns", columns, seams))
+        of_seam = ("seam", "lines", "length [mm]", "before [mm]", "after [mm]", "required [mm]", "left", "result")
+        parts.insert(0, Part("Seams, while the arc burns", of_seam, seams))
     kept = all(row[-1] == _kept(True) for row in seams or path[:1]) and not document["unproved_statements"]
     facts += [("arm", document["robot"]), *made.items()]
     sentence = f"{sum(row[-1] == _kept(True) for row in seams)} of {len(seams)} seams keep {tolerance:g} mm."
