@@ -411,7 +411,7 @@ def test_any_text_around_programs_is_read_or_refused(tmp_path: Path, text: str, 
 def test_the_figures_of_a_task_are_those_of_its_conversion(tmp_path: Path) -> None:
     batch, _ = convert(write(tmp_path / "in", {"One.mod": program("One")}), tmp_path / "out")
     (only,) = batch.outcomes
-    assert only.figures["statements"] == {"compensated": 3, "unchanged": 0, "skipped": 0}
+    assert only.figures["statements"] == {"compensated": 3, "run_time": 0, "unchanged": 0, "skipped": 0}
     assert only.figures["max_error_before_mm"] > only.figures["max_error_after_mm"] > 0
 
 
