@@ -183,3 +183,22 @@ def test_the_path_on_the_work_is_kept(name: str) -> None:
         other = W.check(case.text, output, world, ARM, np.array(FORCE))
         print(what, other)
         assert other.problems or other.after > 2 * LIMIT, what
+
+
+def test_a_unit_that_is_not_active_stays_where_it_is() -> None:
+    """The positioner stands at 30 degrees; while it is off, targets leave its axis open or say anything."""
+    case = positioner(30.0, 30.0, 30.0)
+    lines = case.text.split("\n")
+    first = next(i for i, line in enumerate(lines) if "MoveJ" in line)
+    idle = [
+        line.replace("[9E9,30,9E9", "[9E9,9E9,9E9" if i % 2 else "[9E9,77,9E9") if i > first else line
+        for i, line in enumerate(lines)
+    ]
+    text = "\n".join([*idle[: first + 1], "    DeactUnit STN1;", *idle[first + 1 :]])
+    off = replace(case, text=text)
+    bare = corrected(case)
+    added = [line for line in corrected(off).split("\n") if line not in text]
+    numbers = [line.partition("],[")[0] for line in added]
+    assert len(numbers) > 3 and numbers == [
+        line.partition("],[")[0] for line in bare.split("\n") if line not in case.text
+    ]
