@@ -51,11 +51,7 @@ class ProgramOptions:
         }
 
     def settings_at(self, place: Path, entry: str | None = None) -> Settings:
-        """What holds for the programs of a folder: its ``postproc.toml``, and on top of it what is given here.
-
-        Args:
-            entry: routine that runs first.
-        """
+        """What holds for the programs of a folder: its ``postproc.toml``, what is given here, where it begins."""
         from postproc.choices import Choices, settings_at, with_choices
 
         chosen = with_choices(settings_at(place), Choices.model_construct(None, **self._stated()), Path())
